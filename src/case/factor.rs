@@ -1,0 +1,57 @@
+//! Scale factors: what is varied, estimated and doubted.
+
+/// A multiplier on one property of one group of plies, or on an exposure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Factor {
+    pub name: String,
+    /// The group (or the one ply) whose property it scales; empty where the property has no ply.
+    pub group: String,
+    pub property: Property,
+    pub nominal: f64,
+    /// Small side constraints, low and high: the default of every study.
+    pub small: (f64, f64),
+    /// Large side constraints.
+    pub large: (f64, f64),
+}
+
+/// What a factor multiplies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Property {
+    /// The whole conductivity.
+    Conductivity,
+    /// The solid part of a three-part conductivity.
+    ConductivitySolid,
+    /// The gas part of a three-part conductivity.
+    ConductivityGas,
+    /// The radiative part of a three-part conductivity.
+    ConductivityRadiative,
+    HeatCapacity,
+    Density,
+    /// Of a face, hot or back, whose ply is in the group.
+    Emissivity,
+    Thickness,
+    /// Heat flux and radiant flux on the hot face; its film too where the face is convective.
+    Heating,
+    /// Contact conductance of every interface.
+    Contact,
+    /// Film and radiation of the back face.
+    Loss,
+}
+
+/// Which of a factor's two side constraints hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Bounds {
+    #[default]
+    Small,
+    Large,
+}
+
+impl Factor {
+    /// The side constraints, low and high.
+    pub fn bounds(&self, bounds: Bounds) -> (f64, f64) {
+        match bounds {
+            Bounds::Small => self.small,
+            Bounds::Large => self.large,
+        }
+    }
+}

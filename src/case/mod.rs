@@ -1,0 +1,64 @@
+//! What is asked: a case as it holds. Pure data; no numerics, no device.
+//!
+//! A [`Case`] that exists can be marched: every fault is found when it is loaded.
+
+pub mod exposure;
+pub mod factor;
+pub mod layup;
+pub mod material;
+pub mod observation;
+pub mod table;
+
+pub use exposure::{Emissivity, Exposure, Face, OpenFace};
+pub use factor::{Bounds, Factor, Property};
+pub use layup::{Layup, Ply, Sensor};
+pub use material::{Conductivity, Material};
+pub use observation::Observation;
+pub use table::{OutOfRange, Schedule, Table};
+
+/// A layup, its exposure, its sensors, what may vary and what was measured; validated.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// The folder's or file's name: names the output folder.
+    pub id: String,
+    /// What the analyst called it.
+    pub name: String,
+    /// A few sentences for the report: where data come from, what is synthetic.
+    pub note: String,
+    pub layup: Layup,
+    pub sensors: Vec<Sensor>,
+    pub exposure: Exposure,
+    pub factors: Vec<Factor>,
+    pub observations: Vec<Observation>,
+    pub estimate: Estimate,
+    pub resolution: Resolution,
+}
+
+/// What the case file proposes to estimate, and from what.
+#[derive(Clone, Debug, Default)]
+pub struct Estimate {
+    /// Indices into the factors.
+    pub factors: Vec<usize>,
+    /// Indices into the sensors.
+    pub sensors: Vec<usize>,
+    /// Start and end of the trusted data, s; `None` trusts all.
+    pub window_s: Option<(f64, f64)>,
+    /// Start of each factor of `factors`; empty starts at the nominal values.
+    pub start: Vec<f64>,
+    pub bounds: Bounds,
+}
+
+/// How finely space and time are cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resolution {
+    /// Cells through the layup, shared among plies by diffusion time; every ply has at least four.
+    pub cells: usize,
+    /// The first step after each corner of a schedule, s.
+    pub first_step_s: f64,
+    /// A step is at most this share of the time since the last corner.
+    pub growth: f64,
+    /// No step is longer, s.
+    pub largest_step_s: f64,
+    /// Interval between the instants of the traces, s; observations add instants of their own.
+    pub every_s: f64,
+}

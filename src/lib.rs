@@ -1,0 +1,6 @@
+//! bondline
+pub mod case;
+pub mod ensemble;
+pub mod march;
+pub mod plan;
+pub mod traces;

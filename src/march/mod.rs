@@ -1,0 +1,70 @@
+//! Who carries the ensemble.
+
+use crate::ensemble::Ensemble;
+use crate::plan::Plan;
+use crate::traces::Traces;
+use std::ops::Range;
+
+/// Arithmetic of a march.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    F32,
+    F64,
+}
+
+/// What carries a march, for the record of a study.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Backend {
+    /// The device in words: `AMD EPYC, 2 threads`, `llvmpipe (LLVM 15.0.6, 256 bits)`.
+    pub name: String,
+    /// `cpu` or `gpu`.
+    pub kind: &'static str,
+    pub precision: Precision,
+}
+
+/// Why a march could not be carried out at all.
+#[derive(Debug, thiserror::Error)]
+pub enum MarchError {
+    #[error("no Vulkan device: {reason}; {remedy}")]
+    NoDevice { reason: String, remedy: String },
+    #[error("device {device:?} failed its self-test {test}: {found}")]
+    SelfTest { device: String, test: &'static str, found: String },
+    #[error("member {member} was cut short at step {step} of {steps}: the device ended a loop early")]
+    CutShort { member: usize, step: usize, steps: usize },
+    #[error("device {device:?} holds {limit} bytes in one binding; one member needs {needed}")]
+    TooLarge { device: String, limit: u64, needed: u64 },
+    #[error("device {device:?}: {message}")]
+    Device { device: String, message: String },
+}
+
+/// Carries members of an ensemble through a plan.
+pub trait March {
+    fn backend(&self) -> Backend;
+    /// Members it can carry at once.
+    fn capacity(&self, plan: &Plan) -> usize;
+    /// Carry `members` of the ensemble through the plan.
+    ///
+    /// # Errors
+    /// When the device fails; a member that runs away is an [`Arrival`](crate::traces::Arrival), not an error.
+    fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError>;
+}
+
+/// Carry a whole ensemble, a capacity at a time and in order; `take` receives each run of members.
+///
+/// # Errors
+/// As [`March::march`].
+pub fn march_all(
+    march: &mut dyn March,
+    plan: &Plan,
+    ensemble: &Ensemble,
+    take: &mut dyn FnMut(Traces),
+) -> Result<(), MarchError> {
+    let capacity = march.capacity(plan).max(1);
+    let mut first = 0;
+    while first < ensemble.len() {
+        let next = (first + capacity).min(ensemble.len());
+        take(march.march(plan, ensemble, first..next)?);
+        first = next;
+    }
+    Ok(())
+}
