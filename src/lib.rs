@@ -3,4 +3,5 @@ pub mod case;
 pub mod ensemble;
 pub mod march;
 pub mod plan;
+pub mod study;
 pub mod traces;
