@@ -70,3 +70,13 @@ pub struct Parts {
     /// Temperatures for which the fit holds, K.
     pub range_k: (f64, f64),
 }
+
+impl Conductivity {
+    /// Solid, gas and radiative part at a temperature and pressure, W/m/K; a plain table is all solid.
+    pub fn parts(&self, temperature_k: f64, _pressure_pa: f64) -> [f64; 3] {
+        match self {
+            Self::Tables(tables) => [tables[0].1.at(temperature_k), 0.0, 0.0],
+            Self::Parts(parts) => [parts.solid_w_m_k, 0.0, 0.0],
+        }
+    }
+}

@@ -2,6 +2,7 @@
 //!
 //! A [`Case`] that exists can be marched: every fault is found when it is loaded.
 
+pub mod air;
 pub mod exposure;
 pub mod factor;
 pub mod layup;
