@@ -214,8 +214,7 @@ fn split(text: &str) -> (&str, &str) {
         return (number, unit.trim());
     }
     let ends = text.char_indices().map(|(at, _)| at).chain([text.len()]);
-    let number = ends.filter(|&end| text[..end].parse::<f64>().is_ok()).last().unwrap_or(0);
-    let number = if number == 0 { text.len() } else { number };
+    let number = ends.filter(|&end| text[..end].parse::<f64>().is_ok()).max().unwrap_or(text.len());
     (&text[..number], &text[number..])
 }
 

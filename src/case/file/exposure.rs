@@ -2,7 +2,8 @@
 
 use super::Folder;
 use super::layup::held_at;
-use super::written::{Section, Written, all, suggestion};
+use super::nearest::suggestion;
+use super::written::{Section, Written, all};
 use crate::case::error::Read;
 use crate::case::unit::Dimension;
 use crate::case::{Emissivity, Face, Layup, OpenFace, Schedule, Sensor};

@@ -1,7 +1,8 @@
 //! `[[factor]]`: what may vary, checked against the layup and the faces that it would scale.
 
 use super::layup::names;
-use super::written::{Section, Written, all, suggestion};
+use super::nearest::suggestion;
+use super::written::{Section, Written, all};
 use crate::case::error::Read;
 use crate::case::{Conductivity, Emissivity, Face, Factor, Layup, Ply, Property};
 

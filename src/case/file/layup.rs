@@ -1,7 +1,8 @@
 //! `[[ply]]`, `contact_conductance` and `[[sensor]]`.
 
 use super::Folder;
-use super::written::{Section, Written, all, suggestion};
+use super::nearest::suggestion;
+use super::written::{Section, Written, all};
 use crate::case::error::Read;
 use crate::case::unit::Dimension;
 use crate::case::{Layup, Ply, Sensor};

@@ -8,6 +8,7 @@ mod exposure;
 mod factor;
 mod layup;
 mod material;
+mod nearest;
 mod observation;
 mod sheet;
 mod source;
@@ -21,11 +22,12 @@ use super::material::Material;
 use super::unit::Dimension;
 use super::{Case, Exposure, Face, Layup, Resolution, Sensor};
 use exposure::HotFace;
+use nearest::suggestion;
 use sheet::{Series, Sheet};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use written::{Node, Section, Written, suggestion};
+use written::{Node, Section, Written};
 
 /// More cells than this resolve nothing that the material tables know.
 const MOST_CELLS: f64 = 1024.0;

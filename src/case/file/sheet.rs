@@ -3,8 +3,9 @@
 //! Cells are never quoted, blank lines and lines that begin with `#` are passed over, and a missing value is empty.
 //! Parsed by hand: the grammar is a split at commas, and every fault names its line and column.
 
+use super::nearest::suggestion;
 use super::source;
-use super::written::{all, suggestion};
+use super::written::all;
 use crate::case::error::{Faults, Faulty, Place, Read};
 use crate::case::unit::{Dimension, conversion};
 use std::path::Path;

@@ -1,5 +1,6 @@
 //! TOML as written: every value knows its line and column, and whoever reads it records what is wrong there.
 
+use super::nearest::suggestion;
 use crate::case::error::{Faults, Faulty, Place, Read};
 use crate::case::unit::{Dimension, quantity};
 use std::cell::RefCell;
@@ -35,7 +36,7 @@ struct Entry {
 impl Node {
     /// The tree of a whole document; a syntax error hides what follows it, so a tree comes only without any.
     pub(super) fn document(text: &str, file: &str, faults: &Faults) -> Read<Node> {
-        let source = Source { file: file.into(), text };
+        let source = Source::new(text, file);
         let (table, errors) = DeTable::parse_recoverable(text);
         let mut faulty = None;
         for error in errors {
@@ -53,7 +54,7 @@ impl Node {
         let place = Place::whole(file);
         match DeValue::parse(text) {
             Ok(value) => {
-                let source = Source { file: file.into(), text };
+                let source = Source::new(text, file);
                 Node { value: source.value(value.get_ref()), place }
             }
             Err(_) => Node { place, value: Value::Text(text.to_owned()) },
@@ -119,14 +120,20 @@ impl Node {
 struct Source<'a> {
     file: Arc<str>,
     text: &'a str,
+    /// Where each line begins.
+    lines: Vec<usize>,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    fn new(text: &'a str, file: &str) -> Self {
+        let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+        Self { file: file.into(), text, lines }
+    }
+
     fn place(&self, offset: usize) -> Place {
-        let before = &self.text[..self.text.floor_char_boundary(offset)];
-        let line = before.matches('\n').count() + 1;
-        let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
-        Place { file: self.file.clone(), at: Some((line, column)) }
+        let line = self.lines.partition_point(|&start| start <= offset);
+        let before = self.text.get(self.lines[line - 1]..offset).unwrap_or("");
+        Place { file: self.file.clone(), at: Some((line, before.chars().count() + 1)) }
     }
 
     fn node(&self, value: &Spanned<DeValue<'_>>) -> Node {
@@ -340,35 +347,4 @@ pub(super) fn all<T>(reads: impl IntoIterator<Item = Read<T>>) -> Read<Vec<T>> {
         }
     }
     faulty.map_or(Ok(values), Err)
-}
-
-/// `: did you mean "thickness"?` and the other names known, the nearest first.
-pub(super) fn suggestion<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> String {
-    let mut known: Vec<&str> = known.into_iter().collect();
-    known.sort_by_key(|candidate| (distance(name, candidate), *candidate));
-    known.dedup();
-    match known.as_slice() {
-        [] => String::new(),
-        [nearest, rest @ ..] if 2 * distance(name, nearest) <= name.chars().count() => {
-            let rest: String = rest.iter().map(|other| format!(", {other}")).collect();
-            format!(": did you mean {nearest:?}? known: {nearest}{rest}")
-        }
-        _ => format!(": known: {}", known.join(", ")),
-    }
-}
-
-/// Edits between two words (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &y) in b.iter().enumerate() {
-            let above = row[j + 1];
-            row[j + 1] = (diagonal + usize::from(x != y)).min(above + 1).min(row[j] + 1);
-            diagonal = above;
-        }
-    }
-    row[b.len()]
 }
