@@ -4,5 +4,6 @@ pub mod ensemble;
 pub mod march;
 pub mod physics;
 pub mod plan;
+pub mod report;
 pub mod study;
 pub mod traces;
