@@ -1,0 +1,3 @@
+//! Outcomes made visible.
+
+pub mod materials;
