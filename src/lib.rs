@@ -2,6 +2,7 @@
 pub mod case;
 pub mod ensemble;
 pub mod march;
+pub mod physics;
 pub mod plan;
 pub mod report;
 pub mod study;

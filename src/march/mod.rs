@@ -1,8 +1,11 @@
 //! Who carries the ensemble.
 
+pub mod cpu;
+pub mod gpu;
+
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
-use crate::traces::Traces;
+use crate::traces::{Arrival, Traces};
 use std::ops::Range;
 
 /// Arithmetic of a march.
@@ -67,4 +70,18 @@ pub fn march_all(
         first = next;
     }
     Ok(())
+}
+
+/// How a member arrived, from the step on which it strayed and from where its plies have been.
+fn arrival(plan: &Plan, strayed: Option<usize>, extremes_k: &[(f64, f64)]) -> Arrival {
+    if let Some(step) = strayed {
+        return Arrival::Strayed { time_s: plan.times_s[step + 1] };
+    }
+    for (ply, (&(coldest, hottest), &(low, high))) in extremes_k.iter().zip(&plan.allowed_k).enumerate() {
+        if coldest < low || hottest > high {
+            let temperature_k = if hottest > high { hottest } else { coldest };
+            return Arrival::LeftTable { ply, temperature_k };
+        }
+    }
+    Arrival::Done
 }

@@ -1,0 +1,29 @@
+// Temperature in two words: twin of src/physics/compensated.rs.
+
+struct Pair {
+    high: real,
+    low: real,
+}
+
+// The value, out of reach of the compiler's algebra: `one` comes from the host at run time, so no driver can
+// know that the product is its first factor.
+fn keep(value: real) -> real {
+    return value * one;
+}
+
+fn two_sum(a: real, b: real) -> Pair {
+    let sum = keep(a + b);
+    let b_there = keep(sum - a);
+    let a_there = keep(sum - b_there);
+    let b_lost = keep(b - b_there);
+    let a_lost = keep(a - a_there);
+    return Pair(sum, a_lost + b_lost);
+}
+
+fn advanced(pair: Pair, increment: real) -> Pair {
+    return two_sum(pair.high, pair.low + keep(increment));
+}
+
+fn difference(a: Pair, b: Pair) -> real {
+    return (a.high - b.high) + (a.low - b.low);
+}

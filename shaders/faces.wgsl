@@ -1,0 +1,51 @@
+// Heat through an open face, positive into the layup: twin of src/physics/faces.rs.
+
+const STEFAN_BOLTZMANN = 5.670374419e-8;
+
+struct FaceScale {
+    heating: real,
+    film: real,
+    exchange: real,
+    emissivity: real,
+}
+
+struct FaceFlux {
+    flux: real,
+    slope: real,
+}
+
+fn face_scale(scaling: Scaling) -> FaceScale {
+    return FaceScale(
+        column(scaling.heating),
+        column(scaling.film),
+        column(scaling.exchange),
+        column(scaling.emissivity),
+    );
+}
+
+fn face_flux(
+    drive: Drive,
+    face: Face,
+    scale: FaceScale,
+    temperature_k: real,
+    emissivity: real,
+    enthalpy_j_kg: real,
+    enthalpy_slope_j_kg_k: real,
+) -> FaceFlux {
+    let emission = scale.emissivity * emissivity;
+    let convected = scale.heating * drive.flux_w_m2;
+    let hot_wall = face.hot_wall_kg_j;
+    let film = scale.film * face.film_w_m2_k;
+    let radiance = scale.exchange * emission * real(STEFAN_BOLTZMANN);
+    let surroundings = face.surroundings_k;
+    let square = temperature_k * temperature_k;
+    let surroundings_square = surroundings * surroundings;
+    var flux = convected * (1.0 - hot_wall * enthalpy_j_kg);
+    flux = flux + scale.heating * emission * drive.radiant_w_m2;
+    flux = flux + film * (drive.gas_k - temperature_k);
+    flux = flux + radiance * (surroundings_square * surroundings_square - square * square);
+    var slope = -(convected * hot_wall * enthalpy_slope_j_kg_k);
+    slope = slope - film;
+    slope = slope - 4.0 * radiance * square * temperature_k;
+    return FaceFlux(flux, slope);
+}

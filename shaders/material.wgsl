@@ -1,0 +1,43 @@
+// Properties of a ply as one member scales them: twin of src/physics/material.rs.
+
+struct PlyScale {
+    solid: real,
+    gas: real,
+    radiative: real,
+    density_kg_m3: real,
+}
+
+fn ply_scale(ply: Ply, bulk: Bulk) -> PlyScale {
+    let thickness = column(ply.thickness);
+    let conductivity = column(ply.conductivity) / thickness;
+    let density = bulk.density_kg_m3 * column(ply.density);
+    return PlyScale(
+        conductivity * column(ply.conductivity_solid),
+        conductivity * column(ply.conductivity_gas),
+        conductivity * column(ply.conductivity_radiative),
+        density * column(ply.heat_capacity) * thickness,
+    );
+}
+
+fn conductivity(spot: Spot, table: u32, scale: PlyScale) -> real {
+    let columns = PARTS + 2u;
+    var sum = scale.solid * look_up(spot, columns, table);
+    if PARTS == 3u {
+        sum = sum + scale.gas * look_up(spot, columns, table + 1u);
+        sum = sum + scale.radiative * look_up(spot, columns, table + 2u);
+    }
+    return sum;
+}
+
+fn heat_capacity(spot: Spot, table: u32, scale: PlyScale) -> real {
+    return scale.density_kg_m3 * look_up(spot, PARTS + 2u, table + PARTS);
+}
+
+fn conductance_within(conductivity: real, next: real, half_over_next_1_m: real) -> real {
+    return (conductivity + next) * half_over_next_1_m;
+}
+
+fn conductance_across(conductivity: real, below_m: real, next: real, above_m: real, contact_m2_k_w: real) -> real {
+    let both = conductivity * next;
+    return both / (below_m * next + above_m * conductivity + contact_m2_k_w * both);
+}

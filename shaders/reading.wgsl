@@ -1,0 +1,16 @@
+// What a thermocouple reads: twin of src/physics/reading.rs.
+
+fn reading(upper: Pair, lower: Pair, conductivity: real, next: real, conductance: real, sensor: Sensor) -> Pair {
+    let drop = difference(upper, lower);
+    let flux = conductance * drop;
+    let to_face = flux * sensor.above_m / conductivity;
+    let from_face = drop - flux * sensor.below_m / next;
+    let fall = sensor.above * to_face + sensor.below * from_face;
+    return Pair(upper.high, upper.low - fall);
+}
+
+fn followed(bead: Pair, before: Pair, now: Pair, weights: Bead) -> Pair {
+    let start = weights.start * difference(before, bead);
+    let end = weights.end * difference(now, bead);
+    return advanced(bead, start + end);
+}

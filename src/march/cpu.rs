@@ -1,0 +1,149 @@
+//! The march on the processor: batches of members on every thread, several members in each vector.
+
+use super::{Backend, March, MarchError, Precision, arrival};
+use crate::ensemble::Ensemble;
+use crate::physics::Real;
+use crate::physics::lanes::Lanes;
+use crate::physics::step::Member;
+use crate::plan::layout::NO_INSTANT;
+use crate::plan::{Plan, Rows};
+use crate::traces::{Balance, Traces};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Lanes of f64, of f32: two vectors of AVX-512, which hides the latency of one.
+const LANES_F64: usize = 8;
+const LANES_F32: usize = 16;
+
+/// The processor, with members in lanes.
+pub struct Cpu {
+    precision: Precision,
+    threads: usize,
+}
+
+impl Cpu {
+    pub fn new(precision: Precision) -> Self {
+        Self { precision, threads: rayon::current_num_threads() }
+    }
+}
+
+impl March for Cpu {
+    fn backend(&self) -> Backend {
+        let name = format!("{} threads", self.threads);
+        Backend { name, kind: "cpu", precision: self.precision }
+    }
+
+    /// Members whose traces take some 64 MiB: progress is shown between runs, and memory stays small.
+    fn capacity(&self, plan: &Plan) -> usize {
+        let reals = plan.sensor_cells.len() * plan.instants_s.len();
+        (8 * 1024 * 1024 / reals.max(1)).clamp(64, 4096)
+    }
+
+    fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
+        let is_few = members.len() < LANES_F64 / 2;
+        Ok(match self.precision {
+            Precision::F64 if is_few => carry::<f64>(plan, &plan.rows, ensemble, members),
+            Precision::F64 => carry::<Lanes<f64, LANES_F64>>(plan, &plan.rows, ensemble, members),
+            Precision::F32 if is_few => carry::<f32>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
+            Precision::F32 => carry::<Lanes<f32, LANES_F32>>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
+        })
+    }
+}
+
+/// The reference: one member at a time in one thread, in either precision.
+pub struct Reference(pub Precision);
+
+impl March for Reference {
+    fn backend(&self) -> Backend {
+        Backend { name: "one member at a time".to_owned(), kind: "cpu", precision: self.0 }
+    }
+
+    fn capacity(&self, _plan: &Plan) -> usize {
+        1
+    }
+
+    fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
+        Ok(match self.0 {
+            Precision::F64 => carry::<f64>(plan, &plan.rows, ensemble, members),
+            Precision::F32 => carry::<f32>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
+        })
+    }
+}
+
+/// March members in groups of lanes, the groups over threads.
+fn carry<R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, members: Range<usize>) -> Traces {
+    let (sensors, instants) = (plan.sensor_cells.len(), plan.instants_s.len());
+    let count = members.len();
+    let mut traces = Traces {
+        first: members.start,
+        sensors,
+        instants,
+        temperatures_k: vec![0.0; count * sensors * instants],
+        arrivals: Vec::with_capacity(count),
+        balances: Vec::with_capacity(count),
+        extremes_k: Vec::with_capacity(count * plan.plies.len()),
+    };
+    let group_size = (R::LANES * sensors * instants).max(1);
+    let ends: Vec<Vec<End>> = traces
+        .temperatures_k
+        .par_chunks_mut(group_size)
+        .enumerate()
+        .map(|(group, temperatures_k)| {
+            let first = members.start + group * R::LANES;
+            let lanes = (members.end - first).min(R::LANES);
+            pulp::Arch::new().dispatch(|| carry_group::<R>(plan, rows, ensemble, first, lanes, temperatures_k))
+        })
+        .collect();
+    for end in ends.into_iter().flatten() {
+        traces.arrivals.push(arrival(plan, end.strayed, &end.extremes_k));
+        traces.balances.push(end.balance);
+        traces.extremes_k.extend(end.extremes_k);
+    }
+    traces
+}
+
+/// How a member ended.
+struct End {
+    strayed: Option<usize>,
+    balance: Balance,
+    extremes_k: Vec<(f64, f64)>,
+}
+
+/// March one group of lanes; lanes past the last member repeat it.
+#[inline(always)]
+fn carry_group<R: Real>(
+    plan: &Plan,
+    rows: &Rows<R::Scalar>,
+    ensemble: &Ensemble,
+    first: usize,
+    lanes: usize,
+    temperatures_k: &mut [f64],
+) -> Vec<End> {
+    let (sensors, instants) = (plan.sensor_cells.len(), plan.instants_s.len());
+    let values: Vec<Vec<f64>> = (0..lanes).map(|lane| ensemble.member(first + lane)).collect();
+    let columns: Vec<R> = (0..=plan.factors)
+        .map(|column| R::from_lanes(|lane| if column == 0 { 1.0 } else { values[lane.min(lanes - 1)][column - 1] }))
+        .collect();
+    let mut member = Member::<R>::start(plan, rows, |column| columns[column as usize]);
+    for turn in 0..=plan.steps() {
+        member.advance(turn, |member| {
+            let instant = plan.instants[turn];
+            if instant != NO_INSTANT {
+                for (lane, sensor) in (0..lanes).flat_map(|lane| (0..sensors).map(move |sensor| (lane, sensor))) {
+                    let at = (lane * sensors + sensor) * instants + instant as usize;
+                    temperatures_k[at] = member.shown_k(sensor, lane);
+                }
+            }
+        });
+    }
+    (0..lanes)
+        .map(|lane| {
+            let [hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, stored_j_m2] = member.heat_j_m2(lane);
+            End {
+                strayed: member.strayed(lane),
+                balance: Balance { hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, stored_j_m2 },
+                extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
+            }
+        })
+        .collect()
+}

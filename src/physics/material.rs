@@ -1,0 +1,71 @@
+//! Properties of a ply as one member scales them, and conductance from node to node.
+
+use super::Real;
+use super::table::{Spot, look_up};
+use crate::plan::layout::{Bulk, Ply};
+
+/// What one member's factors make of a ply. A thickness factor f stretches the ply; on the unstretched
+/// grid that is conductivity over f and heat capacity times f.
+#[derive(Clone, Copy)]
+pub struct PlyScale<R> {
+    pub solid: R,
+    pub gas: R,
+    pub radiative: R,
+    /// Bulk density times the factors of all that stores, kg/m³.
+    pub density_kg_m3: R,
+}
+
+/// The scales of a ply from a member's columns.
+#[inline(always)]
+pub fn ply_scale<R: Real>(ply: &Ply<u32>, bulk: Bulk<R::Scalar>, column: impl Fn(u32) -> R) -> PlyScale<R> {
+    let thickness = column(ply.thickness);
+    let conductivity = column(ply.conductivity) / thickness;
+    let density = R::of(bulk.density_kg_m3) * column(ply.density);
+    PlyScale {
+        solid: conductivity * column(ply.conductivity_solid),
+        gas: conductivity * column(ply.conductivity_gas),
+        radiative: conductivity * column(ply.conductivity_radiative),
+        density_kg_m3: density * column(ply.heat_capacity) * thickness,
+    }
+}
+
+/// Conductivity at a spot of a ply's table, W/m/K.
+#[inline(always)]
+pub fn conductivity<R: Real>(tables: &[R::Scalar], spot: Spot<R>, parts: usize, table: usize, scale: PlyScale<R>) -> R {
+    let columns = parts + 2;
+    let mut sum = scale.solid * look_up(tables, spot, columns, table);
+    if parts == 3 {
+        sum = sum + scale.gas * look_up(tables, spot, columns, table + 1);
+        sum = sum + scale.radiative * look_up(tables, spot, columns, table + 2);
+    }
+    sum
+}
+
+/// Heat capacity at a spot of a ply's table, J/m³/K.
+#[inline(always)]
+pub fn heat_capacity<R: Real>(
+    tables: &[R::Scalar],
+    spot: Spot<R>,
+    parts: usize,
+    table: usize,
+    scale: PlyScale<R>,
+) -> R {
+    scale.density_kg_m3 * look_up(tables, spot, parts + 2, table + parts)
+}
+
+/// Conductance between neighbouring nodes of one ply, W/m²/K.
+///
+/// The arithmetic mean makes a conductivity that is linear in temperature exact, and lets a front run into
+/// cold material whose conductivity vanishes; the harmonic mean would stall it.
+#[inline(always)]
+pub fn conductance_within<R: Real>(conductivity: R, next: R, half_over_next_1_m: R) -> R {
+    (conductivity + next) * half_over_next_1_m
+}
+
+/// Conductance between nodes on the two sides of an interface, W/m²/K: two half cells and the contact in
+/// series.
+#[inline(always)]
+pub fn conductance_across<R: Real>(conductivity: R, below_m: R, next: R, above_m: R, contact_m2_k_w: R) -> R {
+    let both = conductivity * next;
+    both / (below_m * next + above_m * conductivity + contact_m2_k_w * both)
+}

@@ -1,0 +1,44 @@
+//! Look-up in tables on the uniform temperature grid of a plan: a floor and a lerp, no search.
+
+use super::Real;
+use crate::plan::layout::{TABLE_NODES, TABLE_STEP_K};
+
+/// Where a temperature falls in every table: the row under it, and the share of the way to the next.
+#[derive(Clone, Copy)]
+pub struct Spot<R: Real> {
+    pub row: R::Row,
+    pub share: R,
+}
+
+/// Beyond the last node the end segment goes on, as the share passes one.
+#[inline(always)]
+pub fn spot<R: Real>(temperature_k: R) -> Spot<R> {
+    let position = temperature_k * R::constant(1.0 / TABLE_STEP_K);
+    let row = position.max(R::constant(0.0)).row(TABLE_NODES as u32 - 2);
+    Spot { row, share: position - R::from_row(row) }
+}
+
+/// The value at a spot of one column of a table of `columns` columns that begins at `offset`.
+#[inline(always)]
+pub fn look_up<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> R {
+    let under = R::gather(table, spot.row, columns, offset);
+    let over = R::gather(table, spot.row, columns, offset + columns);
+    under + spot.share * (over - under)
+}
+
+/// The slope at a spot of one column, per kelvin.
+#[inline(always)]
+pub fn slope<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> R {
+    let under = R::gather(table, spot.row, columns, offset);
+    let over = R::gather(table, spot.row, columns, offset + columns);
+    (over - under) * R::constant(1.0 / TABLE_STEP_K)
+}
+
+/// The integral of a column from the table's start, whose value at the nodes is the column after it.
+#[inline(always)]
+pub fn integral<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> R {
+    let under = R::gather(table, spot.row, columns, offset);
+    let over = R::gather(table, spot.row, columns, offset + columns);
+    let mean = under + R::constant(0.5) * spot.share * (over - under);
+    R::gather(table, spot.row, columns, offset + 1) + R::constant(TABLE_STEP_K) * spot.share * mean
+}
