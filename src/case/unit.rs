@@ -99,7 +99,7 @@ impl Dimension {
         ALL.iter()
             .find(|dimension| dimension.powers() == powers)
             .and_then(|dimension| dimension.expectation().split(" such as").next())
-            .unwrap_or("no quantity of a case")
+            .unwrap_or("what this unit measures")
     }
 }
 
@@ -218,8 +218,14 @@ fn split(text: &str) -> (&str, &str) {
     (&text[..number], &text[number..])
 }
 
+/// No unit of ours needs more bytes; parentheses are read by recursion, which this keeps shallow.
+const LONGEST_UNIT: usize = 64;
+
 /// Scale and powers of a compound unit.
 fn compound(unit: &str) -> Result<(f64, Powers), String> {
+    if unit.len() > LONGEST_UNIT {
+        return Err("the unit is too long".to_owned());
+    }
     let mut rest = unit;
     let found = product(&mut rest, unit)?;
     if rest.is_empty() { Ok(found) } else { Err(format!("unit {unit:?} is not understood at {rest:?}")) }
@@ -318,6 +324,7 @@ mod tests {
             ("3 W/m^2 K", Dimension::Conductance, "is not understood at \"K\""),
             ("3 furlong", Dimension::Length, "unknown unit \"furlong\""),
             ("3 (m", Dimension::Length, "lacks a closing parenthesis"),
+            ("3 ((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((m", Dimension::Length, "too long"),
             ("three mm", Dimension::Length, "not a quantity"),
             ("", Dimension::Length, "not a quantity"),
             ("NaN mm", Dimension::Length, "not a finite number"),

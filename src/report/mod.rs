@@ -11,6 +11,7 @@ mod findings;
 #[cfg(test)]
 mod fixture;
 mod html;
+pub mod materials;
 pub mod summary;
 mod svg;
 mod warnings;

@@ -250,6 +250,18 @@ fn all_faults_of_a_file_are_told_at_once_in_the_order_of_its_lines() {
 }
 
 #[test]
+fn no_character_that_lacks_or_is_another_makes_reading_panic() {
+    let scratch = Scratch::new("spoiled");
+    let mut refused = 0;
+    for (at, _) in WHOLE.char_indices() {
+        let other = ["", "é", "[", "\"", "9"][at % 5];
+        let spoiled = format!("{}{other}{}", &WHOLE[..at], &WHOLE[at + 1..]);
+        refused += usize::from(Case::load(&scratch.write("case.toml", spoiled)).is_err());
+    }
+    assert!(2 * refused > WHOLE.len(), "most of them are refused: {refused}");
+}
+
+#[test]
 fn two_factors_on_one_property_of_a_ply_are_refused() {
     let more = "[[factor]]\nname = \"f_k_BASE\"\ngroup = \"BASE\"\nproperty = \"conductivity\"\nsmall = [0.9, 1.1]\n\n[observations]";
     let found = faults("overlap", "[observations]", more);
