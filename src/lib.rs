@@ -6,3 +6,4 @@ pub mod physics;
 pub mod plan;
 pub mod study;
 pub mod traces;
+pub mod verify;
