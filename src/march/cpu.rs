@@ -45,9 +45,7 @@ impl March for Cpu {
             Precision::F64 if is_few => carry::<f64>(plan, &plan.rows, ensemble, members),
             Precision::F64 => carry::<Lanes<f64, LANES_F64>>(plan, &plan.rows, ensemble, members),
             Precision::F32 if is_few => carry::<f32>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
-            Precision::F32 => {
-                carry::<Lanes<f32, LANES_F32>>(plan, &plan.rows.map(|x| x as f32), ensemble, members)
-            }
+            Precision::F32 => carry::<Lanes<f32, LANES_F32>>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
         })
     }
 }
@@ -124,9 +122,7 @@ fn carry_group<R: Real>(
     let (sensors, instants) = (plan.sensor_cells.len(), plan.instants_s.len());
     let values: Vec<Vec<f64>> = (0..lanes).map(|lane| ensemble.member(first + lane)).collect();
     let columns: Vec<R> = (0..=plan.factors)
-        .map(|column| {
-            R::from_lanes(|lane| if column == 0 { 1.0 } else { values[lane.min(lanes - 1)][column - 1] })
-        })
+        .map(|column| R::from_lanes(|lane| if column == 0 { 1.0 } else { values[lane.min(lanes - 1)][column - 1] }))
         .collect();
     let mut member = Member::<R>::start(plan, rows, |column| columns[column as usize]);
     let mut note = |member: &Member<R>, instant: usize| {

@@ -31,13 +31,7 @@ pub fn ply_scale<R: Real>(ply: &Ply<u32>, bulk: Bulk<R::Scalar>, column: impl Fn
 
 /// Conductivity at a spot of a ply's table, W/m/K.
 #[inline(always)]
-pub fn conductivity<R: Real>(
-    tables: &[R::Scalar],
-    spot: Spot<R>,
-    parts: usize,
-    table: usize,
-    scale: PlyScale<R>,
-) -> R {
+pub fn conductivity<R: Real>(tables: &[R::Scalar], spot: Spot<R>, parts: usize, table: usize, scale: PlyScale<R>) -> R {
     let columns = parts + 2;
     let mut sum = scale.solid * look_up(tables, spot, columns, table);
     if parts == 3 {

@@ -160,22 +160,22 @@ impl<'a, R: Real> Member<'a, R> {
     /// Heat into the face cell: through an open face from outside, of a held one what passes on to its
     /// neighbour.
     #[inline(always)]
-    fn through(&self, face: usize, drive: Drive<R::Scalar>, cell: usize, neighbour: usize, column: usize) -> FaceFlux<R> {
+    fn through(
+        &self,
+        face: usize,
+        drive: Drive<R::Scalar>,
+        cell: usize,
+        neighbour: usize,
+        column: usize,
+    ) -> FaceFlux<R> {
         let (rows, table) = (self.rows, self.plan.face_table());
         let temperature_k = self.temperatures[cell].high + self.first[cell];
         let at = spot(temperature_k);
         let emissivity = look_up(&rows.tables, at, FACE_COLUMNS, table + column);
         let enthalpy_j_kg = look_up(&rows.tables, at, FACE_COLUMNS, table + 1);
         let rise_j_kg_k = slope(&rows.tables, at, FACE_COLUMNS, table + 1);
-        let open = face_flux(
-            drive,
-            rows.faces[face],
-            self.faces[face],
-            temperature_k,
-            emissivity,
-            enthalpy_j_kg,
-            rise_j_kg_k,
-        );
+        let open =
+            face_flux(drive, rows.faces[face], self.faces[face], temperature_k, emissivity, enthalpy_j_kg, rise_j_kg_k);
         let held = R::of(rows.faces[face].held);
         let free = R::constant(1.0) - held;
         let conductance = self.conductances[cell.min(neighbour)];
@@ -210,10 +210,8 @@ impl<'a, R: Real> Member<'a, R> {
         let drives = &rows.drives[4 * step..4 * step + 4];
         let held = [R::of(rows.faces[0].held), R::of(rows.faces[1].held)];
         let free = [R::constant(1.0) - held[0], R::constant(1.0) - held[1]];
-        let rise = [
-            R::of(drives[1].held_k) - R::of(drives[0].held_k),
-            R::of(drives[3].held_k) - R::of(drives[2].held_k),
-        ];
+        let rise =
+            [R::of(drives[1].held_k) - R::of(drives[0].held_k), R::of(drives[3].held_k) - R::of(drives[2].held_k)];
 
         self.hold(step);
         let start = self.imbalance(drives[0], drives[2]);

@@ -45,9 +45,13 @@ impl Grid {
     }
 }
 
-/// Cells for each ply, by the square root of its diffusion time at the start, at least four.
+/// Cells for each ply by its diffusion time L²ρc/k at the start, to the power 3/8, at least four.
+///
+/// The square root would make every cell as hard to heat through as the next, but insulation conducts
+/// several times better once hot, and fronts are steepest in the cloth: of the powers tried on the paper's
+/// layup (1/8, 1/4, 3/8, 1/2 at 48 to 192 cells) this one has the smallest worst error over the sensors.
 fn shares(case: &Case) -> Vec<f64> {
-    let roots: Vec<f64> = case
+    let weights: Vec<f64> = case
         .layup
         .plies
         .iter()
@@ -55,11 +59,13 @@ fn shares(case: &Case) -> Vec<f64> {
             let start_k = case.exposure.initial_k[0].1;
             let material = &ply.material;
             let conductivity: f64 = material.conductivity.parts(start_k, case.exposure.pressure_pa).iter().sum();
-            ply.thickness_m * (material.density_kg_m3 * material.heat_capacity.at(start_k) / conductivity).sqrt()
+            let root =
+                ply.thickness_m * (material.density_kg_m3 * material.heat_capacity.at(start_k) / conductivity).sqrt();
+            root.powf(0.75)
         })
         .collect();
-    let total: f64 = roots.iter().sum();
-    roots.iter().map(|root| (case.resolution.cells as f64 * root / total).max(CELLS_PLY_MIN as f64)).collect()
+    let total: f64 = weights.iter().sum();
+    weights.iter().map(|weight| (case.resolution.cells as f64 * weight / total).max(CELLS_PLY_MIN as f64)).collect()
 }
 
 /// The upper and lower face of a ply and the depths of the sensors between, in order.

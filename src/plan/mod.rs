@@ -148,10 +148,7 @@ fn instants(clock: &Clock) -> Vec<u32> {
 }
 
 fn is_part(property: Property) -> bool {
-    matches!(
-        property,
-        Property::ConductivitySolid | Property::ConductivityGas | Property::ConductivityRadiative
-    )
+    matches!(property, Property::ConductivitySolid | Property::ConductivityGas | Property::ConductivityRadiative)
 }
 
 /// The ensemble column of the factor on a property of a ply (by its group or name), 0 where there is none.
@@ -217,9 +214,7 @@ const COLD_WALL_K: f64 = 300.0;
 
 fn face(face: &Face) -> layout::Face<f64> {
     match face {
-        Face::Held(_) => {
-            layout::Face { film_w_m2_k: 0.0, surroundings_k: 0.0, hot_wall_kg_j: 0.0, held: 1.0 }
-        }
+        Face::Held(_) => layout::Face { film_w_m2_k: 0.0, surroundings_k: 0.0, hot_wall_kg_j: 0.0, held: 1.0 },
         Face::Open(open) => layout::Face {
             film_w_m2_k: open.film_w_m2_k,
             surroundings_k: open.surroundings_k,
