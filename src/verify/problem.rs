@@ -52,7 +52,7 @@ impl Measure {
     pub fn unit(self) -> String {
         match self {
             Self::Kelvin => "K".to_owned(),
-            Self::ShareOf(driving_k) => format!("of {driving_k:.4} K").replace(".0000", ""),
+            Self::ShareOf(driving_k) => format!("of {driving_k} K"),
         }
     }
 
@@ -103,13 +103,7 @@ impl Problem {
             },
             factors: Vec::new(),
             estimate: Estimate::default(),
-            resolution: Resolution {
-                cells,
-                first_step_s,
-                growth,
-                largest_step_s: duration_s,
-                every_s: duration_s,
-            },
+            resolution: Resolution { cells, first_step_s, growth, largest_step_s: duration_s, every_s: duration_s },
         };
         Self { group, case, checks }
     }

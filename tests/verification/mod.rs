@@ -38,7 +38,8 @@ fn heat_in_less_heat_out_is_heat_stored() {
 
 #[test]
 fn a_reference_moved_by_twice_its_tolerance_fails_its_row() {
-    let mut problem = all().into_iter().find(|p| p.case.name == "SFPE S.02 case 2, plate under a flux").expect("listed");
+    let mut problem =
+        all().into_iter().find(|p| p.case.name == "SFPE S.02 case 2, plate under a flux").expect("listed");
     let check = &mut problem.checks[0];
     check.points[0].temperature_k += 2.0 * check.tolerance;
     let rows = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail");
@@ -46,7 +47,7 @@ fn a_reference_moved_by_twice_its_tolerance_fails_its_row() {
     assert!(rows[1].pass(), "\n{}", table(&rows));
 }
 
-/// A march that is a thousandth of a kelvin off in one reading of its last member, or loses it.
+/// A march whose last reading is off by so much.
 struct Spoiled {
     temperature_k: f64,
 }

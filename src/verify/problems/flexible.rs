@@ -45,10 +45,7 @@ pub fn layup() -> Case {
             initial_k: vec![(0.0, 300.0)],
             pressure_pa: 8010.0,
             hot_face: Face::Open(OpenFace {
-                flux_w_m2: Schedule {
-                    times_s: vec![0.0, 0.5, 41.0, 41.2],
-                    values: vec![0.0, 267e3, 267e3, 0.0],
-                },
+                flux_w_m2: Schedule { times_s: vec![0.0, 0.5, 41.0, 41.2], values: vec![0.0, 267e3, 267e3, 0.0] },
                 recovery_enthalpy_j_kg: Some(12e6),
                 emissivity: Emissivity::Constant(0.7),
                 ..OpenFace::insulated()

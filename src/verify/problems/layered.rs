@@ -2,9 +2,7 @@
 
 use super::{CELSIUS_K, CODES_WITHIN_1_K, TALBOT};
 use crate::verify::Group::{Codes, Exact};
-use crate::verify::problem::{
-    Check, Measure, Point, Problem, Setting, constant, convected, heated, held, insulated,
-};
+use crate::verify::problem::{Check, Measure, Point, Problem, Setting, constant, convected, heated, held, insulated};
 use crate::verify::reference;
 
 pub fn problems() -> Vec<Problem> {
@@ -102,6 +100,8 @@ fn steel_setting(growth: f64) -> Setting {
 }
 
 fn insulated_steel() -> Problem {
+    // On the two interfaces FDS prints a mean over cells that conduct 250 to 1, 1.9 °C off the exact wall.
+    let is_within_a_layer = |point: &Point| point.depth_m != 0.02 && point.depth_m != 0.03;
     const FILE: &str = include_str!("../../../data/verification/fds_insulated_steel_plate.csv");
     Problem::new(
         Codes,
@@ -109,11 +109,11 @@ fn insulated_steel() -> Problem {
         steel_setting(0.01),
         vec![Check {
             reference: "FDS insulated_steel_plate (NIST)",
-            quantity: "18 depths, 36000 s",
-            points: reference::points(FILE, "FDS", CELSIUS_K),
-            tolerance: 0.025,
+            quantity: "16 depths, 36000 s",
+            points: reference::points(FILE, "FDS", CELSIUS_K).into_iter().filter(is_within_a_layer).collect(),
+            tolerance: 0.02,
             measure: Measure::Kelvin,
-            source_of_tolerance: "FDS lies 0.02 °C off the exact wall",
+            source_of_tolerance: "the 0.02 °C by which FDS misses the wall at rest, still approached at 10 h",
         }],
     )
 }

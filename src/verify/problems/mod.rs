@@ -8,11 +8,6 @@ mod slab;
 
 use super::problem::Problem;
 
-/// Every problem, the simplest first.
-pub fn all() -> Vec<Problem> {
-    [slab::problems(), layered::problems(), nonlinear::problems(), radiating::problems()].into_iter().flatten().collect()
-}
-
 /// Where the tolerance of a closed form comes from.
 const REFINED: &str = "grid and clock refined until 1e-6 of what drives the problem is met";
 
@@ -23,3 +18,11 @@ const TALBOT: &str = "Laplace inversion in 30 digits";
 const MOL: &str = "method of lines, converged";
 const CODES_WITHIN_1_K: &str = "1 K covers the codes' own distance from the exact solution";
 const CELSIUS_K: f64 = 273.15;
+
+/// Every problem, the simplest first.
+pub fn all() -> Vec<Problem> {
+    [slab::problems(), layered::problems(), nonlinear::problems(), radiating::problems()]
+        .into_iter()
+        .flatten()
+        .collect()
+}

@@ -1,6 +1,6 @@
 //! Properties that change with temperature.
 
-use super::{CELSIUS_K, CARSLAW_3_3, CARSLAW_3_8, MOL, REFINED};
+use super::{CARSLAW_3_3, CARSLAW_3_8, CELSIUS_K, MOL, REFINED};
 use crate::case::{Emissivity, Face, Material, OpenFace, Schedule};
 use crate::verify::Group::{Codes, Exact};
 use crate::verify::problem::{
@@ -23,9 +23,8 @@ const KIRCHHOFF_CONDUCTIVITY_W_M_K: f64 = 0.05;
 
 /// k = k₀ (1 + b (T − 300 K)) and ρc likewise: three times as large at 1300 K, the diffusivity the same.
 pub fn kirchhoff_material() -> Arc<Material> {
-    let rising = |at_start: f64| {
-        clamped(vec![300.0, 1400.0], vec![at_start, at_start * (1.0 + KIRCHHOFF_SLOPE_1_K * 1100.0)])
-    };
+    let rising =
+        |at_start: f64| clamped(vec![300.0, 2000.0], vec![at_start, at_start * (1.0 + KIRCHHOFF_SLOPE_1_K * 1700.0)]);
     let capacity_j_m3_k = KIRCHHOFF_CONDUCTIVITY_W_M_K / KIRCHHOFF_DIFFUSIVITY_M2_S;
     material(50.0, rising(capacity_j_m3_k / 50.0), rising(KIRCHHOFF_CONDUCTIVITY_W_M_K))
 }
@@ -56,7 +55,8 @@ fn kirchhoff() -> Vec<Problem> {
         hot_face,
         back_face: insulated(),
         cells: 4000,
-        first_step_s: 1e-4,
+        // The jump of 1000 K leaves its error in the first steps: they are shorter than a cell's diffusion time.
+        first_step_s: 3e-6,
         growth: 0.003,
     };
     let step_k = 1000.0;
@@ -128,7 +128,11 @@ fn heating() -> Problem {
         "k(T), c(T), convection",
         Setting {
             plies: vec![(
-                material(10_000.0, clamped(at_k(), vec![1000.0, 1200.0, 1000.0]), clamped(at_k(), vec![0.10, 0.15, 0.20])),
+                material(
+                    10_000.0,
+                    clamped(at_k(), vec![1000.0, 1200.0, 1000.0]),
+                    clamped(at_k(), vec![0.10, 0.15, 0.20]),
+                ),
                 0.01,
             )],
             start_k: CELSIUS_K,
@@ -192,12 +196,10 @@ fn tacot() -> Problem {
     const FILE: &str = include_str!("../../../data/verification/tacot_conduction.csv");
     const VIRGIN: &str = include_str!("../../../data/verification/tacot_virgin.csv");
     let [temperatures_k, heat_capacity, conductivity] =
-        <[Vec<f64>; 3]>::try_from(reference::columns(VIRGIN)).unwrap_or_default();
+        <[Vec<f64>; 3]>::try_from(reference::columns(VIRGIN)).expect("the file has a column each");
     let virgin = material(280.0, clamped(temperatures_k.clone(), heat_capacity), clamped(temperatures_k, conductivity));
-    let surface_k = Schedule {
-        times_s: vec![0.0, 0.1, 60.0, 60.1, 120.0],
-        values: vec![298.0, 1644.0, 1644.0, 298.0, 298.0],
-    };
+    let surface_k =
+        Schedule { times_s: vec![0.0, 0.1, 60.0, 60.1, 120.0], values: vec![298.0, 1644.0, 1644.0, 298.0, 298.0] };
     let check = |reference, series, tolerance, source_of_tolerance| Check {
         reference,
         quantity: "9 depths",

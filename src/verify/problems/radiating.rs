@@ -33,8 +33,7 @@ const LUMPED_SOURCE: &str = "1e-5 of the start, the reference's own acceptance";
 /// A plate of 2 mm, 2700 kg/m³ and 900 J/kg/K from 1200 K before surroundings of 300 K.
 fn cooling() -> Problem {
     let (emissivity, surroundings_k, start_k) = (0.9, 300.0, 1200.0);
-    let radiating =
-        OpenFace { emissivity: Emissivity::Constant(emissivity), surroundings_k, ..OpenFace::insulated() };
+    let radiating = OpenFace { emissivity: Emissivity::Constant(emissivity), surroundings_k, ..OpenFace::insulated() };
     let reached = |temperature_k: f64| Point {
         depth_m: 0.0,
         time_s: exact::cooling_time_s(4860.0, emissivity, surroundings_k, start_k, temperature_k),
@@ -139,7 +138,7 @@ fn nafems_t3() -> Problem {
             start_k: CELSIUS_K,
             hot_face: Face::Held(Schedule { times_s, values: face_k }),
             back_face: held(CELSIUS_K),
-            cells: 800,
+            cells: 3000,
             first_step_s: 0.02,
             growth: 0.1,
         },
