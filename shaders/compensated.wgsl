@@ -21,9 +21,9 @@ fn two_sum(a: real, b: real) -> Pair {
 }
 
 fn advanced(pair: Pair, increment: real) -> Pair {
-    return two_sum(pair.high, pair.low + increment);
+    return two_sum(pair.high, pair.low + keep(increment));
 }
 
 fn difference(a: Pair, b: Pair) -> real {
-    return keep(a.high - b.high) + keep(a.low - b.low);
+    return (a.high - b.high) + (a.low - b.low);
 }

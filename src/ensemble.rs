@@ -1,20 +1,48 @@
 //! Which variations of a case to march.
 
+pub mod sampling;
+
+pub use sampling::{Sampling, SamplingKind};
+
+use crate::case::{Bounds, Factor};
+use sampling::Draw;
+
 /// Members × factors, made row by row when asked for, so that a million members need no memory.
 #[derive(Clone, Debug)]
 pub struct Ensemble {
     factors: usize,
     members: usize,
-    values: Vec<f64>,
+    rows: Rows,
+}
+
+#[derive(Clone, Debug)]
+enum Rows {
+    Given(Vec<f64>),
+    Drawn(Draw),
 }
 
 impl Ensemble {
-    /// Exactly these rows of factor values, row after row.
-    pub fn at(factors: usize, values: Vec<f64>) -> Self {
-        let members = if factors == 0 { 1 } else { values.len() / factors };
-        Self { factors, members, values }
+    /// One member: every factor at its nominal value.
+    pub fn nominal(factors: &[Factor]) -> Self {
+        Self::at(factors.len(), factors.iter().map(|factor| factor.nominal).collect())
     }
 
+    /// Exactly these rows of factor values, row after row. Without factors there is one member, which varies nothing.
+    ///
+    /// # Panics
+    /// When the values are not a whole number of rows.
+    pub fn at(factors: usize, values: Vec<f64>) -> Self {
+        let members = values.len().checked_div(factors).unwrap_or(1);
+        assert_eq!(values.len(), members * factors, "values are not whole rows of {factors} factors");
+        Self { factors, members, rows: Rows::Given(values) }
+    }
+
+    /// Members drawn between the side constraints, as [`Sampling`] says.
+    pub fn sample(factors: &[Factor], bounds: Bounds, sampling: &Sampling, members: usize) -> Self {
+        Self { factors: factors.len(), members, rows: Rows::Drawn(Draw::new(factors, bounds, sampling, members)) }
+    }
+
+    /// Number of members.
     pub fn len(&self) -> usize {
         self.members
     }
@@ -23,8 +51,20 @@ impl Ensemble {
         self.members == 0
     }
 
+    /// Number of factors of every member.
+    pub fn factors(&self) -> usize {
+        self.factors
+    }
+
     /// The factor values of one member.
+    ///
+    /// # Panics
+    /// When there is no such member.
     pub fn member(&self, member: usize) -> Vec<f64> {
-        self.values[member * self.factors..(member + 1) * self.factors].to_vec()
+        assert!(member < self.members, "no member {member} in an ensemble of {}", self.members);
+        match &self.rows {
+            Rows::Given(values) => values[member * self.factors..(member + 1) * self.factors].to_vec(),
+            Rows::Drawn(draw) => draw.row(member),
+        }
     }
 }

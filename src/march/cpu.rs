@@ -125,21 +125,17 @@ fn carry_group<R: Real>(
         .map(|column| R::from_lanes(|lane| if column == 0 { 1.0 } else { values[lane.min(lanes - 1)][column - 1] }))
         .collect();
     let mut member = Member::<R>::start(plan, rows, |column| columns[column as usize]);
-    let mut note = |member: &Member<R>, instant: usize| {
-        for lane in 0..lanes {
-            for sensor in 0..sensors {
-                temperatures_k[(lane * sensors + sensor) * instants + instant] = member.shown_k(sensor, lane);
+    for turn in 0..=plan.steps() {
+        member.advance(turn, |member| {
+            let instant = plan.instants[turn];
+            if instant != NO_INSTANT {
+                for (lane, sensor) in (0..lanes).flat_map(|lane| (0..sensors).map(move |sensor| (lane, sensor))) {
+                    let at = (lane * sensors + sensor) * instants + instant as usize;
+                    temperatures_k[at] = member.shown_k(sensor, lane);
+                }
             }
-        }
-    };
-    note(&member, 0);
-    for step in 0..plan.steps() {
-        member.advance(step);
-        if plan.instants[step] != NO_INSTANT {
-            note(&member, plan.instants[step] as usize);
-        }
+        });
     }
-    member.finish();
     (0..lanes)
         .map(|lane| {
             let [hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, stored_j_m2] = member.heat_j_m2(lane);

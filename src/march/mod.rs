@@ -1,6 +1,7 @@
 //! Who carries the ensemble.
 
 pub mod cpu;
+pub mod gpu;
 
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;

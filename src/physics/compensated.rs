@@ -34,11 +34,11 @@ pub fn two_sum<R: Real>(a: R, b: R) -> Pair<R> {
 /// The pair after an increment.
 #[inline(always)]
 pub fn advanced<R: Real>(pair: Pair<R>, increment: R) -> Pair<R> {
-    two_sum(pair.high, pair.low + increment)
+    two_sum(pair.high, pair.low + keep(increment))
 }
 
 /// `a − b`, rounded once it is small.
 #[inline(always)]
 pub fn difference<R: Real>(a: Pair<R>, b: Pair<R>) -> R {
-    keep(a.high - b.high) + keep(a.low - b.low)
+    (a.high - b.high) + (a.low - b.low)
 }

@@ -60,6 +60,7 @@ pub struct Member<'a, R: Real> {
 }
 
 /// Heat into the layup through its two faces.
+#[derive(Clone, Copy)]
 struct Ends<R> {
     hot: FaceFlux<R>,
     back: FaceFlux<R>,
@@ -74,7 +75,7 @@ impl<'a, R: Real> Member<'a, R> {
         let (cells, sensors) = (plan.cells(), plan.sensor_cells.len());
         let plies = plan.plies.iter().zip(&rows.bulks).map(|(ply, &bulk)| ply_scale(ply, bulk, column)).collect();
         let contact = column(plan.contact);
-        let mut member = Self {
+        Self {
             plan,
             rows,
             plies,
@@ -96,14 +97,7 @@ impl<'a, R: Real> Member<'a, R> {
             upper: vec![zero; cells],
             first: vec![zero; cells],
             second: vec![zero; cells],
-        };
-        member.hold(0);
-        member.properties();
-        for sensor in 0..sensors {
-            member.readings[sensor] = member.read(sensor);
-            member.beads[sensor] = member.readings[sensor];
         }
-        member
     }
 
     /// Put the cells of held faces on their schedules, which may jump between steps.
@@ -186,7 +180,6 @@ impl<'a, R: Real> Member<'a, R> {
     /// Net heat flux into every cell at `T + Δ₁`, left in `second`.
     #[inline(always)]
     fn imbalance(&mut self, hot: Drive<R::Scalar>, back: Drive<R::Scalar>) -> Ends<R> {
-        self.properties();
         let last = self.second.len() - 1;
         let ends = Ends { hot: self.through(0, hot, 0, 1, 0), back: self.through(1, back, last, last - 1, 2) };
         let mut above = ends.hot.flux;
@@ -199,62 +192,95 @@ impl<'a, R: Real> Member<'a, R> {
         ends
     }
 
-    /// March one step.
+    /// Read the sensors at the start of a step, then march it; past the last step, only read. `note` is
+    /// called between the two.
     #[inline(always)]
-    pub fn advance(&mut self, step: usize) {
-        let rows = self.rows;
+    pub fn advance(&mut self, step: usize, mut note: impl FnMut(&Self)) {
+        let last = self.second.len() - 1;
+        self.hold(step);
+        let none = FaceFlux { flux: R::constant(0.0), slope: R::constant(0.0) };
+        let mut start = Ends { hot: none, back: none };
+        let mut onward = [none.flux, none.flux];
+        for stage in 0..2 {
+            self.properties();
+            if stage == 0 {
+                self.look(step);
+                note(self);
+                if step == self.plan.steps() {
+                    self.finish();
+                    return;
+                }
+            }
+            let ends = self.imbalance(self.rows.drives[4 * step + stage], self.rows.drives[4 * step + 2 + stage]);
+            if stage == 0 {
+                onward = [self.conductances[0], self.conductances[last - 1]];
+                start = ends;
+                self.assemble(step, &start);
+            } else {
+                self.correct(step);
+            }
+            substitute(&self.lower, &self.diagonal, &self.upper, &mut self.second);
+            if stage == 0 {
+                for i in 0..=last {
+                    self.first[i] = self.second[i];
+                }
+            } else {
+                self.account(0, step, start.hot, ends.hot, onward[0], 0, 1);
+                self.account(1, step, start.back, ends.back, onward[1], last, last - 1);
+            }
+        }
+        self.update(step);
+    }
+
+    /// The rise of a held face over a step, K.
+    #[inline(always)]
+    fn rise(&self, face: usize, step: usize) -> R {
+        let drives = &self.rows.drives;
+        R::of(drives[4 * step + 2 * face + 1].held_k) - R::of(drives[4 * step + 2 * face].held_k)
+    }
+
+    /// The system of both stages, factored, and the right-hand side of the first.
+    #[inline(always)]
+    fn assemble(&mut self, step: usize, start: &Ends<R>) {
         let last = self.second.len() - 1;
         let gamma = R::constant(GAMMA);
-        let length = R::of(rows.lengths_s[step]);
-        let per_length = R::constant(1.0) / length;
-        let drives = &rows.drives[4 * step..4 * step + 4];
-        let held = [R::of(rows.faces[0].held), R::of(rows.faces[1].held)];
-        let free = [R::constant(1.0) - held[0], R::constant(1.0) - held[1]];
-        let rise =
-            [R::of(drives[1].held_k) - R::of(drives[0].held_k), R::of(drives[3].held_k) - R::of(drives[2].held_k)];
-
-        self.hold(step);
-        let start = self.imbalance(drives[0], drives[2]);
-        let onward = [self.conductances[0], self.conductances[last - 1]];
+        let per_length = R::constant(1.0) / R::of(self.rows.lengths_s[step]);
+        self.conductances[last] = R::constant(0.0);
         let mut above = R::constant(0.0);
         for i in 0..=last {
-            let below = if i < last { self.conductances[i] } else { R::constant(0.0) };
+            let below = self.conductances[i];
             self.capacities[i] = self.evaluated[i];
             self.lower[i] = -(gamma * above);
             self.upper[i] = -(gamma * below);
             self.diagonal[i] = self.capacities[i] * per_length + gamma * (above + below);
-            self.first[i] = self.second[i];
             above = below;
         }
-        self.diagonal[0] = held[0] + free[0] * (self.diagonal[0] - gamma * start.hot.slope);
-        self.upper[0] = free[0] * self.upper[0];
-        self.first[0] = held[0] * rise[0] + free[0] * self.first[0];
-        self.diagonal[last] = held[1] + free[1] * (self.diagonal[last] - gamma * start.back.slope);
-        self.lower[last] = free[1] * self.lower[last];
-        self.first[last] = held[1] * rise[1] + free[1] * self.first[last];
+        for (cell, face, slope) in [(0, 0, start.hot.slope), (last, 1, start.back.slope)] {
+            let held = R::of(self.rows.faces[face].held);
+            let free = R::constant(1.0) - held;
+            self.diagonal[cell] = held + free * (self.diagonal[cell] - gamma * slope);
+            self.second[cell] = held * self.rise(face, step) + free * self.second[cell];
+            self.lower[cell] = free * self.lower[cell];
+            self.upper[cell] = free * self.upper[cell];
+        }
         factorise(&mut self.lower, &mut self.diagonal, &self.upper);
-        substitute(&self.lower, &self.diagonal, &self.upper, &mut self.first);
+    }
 
-        let end = self.imbalance(drives[1], drives[3]);
+    /// The right-hand side of the second stage.
+    #[inline(always)]
+    fn correct(&mut self, step: usize) {
+        let last = self.second.len() - 1;
+        let per_length = R::constant(1.0) / R::of(self.rows.lengths_s[step]);
         for i in 0..=last {
             let weight = self.capacities[i] / self.evaluated[i];
             let carried = self.capacities[i] * per_length * self.first[i];
             self.second[i] = weight * self.second[i] - (carried + carried);
         }
-        self.second[0] = free[0] * self.second[0] - held[0] * rise[0];
-        self.second[last] = free[1] * self.second[last] - held[1] * rise[1];
-        substitute(&self.lower, &self.diagonal, &self.upper, &mut self.second);
-
-        let sums = [
-            self.first[0] + self.second[0],
-            self.first[1] + self.second[1],
-            self.first[last] + self.second[last],
-            self.first[last - 1] + self.second[last - 1],
-        ];
-        self.account(0, length, start.hot, end.hot, onward[0] * held[0], sums[0], sums[1]);
-        self.account(1, length, start.back, end.back, onward[1] * held[1], sums[2], sums[3]);
-        self.update(step);
-        self.follow(step);
+        for (cell, face) in [(0, 0), (last, 1)] {
+            let held = R::of(self.rows.faces[face].held);
+            let free = R::constant(1.0) - held;
+            self.second[cell] = free * self.second[cell] - held * self.rise(face, step);
+        }
     }
 
     /// Add the heat through a face over a step: the stages' mean, and the scheme's own implicit part.
@@ -263,18 +289,22 @@ impl<'a, R: Real> Member<'a, R> {
     fn account(
         &mut self,
         face: usize,
-        length: R,
+        step: usize,
         start: FaceFlux<R>,
         end: FaceFlux<R>,
         onward: R,
-        sum: R,
-        neighbour: R,
+        cell: usize,
+        neighbour: usize,
     ) {
-        let implicit = start.slope * sum + onward * (sum - neighbour);
-        let heat = R::constant(0.5) * length * (start.flux + end.flux + R::constant(GAMMA) * implicit);
+        let sum = self.first[cell] + self.second[cell];
+        let beside = self.first[neighbour] + self.second[neighbour];
+        let held = R::of(self.rows.faces[face].held);
+        let implicit = start.slope * sum + held * onward * (sum - beside);
+        let half_length = R::constant(0.5) * R::of(self.rows.lengths_s[step]);
+        let amount = half_length * (start.flux + end.flux + R::constant(GAMMA) * implicit);
         let zero = R::constant(0.0);
-        self.heat[2 * face] = advanced(self.heat[2 * face], heat.max(zero));
-        self.heat[2 * face + 1] = advanced(self.heat[2 * face + 1], (-heat).max(zero));
+        self.heat[2 * face] = advanced(self.heat[2 * face], amount.max(zero));
+        self.heat[2 * face + 1] = advanced(self.heat[2 * face + 1], (-amount).max(zero));
     }
 
     /// Take the increments into the temperatures, and watch where they go.
@@ -299,7 +329,7 @@ impl<'a, R: Real> Member<'a, R> {
 
     /// The temperature at a sensor's place.
     #[inline(always)]
-    fn read(&self, sensor: usize) -> Pair<R> {
+    fn read_sensor(&self, sensor: usize) -> Pair<R> {
         let i = self.plan.sensor_cells[sensor] as usize;
         reading(
             self.temperatures[i],
@@ -311,21 +341,25 @@ impl<'a, R: Real> Member<'a, R> {
         )
     }
 
-    /// Let the beads follow their readings over a step.
+    /// Read the sensors at the start of a step, and let the beads follow over the step before.
     #[inline(always)]
-    fn follow(&mut self, step: usize) {
+    fn look(&mut self, step: usize) {
         let sensors = self.beads.len();
         for sensor in 0..sensors {
-            let now = self.read(sensor);
-            let weights = self.rows.beads[step * sensors + sensor];
-            self.beads[sensor] = followed(self.beads[sensor], self.readings[sensor], now, weights);
+            let now = self.read_sensor(sensor);
+            if step == 0 {
+                self.beads[sensor] = now;
+            } else {
+                let weights = self.rows.beads[(step - 1) * sensors + sensor];
+                self.beads[sensor] = followed(self.beads[sensor], self.readings[sensor], now, weights);
+            }
             self.readings[sensor] = now;
         }
     }
 
     /// Sum up the heat stored since the start; what a held cell took up came through its face.
     #[inline(always)]
-    pub fn finish(&mut self) {
+    fn finish(&mut self) {
         let rows = self.rows;
         let last = self.temperatures.len() - 1;
         let zero = R::constant(0.0);

@@ -23,7 +23,7 @@ pub struct Plan {
     pub instants_s: Vec<f64>,
     /// End of each step, s, after a first entry of zero.
     pub times_s: Vec<f64>,
-    /// The instant at the end of each step, or [`NO_INSTANT`].
+    /// The instant at each of `times_s`, or [`NO_INSTANT`].
     pub instants: Vec<u32>,
     pub plies: Vec<Ply<u32>>,
     /// Scaling columns of the hot and of the back face.
@@ -50,7 +50,8 @@ pub struct Rows<S> {
     pub contacts_m2_k_w: Vec<S>,
     /// Hot, back.
     pub faces: [layout::Face<S>; 2],
-    /// Four a step: hot at the start, hot at the end, back at the start, back at the end.
+    /// Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the
+    /// end of the march.
     pub drives: Vec<Drive<S>>,
     pub lengths_s: Vec<S>,
     /// Ply × node × (conductivity columns, heat capacity, enthalpy), SI; then node × [`FACE_COLUMNS`].
@@ -131,10 +132,11 @@ impl Plan {
     }
 }
 
-/// The instant that each step ends on.
+/// The instant at the start of each step and at the end of the last.
 fn instants(clock: &Clock) -> Vec<u32> {
-    let mut next = 1;
-    clock.times_s[1..]
+    let mut next = 0;
+    clock
+        .times_s
         .iter()
         .map(|&time_s| {
             if clock.instants_s.get(next).is_some_and(|&instant_s| instant_s <= time_s) {
@@ -235,6 +237,8 @@ fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
             drives.push(drive(face, |schedule| schedule.before(step[1])));
         }
     }
+    let end = [drives[drives.len() - 3], drives[drives.len() - 1]];
+    drives.extend([end[0], end[0], end[1], end[1]]);
     drives
 }
 

@@ -3,4 +3,5 @@
 pub mod estimate;
 pub mod nominal;
 pub mod sensitivity;
+pub mod statistics;
 pub mod uncertainty;

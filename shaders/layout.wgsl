@@ -1,0 +1,112 @@
+// Rows and bindings: twin of src/plan/layout.rs, field for field; the only file with bindings.
+
+// Lengths of loops come at run time: drivers unroll a short loop whose length they know, and a step of five
+// plies and two stages unrolled took ten seconds to compile.
+struct Run {
+    first_step: u32,
+    end_step: u32,
+    steps: u32,
+    members: u32,
+    // The column of the contact factor.
+    contact: u32,
+    one: f32,
+    plies: u32,
+    sensors: u32,
+    faces: u32,
+    stages: u32,
+}
+
+struct Cell {
+    width_m: real,
+    above_m: real,
+    below_m: real,
+    half_over_next_1_m: real,
+    start_k: real,
+}
+
+struct Face {
+    film_w_m2_k: real,
+    surroundings_k: real,
+    hot_wall_kg_j: real,
+    held: real,
+}
+
+struct Drive {
+    flux_w_m2: real,
+    radiant_w_m2: real,
+    gas_k: real,
+    held_k: real,
+}
+
+struct Sensor {
+    above: real,
+    below: real,
+    above_m: real,
+    below_m: real,
+}
+
+struct Bead {
+    start: real,
+    end: real,
+}
+
+struct Ply {
+    first_cell: u32,
+    end_cell: u32,
+    table: u32,
+    conductivity: u32,
+    conductivity_solid: u32,
+    conductivity_gas: u32,
+    conductivity_radiative: u32,
+    heat_capacity: u32,
+    density: u32,
+    thickness: u32,
+}
+
+struct Scaling {
+    heating: u32,
+    film: u32,
+    exchange: u32,
+    emissivity: u32,
+}
+
+struct Bulk {
+    density_kg_m3: real,
+}
+
+@group(0) @binding(0) var<uniform> run: Run;
+@group(0) @binding(1) var<storage, read> cells: array<Cell>;
+@group(0) @binding(2) var<storage, read> plies: array<Ply>;
+@group(0) @binding(3) var<storage, read> bulks: array<Bulk>;
+// Of each interface, m²K/W.
+@group(0) @binding(4) var<storage, read> contacts: array<real>;
+// Hot, back.
+@group(0) @binding(5) var<storage, read> faces: array<Face>;
+@group(0) @binding(6) var<storage, read> scalings: array<Scaling>;
+// Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the end.
+@group(0) @binding(7) var<storage, read> drives: array<Drive>;
+@group(0) @binding(8) var<storage, read> lengths: array<real>;
+@group(0) @binding(9) var<storage, read> tables: array<real>;
+@group(0) @binding(10) var<storage, read> sensors: array<Sensor>;
+@group(0) @binding(11) var<storage, read> sensor_cells: array<u32>;
+// Step × sensor.
+@group(0) @binding(12) var<storage, read> beads: array<Bead>;
+// The instant at the start of each step, and at the end of the last.
+@group(0) @binding(13) var<storage, read> instants: array<u32>;
+// Factor × member.
+@group(0) @binding(14) var<storage, read> factors: array<real>;
+// Slot × member: temperatures, readings and beads in two words each; then what a member leaves behind:
+// heat through the faces in two words each, heat stored, coldest and hottest of each ply.
+@group(0) @binding(15) var<storage, read_write> state: array<real>;
+// Instant × sensor × word × member.
+@group(0) @binding(16) var<storage, read_write> traces: array<real>;
+// Steps done by each member; then the step after which each strayed, or zero.
+@group(0) @binding(17) var<storage, read_write> progress: array<u32>;
+
+// A column of the ensemble for this member; column 0 is one.
+fn column(index: u32) -> real {
+    if index == 0u {
+        return 1.0;
+    }
+    return factors[(index - 1u) * run.members + member];
+}

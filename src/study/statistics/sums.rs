@@ -1,0 +1,36 @@
+//! Sums of whole numbers, and what is left of them about their mean.
+
+/// Sums of one quantity, in quanta.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Sums {
+    pub(super) first: i128,
+    pub(super) squares: i128,
+}
+
+impl Sums {
+    pub(super) fn add(&mut self, quanta: i64) {
+        self.first += i128::from(quanta);
+        self.squares += i128::from(quanta) * i128::from(quanta);
+    }
+
+    pub(super) fn merge(&mut self, other: &Self) {
+        self.first += other.first;
+        self.squares += other.squares;
+    }
+}
+
+/// `Σ (a − ā)(b − b̄) = Σab − ΣaΣb/n`, from the sum of products and the two sums.
+///
+/// The product of two sums may leave the range of 128 bits, and their difference in floating point would cancel. So
+/// the sums are split into whole means and remainders, `Σa = n m + r`, and only `r s/n`, which is below `n`, is
+/// rounded.
+pub(super) fn centred(members: usize, products: i128, first: i128, second: i128) -> f64 {
+    if members == 0 {
+        return 0.0;
+    }
+    let n = members as i128;
+    let (mean, rest) = (first.div_euclid(n), first.rem_euclid(n));
+    let (second_mean, second_rest) = (second.div_euclid(n), second.rem_euclid(n));
+    let whole = products - mean * second - second_mean * rest;
+    whole as f64 - rest as f64 * second_rest as f64 / n as f64
+}

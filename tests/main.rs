@@ -1,0 +1,5 @@
+//! All integration tests in one binary, so that the crate is linked once.
+
+mod shaders; // naga: kernels, layouts, twins of names
+mod support; // tolerances with their reasons, cases
+mod twins; // each WGSL function against its Rust twin, on the device

@@ -1,0 +1,277 @@
+//! Each WGSL function against its Rust twin on thousands of inputs, in both precisions, bit for bit.
+
+use crate::support::{Uniform, device};
+use bondline::march::gpu::device::Device;
+use bondline::march::gpu::shader;
+use bondline::physics::Real;
+use bondline::physics::compensated::{Pair, advanced, difference, two_sum};
+use bondline::physics::faces::{FaceScale, face_flux};
+use bondline::physics::material::{PlyScale, conductance_across, conductance_within, conductivity, heat_capacity};
+use bondline::physics::reading::{followed, reading};
+use bondline::physics::table::{integral, look_up, slope, spot};
+use bondline::physics::tridiagonal::{factorise, substitute};
+use bondline::plan::layout::{Bead, Drive, FACE_COLUMNS, Face, NO_INSTANT, Sensor, TABLE_NODES, TABLE_STEP_K};
+use bytemuck::Pod;
+
+const SAMPLES: usize = 4096;
+/// Cells of the systems that the tridiagonal twins solve.
+const CELLS: usize = 24;
+
+/// A probe: what to evaluate, on what inputs, and the twin of it.
+struct Probe<'a, W> {
+    /// Statements over `x`, the inputs, that fill `y`, the outputs.
+    body: &'a str,
+    inputs: Vec<(f64, f64)>,
+    outputs: usize,
+    twin: &'a dyn Fn(&[W], &[W], &mut [W]),
+}
+
+/// A table whose columns bend, so that rows and shares both matter; three columns and three more.
+fn tables<W: Real<Scalar = W>>() -> Vec<W> {
+    (0..TABLE_NODES * 5)
+        .map(|i| {
+            let (node, column) = ((i / 5) as f64, (i % 5) as f64);
+            W::scalar((1.0 + column) * (0.01 + 1e-4 * node + 1e-6 * node * node).sqrt() + 0.1 * (0.1 * node).sin())
+        })
+        .collect()
+}
+
+/// Bits of the outputs that differ between the device and the twin.
+fn differing<W>(device: &Device, real: &str, probe: &Probe<'_, W>) -> usize
+where
+    W: Pod + Real<Scalar = W> + PartialEq,
+{
+    let (ins, outs) = (probe.inputs.len(), probe.outputs);
+    let mut text = format!("alias real = {real};\n");
+    for (name, value) in [
+        ("CELLS", CELLS as u32),
+        ("PLIES", 3),
+        ("SENSORS", 1),
+        ("PARTS", 3),
+        ("TABLE_NODES", TABLE_NODES as u32),
+        ("FACE_COLUMNS", FACE_COLUMNS as u32),
+        ("NO_INSTANT", NO_INSTANT),
+    ] {
+        text += &format!("const {name} = {value}u;\n");
+    }
+    text += &format!("const TABLE_STEP_K = {TABLE_STEP_K:?};\n");
+    for (_, part) in shader::PARTS {
+        text += part;
+    }
+    text += &format!(
+        "@group(0) @binding(30) var<storage, read> ones: array<real>;
+         @group(0) @binding(31) var<storage, read> inputs: array<real>;
+         @group(0) @binding(32) var<storage, read_write> outputs: array<real>;
+         @compute @workgroup_size(64) fn probe(@builtin(global_invocation_id) id: vec3<u32>) {{
+             one = ones[0];
+             var x: array<real, {ins}>;
+             for (var i = 0u; i < {ins}u; i++) {{ x[i] = inputs[id.x * {ins}u + i]; }}
+             var y: array<real, {outs}>;
+             {body}
+             for (var i = 0u; i < {outs}u; i++) {{ outputs[id.x * {outs}u + i] = y[i]; }}
+         }}",
+        body = probe.body
+    );
+    let mut uniform = Uniform(2026);
+    let inputs: Vec<W> = (0..SAMPLES)
+        .flat_map(|_| probe.inputs.iter().map(|&(low, high)| W::scalar(uniform.between(low, high))).collect::<Vec<_>>())
+        .collect();
+    let tables = tables::<W>();
+    let mut buffers = vec![];
+    if probe.body.contains("spot(") {
+        buffers.push((9, device.upload("tables", &tables)));
+    }
+    buffers.extend([
+        (30, device.upload("ones", &[W::scalar(1.0); 4])),
+        (31, device.upload("inputs", &inputs)),
+        (32, device.upload("outputs", &vec![W::scalar(0.0); SAMPLES * outs])),
+    ]);
+    let found: Vec<W> =
+        device.probe(&text, "probe", (SAMPLES / 64) as u32, &buffers).expect("the probe compiles and runs");
+    let mut expected = vec![W::scalar(0.0); outs];
+    let mut count = 0;
+    for (x, y) in inputs.chunks_exact(ins).zip(found.chunks_exact(outs)) {
+        (probe.twin)(x, &tables, &mut expected);
+        count += y.iter().zip(&expected).filter(|(a, b)| bytemuck::bytes_of(*a) != bytemuck::bytes_of(*b)).count();
+    }
+    count
+}
+
+fn put<W: Copy>(y: &mut [W], values: &[W]) {
+    y.copy_from_slice(values);
+}
+
+fn pair<W: Copy>(x: &[W], at: usize) -> Pair<W> {
+    Pair { high: x[at], low: x[at + 1] }
+}
+
+/// Every function of the parts, with inputs of the size the march meets.
+fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
+    let (hot, low, cold) = ((300.0, 1800.0), (-1e-4, 1e-4), (250.0, 2500.0));
+    let k = (0.01, 0.6);
+    vec![
+        Probe {
+            body: "let p = two_sum(x[0], x[1]); y[0] = p.high; y[1] = p.low;",
+            inputs: vec![hot, (-2.0, 2.0)],
+            outputs: 2,
+            twin: &|x, _, y| {
+                let p = two_sum(x[0], x[1]);
+                put(y, &[p.high, p.low]);
+            },
+        },
+        Probe {
+            body: "let p = advanced(Pair(x[0], x[1]), x[2]); y[0] = p.high; y[1] = p.low;",
+            inputs: vec![hot, low, (-2.0, 2.0)],
+            outputs: 2,
+            twin: &|x, _, y| {
+                let p = advanced(pair(x, 0), x[2]);
+                put(y, &[p.high, p.low]);
+            },
+        },
+        Probe {
+            body: "y[0] = difference(Pair(x[0], x[1]), Pair(x[2], x[3]));",
+            inputs: vec![hot, low, hot, low],
+            outputs: 1,
+            twin: &|x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
+        },
+        Probe {
+            body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.share; y[2] = look_up(s, 5u, 3u);
+                   y[3] = slope(s, 5u, 1u); y[4] = integral(s, 5u, 3u);",
+            inputs: vec![(-50.0, 4500.0)],
+            outputs: 5,
+            twin: &|x, tables, y| {
+                let s = spot(x[0]);
+                put(
+                    y,
+                    &[
+                        W::from_row(s.row),
+                        s.share,
+                        look_up(tables, s, 5, 3),
+                        slope(tables, s, 5, 1),
+                        integral(tables, s, 5, 3),
+                    ],
+                );
+            },
+        },
+        Probe {
+            body: "let s = spot(x[0]); let scale = PlyScale(x[1], x[2], x[3], x[4]);
+                   y[0] = conductivity(s, 0u, scale); y[1] = heat_capacity(s, 0u, scale);",
+            inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5), (80.0, 1200.0)],
+            outputs: 2,
+            twin: &|x, tables, y| {
+                let s = spot(x[0]);
+                let scale = PlyScale { solid: x[1], gas: x[2], radiative: x[3], density_kg_m3: x[4] };
+                put(y, &[conductivity(tables, s, 3, 0, scale), heat_capacity(tables, s, 3, 0, scale)]);
+            },
+        },
+        Probe {
+            body: "y[0] = conductance_within(x[0], x[1], x[2]);
+                   y[1] = conductance_across(x[0], x[3], x[1], x[4], x[5]);",
+            inputs: vec![k, k, (5e3, 5e4), (1e-5, 1e-4), (1e-5, 1e-4), (0.0, 0.01)],
+            outputs: 2,
+            twin: &|x, _, y| {
+                put(y, &[conductance_within(x[0], x[1], x[2]), conductance_across(x[0], x[3], x[1], x[4], x[5])]);
+            },
+        },
+        Probe {
+            body: "let q = face_flux(Drive(x[0], x[1], x[2], 0.0), Face(x[3], x[4], x[5], 0.0),
+                       FaceScale(x[6], x[7], x[8], x[9]), x[10], x[11], x[12], x[13]);
+                   y[0] = q.flux; y[1] = q.slope;",
+            inputs: vec![
+                (0.0, 3e5),
+                (0.0, 5e4),
+                hot,
+                (0.0, 100.0),
+                (290.0, 310.0),
+                (0.0, 2e-7),
+                (0.5, 1.5),
+                (0.5, 1.5),
+                (0.5, 1.5),
+                (0.5, 1.5),
+                cold,
+                (0.3, 0.9),
+                (0.0, 2e6),
+                (900.0, 1300.0),
+            ],
+            outputs: 2,
+            twin: &|x, _, y| {
+                let drive = Drive { flux_w_m2: x[0], radiant_w_m2: x[1], gas_k: x[2], held_k: W::scalar(0.0) };
+                let face = Face { film_w_m2_k: x[3], surroundings_k: x[4], hot_wall_kg_j: x[5], held: W::scalar(0.0) };
+                let scale = FaceScale { heating: x[6], film: x[7], exchange: x[8], emissivity: x[9] };
+                let q = face_flux(drive, face, scale, x[10], x[11], x[12], x[13]);
+                put(y, &[q.flux, q.slope]);
+            },
+        },
+        Probe {
+            body: "let r = reading(Pair(x[0], x[1]), Pair(x[2], x[3]), x[4], x[5], x[6],
+                       Sensor(x[7], x[8], x[9], x[10])); y[0] = r.high; y[1] = r.low;",
+            inputs: vec![hot, low, hot, low, k, k, (100.0, 1000.0), (0.0, 1.0), (0.0, 1.0), (1e-5, 1e-4), (1e-5, 1e-4)],
+            outputs: 2,
+            twin: &|x, _, y| {
+                let sensor = Sensor { above: x[7], below: x[8], above_m: x[9], below_m: x[10] };
+                let r = reading(pair(x, 0), pair(x, 2), x[4], x[5], x[6], sensor);
+                put(y, &[r.high, r.low]);
+            },
+        },
+        Probe {
+            body: "let b = followed(Pair(x[0], x[1]), Pair(x[2], x[3]), Pair(x[4], x[5]), Bead(x[6], x[7]));
+                   y[0] = b.high; y[1] = b.low;",
+            inputs: vec![hot, low, hot, (-100.0, 100.0), hot, (-100.0, 100.0), (0.0, 1.0), (0.0, 1.0)],
+            outputs: 2,
+            twin: &|x, _, y| {
+                let b = followed(pair(x, 0), pair(x, 2), pair(x, 4), Bead { start: x[6], end: x[7] });
+                put(y, &[b.high, b.low]);
+            },
+        },
+        Probe {
+            body: "for (var i = 0u; i < CELLS; i++) {
+                       lower[i] = -x[i % 5u]; upper[i] = -x[(i + 1u) % 5u];
+                       diagonal[i] = x[i % 5u] + x[(i + 1u) % 5u] + x[5]; second[i] = x[(i + 3u) % 5u]; }
+                   factorise(&lower, &diagonal, &upper);
+                   substitute(&lower, &diagonal, &upper, &second);
+                   y[0] = second[0]; y[1] = second[CELLS / 2u]; y[2] = second[CELLS - 1u];",
+            inputs: vec![(1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (0.1, 1000.0)],
+            outputs: 3,
+            twin: &|x, _, y| {
+                let mut lower: Vec<W> = (0..CELLS).map(|i| -x[i % 5]).collect();
+                let upper: Vec<W> = (0..CELLS).map(|i| -x[(i + 1) % 5]).collect();
+                let mut diagonal: Vec<W> = (0..CELLS).map(|i| x[i % 5] + x[(i + 1) % 5] + x[5]).collect();
+                let mut side: Vec<W> = (0..CELLS).map(|i| x[(i + 3) % 5]).collect();
+                factorise(&mut lower, &mut diagonal, &upper);
+                substitute(&lower, &diagonal, &upper, &mut side);
+                put(y, &[side[0], side[CELLS / 2], side[CELLS - 1]]);
+            },
+        },
+    ]
+}
+
+#[test]
+fn every_function_on_the_device_equals_its_twin_bit_for_bit() {
+    let device = device();
+    let mut report = vec![];
+    for probe in probes::<f32>() {
+        report.push((probe.body, "f32", differing(&device, "f32", &probe)));
+    }
+    if device.has_f64 {
+        for probe in probes::<f64>() {
+            report.push((probe.body, "f64", differing(&device, "f64", &probe)));
+        }
+    }
+    let wrong: Vec<_> = report.iter().filter(|(_, _, count)| *count > 0).collect();
+    assert!(wrong.is_empty(), "outputs that differ from the twin, of {SAMPLES} samples: {wrong:#?}");
+}
+
+#[test]
+fn a_spoiled_twin_is_caught() {
+    let device = device();
+    for mut probe in probes::<f32>() {
+        let twin = probe.twin;
+        let spoiled = move |x: &[f32], tables: &[f32], y: &mut [f32]| {
+            twin(x, tables, y);
+            y[0] = f32::from_bits(y[0].to_bits() ^ 1);
+        };
+        probe.twin = &spoiled;
+        let count = differing(&device, "f32", &probe);
+        assert!(count >= SAMPLES / 2, "a twin one bit off passed {count} of {SAMPLES} times as: {}", probe.body);
+    }
+}
