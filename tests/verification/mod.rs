@@ -74,7 +74,7 @@ impl March for Spoiled {
 fn two_marches_are_compared_reading_by_reading() {
     let plan = Plan::new(&flexible::layup());
     let ensemble = Ensemble::at(0, Vec::new());
-    let mut off_k = |temperature_k| {
+    let off_k = |temperature_k| {
         compare(&mut Reference(Precision::F64), &mut Spoiled { temperature_k }, &plan, &ensemble).expect("no device")
     };
     assert_eq!(off_k(0.0), 0.0);
