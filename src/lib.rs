@@ -4,6 +4,7 @@ pub mod ensemble;
 pub mod march;
 pub mod physics;
 pub mod plan;
+pub mod report;
 pub mod study;
 pub mod traces;
 pub mod verify;

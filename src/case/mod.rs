@@ -3,13 +3,18 @@
 //! A [`Case`] that exists can be marched: every fault is found when it is loaded.
 
 pub mod air;
+pub mod error;
 pub mod exposure;
 pub mod factor;
+mod file;
 pub mod layup;
+pub mod library;
 pub mod material;
 pub mod observation;
 pub mod table;
+pub mod unit;
 
+pub use error::{CaseError, Fault};
 pub use exposure::{Emissivity, Exposure, Face, OpenFace};
 pub use factor::{Bounds, Factor, Property};
 pub use layup::{Layup, Ply, Sensor};

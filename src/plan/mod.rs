@@ -256,8 +256,9 @@ fn drive(face: &Face, read: impl Fn(&Schedule) -> f64) -> Drive<f64> {
     }
 }
 
+/// Temperatures of the nodes; absolute zero, where gases conduct nothing over nothing, is stood in for.
 fn nodes() -> impl Iterator<Item = f64> {
-    (0..TABLE_NODES).map(|node| TABLE_START_K + TABLE_STEP_K * node as f64)
+    (0..TABLE_NODES).map(|node| (TABLE_START_K + TABLE_STEP_K * node as f64).max(1e-6))
 }
 
 /// A ply's block of tables. Enthalpy is the exact integral of the resampled heat capacity.

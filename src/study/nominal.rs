@@ -1,6 +1,10 @@
 //! What temperatures does the case predict?
 
-use crate::traces::{Arrival, Balance};
+use crate::case::{Case, Observation};
+use crate::ensemble::Ensemble;
+use crate::march::{March, MarchError};
+use crate::plan::Plan;
+use crate::traces::{Arrival, Balance, Traces};
 
 /// The march at the nominal factors.
 #[derive(Clone, Debug)]
@@ -35,4 +39,78 @@ pub struct Misfit {
     pub worst_k: f64,
     pub worst_time_s: f64,
     pub samples: usize,
+}
+
+/// March the case at its nominal factors.
+///
+/// # Errors
+/// When the device fails.
+pub fn nominal(case: &Case, plan: &Plan, march: &mut dyn March) -> Result<Nominal, MarchError> {
+    let traces = march.march(plan, &Ensemble::nominal(&case.factors), 0..1)?;
+    Ok(Nominal::of(case, plan, &traces, 0))
+}
+
+impl Nominal {
+    /// What one marched member predicts.
+    pub fn of(case: &Case, plan: &Plan, traces: &Traces, member: usize) -> Self {
+        let temperatures_k: Vec<Vec<f64>> =
+            (0..traces.sensors).map(|sensor| traces.trace(member, sensor).to_vec()).collect();
+        let plies = case.layup.plies.len();
+        Self {
+            instants_s: plan.instants_s.clone(),
+            peaks: temperatures_k.iter().map(|trace| Peak::of(trace, &plan.instants_s)).collect(),
+            arrival: traces.arrivals[member].clone(),
+            balance: traces.balances[member],
+            extremes_k: traces.extremes_k[member * plies..(member + 1) * plies].to_vec(),
+            misfits: case
+                .observations
+                .iter()
+                .map(|seen| misfit(case, seen, &plan.instants_s, &temperatures_k[seen.sensor]))
+                .collect(),
+            steps: plan.steps(),
+            cells: plan.cells(),
+            temperatures_k,
+        }
+    }
+}
+
+impl Peak {
+    /// The first highest temperature of a trace.
+    pub fn of(trace_k: &[f64], instants_s: &[f64]) -> Self {
+        let none = Self { temperature_k: f64::NEG_INFINITY, time_s: 0.0 };
+        trace_k.iter().zip(instants_s).fold(none, |peak, (&temperature_k, &time_s)| {
+            if temperature_k > peak.temperature_k { Self { temperature_k, time_s } } else { peak }
+        })
+    }
+}
+
+/// The samples of an observation within the trusted window: the index of each, and of the instant at it.
+pub fn trusted(case: &Case, seen: &Observation, instants_s: &[f64]) -> Vec<(usize, usize)> {
+    let (start_s, end_s) = case.estimate.window_s.unwrap_or((0.0, case.exposure.duration_s));
+    let samples = seen.times_s.iter().enumerate().filter(|(_, time_s)| (start_s..=end_s).contains(*time_s));
+    samples.map(|(sample, &time_s)| (sample, nearest(instants_s, time_s))).collect()
+}
+
+/// The instant nearest a time. The clock lands on every sample of every observation.
+fn nearest(instants_s: &[f64], time_s: f64) -> usize {
+    let after = instants_s.partition_point(|&instant_s| instant_s < time_s).min(instants_s.len() - 1);
+    if after > 0 && time_s - instants_s[after - 1] < instants_s[after] - time_s { after - 1 } else { after }
+}
+
+fn misfit(case: &Case, seen: &Observation, instants_s: &[f64], trace_k: &[f64]) -> Misfit {
+    let none = Misfit { rms_k: 0.0, bias_k: 0.0, worst_k: 0.0, worst_time_s: 0.0, samples: 0 };
+    let mut sum = trusted(case, seen, instants_s).into_iter().fold(none, |mut sum, (sample, instant)| {
+        let off_k = trace_k[instant] - seen.temperatures_k[sample];
+        sum.rms_k += off_k * off_k;
+        sum.bias_k += off_k;
+        if off_k.abs() > sum.worst_k.abs() {
+            (sum.worst_k, sum.worst_time_s) = (off_k, seen.times_s[sample]);
+        }
+        sum.samples += 1;
+        sum
+    });
+    let samples = sum.samples.max(1) as f64;
+    sum.rms_k = (sum.rms_k / samples).sqrt();
+    sum.bias_k /= samples;
+    sum
 }

@@ -1,6 +1,13 @@
 //! How far may the prediction be off, and which factor is to blame?
 
-use super::nominal::Peak;
+use super::nominal::{Nominal, Peak};
+use super::statistics::Tally;
+use crate::case::{Bounds, Case};
+use crate::ensemble::{Ensemble, Sampling};
+use crate::march::{March, MarchError, march_all};
+use crate::plan::Plan;
+use crate::traces::{Arrival, Traces};
+use std::collections::BTreeMap;
 
 /// What a Monte Carlo over the factors says.
 #[derive(Clone, Debug)]
@@ -55,4 +62,105 @@ pub struct PeakSpread {
     pub percentiles_s: [f64; 5],
     /// Pearson correlation of each factor with the peak temperature.
     pub correlations: Vec<f64>,
+}
+
+/// The percentiles of every spread.
+const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
+
+/// March `members` drawn between the side constraints. Each run of members is shown to `watch` as it
+/// arrives, with the ensemble that it belongs to; nothing of it is kept here but its statistics.
+///
+/// # Errors
+/// When the device fails. A member that fails is counted with its reason, and the others stand.
+#[expect(clippy::too_many_arguments, reason = "a sweep is a case, a plan, a march, and four choices of the analyst")]
+pub fn uncertainty(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    nominal: &Nominal,
+    bounds: Bounds,
+    sampling: &Sampling,
+    members: usize,
+    watch: &mut dyn FnMut(&Ensemble, &Traces),
+) -> Result<Uncertainty, MarchError> {
+    let ensemble = Ensemble::sample(&case.factors, bounds, sampling, members);
+    let mut reference: Vec<f64> = nominal.temperatures_k.concat();
+    reference.extend(nominal.peaks.iter().map(|peak| peak.temperature_k));
+    reference.extend(nominal.peaks.iter().map(|peak| peak.time_s));
+    let centre: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+    let mut tally = Tally::new(&reference, &centre);
+    // The first member to fail so, and how many did, by reason.
+    let mut failures: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+
+    march_all(march, plan, &ensemble, &mut |traces| {
+        let (mut outputs, mut factors) = (Vec::new(), Vec::new());
+        let arrived: Vec<bool> = traces.arrivals.iter().map(|arrival| *arrival == Arrival::Done).collect();
+        for member in 0..traces.members() {
+            outputs.extend(traces.member(member));
+            let peaks = (0..traces.sensors).map(|sensor| Peak::of(traces.trace(member, sensor), &plan.instants_s));
+            let peaks: Vec<Peak> = peaks.collect();
+            outputs.extend(peaks.iter().map(|peak| peak.temperature_k));
+            outputs.extend(peaks.iter().map(|peak| peak.time_s));
+            factors.extend(ensemble.member(traces.first + member));
+            if let Some(reason) = reason(case, &traces.arrivals[member]) {
+                let failure = failures.entry(reason).or_insert((traces.first + member, 0));
+                failure.1 += 1;
+            }
+        }
+        tally.add_block(&outputs, &factors, &arrived);
+        watch(&ensemble, &traces);
+    })?;
+
+    let (sensors, instants) = (case.sensors.len(), plan.instants_s.len());
+    let factors = case.factors.len();
+    let over = |sensor: usize, each: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        (sensor * instants..(sensor + 1) * instants).map(each).collect()
+    };
+    let spreads = (0..sensors).map(|sensor| Spread {
+        mean_k: over(sensor, &|output| tally.mean(output)),
+        deviation_k: over(sensor, &|output| tally.deviation(output)),
+        low_k: over(sensor, &|output| tally.low(output)),
+        high_k: over(sensor, &|output| tally.high(output)),
+        percentiles_k: PERCENTS.map(|percent| over(sensor, &|output| tally.percentile(output, percent))),
+        correlations: (0..factors).map(|f| over(sensor, &|output| tally.correlation(output, f))).collect(),
+        shares: (0..factors).map(|f| over(sensor, &|output| tally.share(output, f))).collect(),
+    });
+    let peaks = (0..sensors).map(|sensor| {
+        let (hot, late) = (sensors * instants + sensor, sensors * instants + sensors + sensor);
+        PeakSpread {
+            nominal: nominal.peaks[sensor],
+            mean_k: tally.mean(hot),
+            deviation_k: tally.deviation(hot),
+            percentiles_k: PERCENTS.map(|percent| tally.percentile(hot, percent)),
+            percentiles_s: PERCENTS.map(|percent| tally.percentile(late, percent)),
+            correlations: (0..factors).map(|factor| tally.correlation(hot, factor)).collect(),
+        }
+    });
+    Ok(Uncertainty {
+        seed: sampling.seed,
+        sampling: sampling.kind.name(),
+        asked: members,
+        ok: tally.members(),
+        failures: failures
+            .into_iter()
+            .map(|(reason, (first, members))| Failure { reason, members, first })
+            .collect(),
+        instants_s: plan.instants_s.clone(),
+        spreads: spreads.collect(),
+        peaks: peaks.collect(),
+    })
+}
+
+/// Why a member failed, in words that do not depend on the member.
+fn reason(case: &Case, arrival: &Arrival) -> Option<String> {
+    match arrival {
+        Arrival::Done => None,
+        Arrival::Strayed { .. } => {
+            Some("a temperature left 0 to 4,000 K, beyond which no property is known".to_owned())
+        }
+        Arrival::LeftTable { ply, .. } => {
+            let ply = &case.layup.plies[*ply];
+            Some(format!("ply {:?} left the tables of {}, which refuse to be left", ply.name, ply.material.id))
+        }
+    }
 }

@@ -1,0 +1,92 @@
+//! What is wrong with a file: all of it at once, each fault at its line and column.
+
+use std::cell::RefCell;
+use std::fmt;
+use std::sync::Arc;
+
+/// Where something was written.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// The file as the user named it, or the override: `--set pressure=3 kPa`.
+    pub file: Arc<str>,
+    /// Line and column from one, the column counted in characters; `None` for the file as a whole.
+    pub at: Option<(usize, usize)>,
+}
+
+impl Place {
+    /// A file as a whole.
+    pub fn whole(file: impl Into<Arc<str>>) -> Self {
+        Self { file: file.into(), at: None }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.at {
+            Some((line, column)) => write!(f, "{}:{line}:{column}", self.file),
+            None => write!(f, "{}", self.file),
+        }
+    }
+}
+
+/// One thing that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Fault {
+    pub place: Place,
+    /// A lowercase fragment: what is wrong, and what was expected.
+    pub message: String,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.place, self.message)
+    }
+}
+
+/// All faults of a case and of the files it names; never empty.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub struct CaseError {
+    /// In the order of files and lines.
+    pub faults: Vec<Fault>,
+}
+
+impl fmt::Display for CaseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for fault in &self.faults {
+            writeln!(f, "{fault}")?;
+        }
+        match self.faults.len() {
+            1 => write!(f, "1 fault"),
+            count => write!(f, "{count} faults"),
+        }
+    }
+}
+
+/// Proof that a fault was recorded: what reading gives in place of a value.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Faulty(());
+
+/// What reading gives: a value, or the proof that its fault is on record.
+pub(super) type Read<T> = Result<T, Faulty>;
+
+/// The faults met so far. Reading goes on past a fault, so that all are found at once.
+#[derive(Debug, Default)]
+pub(super) struct Faults(RefCell<Vec<Fault>>);
+
+impl Faults {
+    pub(super) fn record(&self, place: &Place, message: impl Into<String>) -> Faulty {
+        self.0.borrow_mut().push(Fault { place: place.clone(), message: message.into() });
+        Faulty(())
+    }
+
+    /// The value if nothing at all was wrong, else every fault once.
+    pub(super) fn settle<T>(self, read: Read<T>) -> Result<T, CaseError> {
+        let mut faults = self.0.into_inner();
+        faults.sort();
+        faults.dedup();
+        match read {
+            Ok(value) if faults.is_empty() => Ok(value),
+            _ => Err(CaseError { faults }),
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! `[hot_face]` and `[back_face]`, and what runs through time: a value, a list of corners or a column of a CSV.
+
+use super::Folder;
+use super::layup::held_at;
+use super::nearest::suggestion;
+use super::written::{Section, Written, all};
+use crate::case::error::Read;
+use crate::case::unit::Dimension;
+use crate::case::{Emissivity, Face, Layup, OpenFace, Schedule, Sensor};
+
+/// Of a face whose case names no surroundings, K.
+const ROOM_K: f64 = 300.0;
+
+/// A hot face, and how deep it lies where it is held below the top of the layup.
+pub(super) struct HotFace<'a> {
+    pub(super) face: Face,
+    pub(super) held: Option<(f64, Written<'a>)>,
+}
+
+pub(super) fn hot_face<'a>(
+    case: &Section<'a>,
+    folder: &Folder<'_>,
+    layup: Option<&Layup>,
+    sensors: Option<&[Sensor]>,
+) -> Read<HotFace<'a>> {
+    let section = case.required("hot_face", "a table [hot_face]")?.section()?;
+    let open = |face: Read<OpenFace>| face.map(|face| HotFace { face: Face::Open(face), held: None });
+    let face = match kind(&section, &["heated", "convective", "held"])? {
+        "heated" => open(heated(&section, folder)),
+        "convective" => open(convective(&section, folder)),
+        _ => {
+            let temperature = held(&section, folder);
+            let at = match (section.optional("at"), layup, sensors) {
+                (Some(at), Some(layup), Some(sensors)) => {
+                    held_at(at, layup, sensors).map(|depth_m| Some((depth_m, at)))
+                }
+                _ => Ok(None),
+            };
+            at.and_then(|held| Ok(HotFace { face: temperature?, held }))
+        }
+    };
+    section.close();
+    face
+}
+
+pub(super) fn back_face(case: &Section<'_>, folder: &Folder<'_>) -> Read<Face> {
+    let Some(written) = case.optional("back_face") else {
+        return Ok(Face::Open(OpenFace::insulated()));
+    };
+    let section = written.section()?;
+    let face = match kind(&section, &["insulated", "cooled", "holder", "held"])? {
+        "insulated" => Ok(Face::Open(OpenFace::insulated())),
+        "cooled" => cooled(&section, folder).map(Face::Open),
+        "holder" => holder(&section, folder).map(Face::Open),
+        _ => held(&section, folder),
+    };
+    section.close();
+    face
+}
+
+/// An unknown kind leaves the other keys unread: nobody knows what they should be.
+fn kind<'a>(section: &Section<'a>, known: &[&str]) -> Read<&'a str> {
+    let written = section.required("kind", &known.join(", "))?;
+    let kind = written.text()?;
+    if known.contains(&kind) {
+        return Ok(kind);
+    }
+    Err(written.fault(format!("unknown kind {kind:?}{}", suggestion(kind, known.iter().copied()))))
+}
+
+fn heated(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
+    let nothing = || Ok(Schedule::constant(0.0));
+    let flux = section.optional("flux");
+    let radiant = section.optional("radiant_flux");
+    let recovery = section.optional("recovery_enthalpy");
+    let lacks = if flux.is_none() && radiant.is_none() {
+        Err(section.fault("a heated face needs a `flux` or a `radiant_flux`"))
+    } else if let (None, Some(recovery)) = (flux, recovery) {
+        Err(recovery.fault("a recovery enthalpy corrects a `flux`, and there is none"))
+    } else {
+        Ok(())
+    };
+    let flux_w_m2 = flux.map_or_else(nothing, |written| schedule(written, Dimension::HeatFlux, folder));
+    let radiant_w_m2 = radiant.map_or_else(nothing, |written| schedule(written, Dimension::HeatFlux, folder));
+    let recovery_enthalpy_j_kg = recovery.map(|written| written.positive(Dimension::SpecificEnthalpy)).transpose();
+    let film = match (section.optional("coefficient"), section.optional("gas")) {
+        (None, None) => Ok((0.0, Schedule::constant(ROOM_K))),
+        (Some(film), Some(gas)) => {
+            let film = film.not_negative(Dimension::Conductance);
+            let gas = schedule(gas, Dimension::Temperature, folder);
+            film.and_then(|film| Ok((film, gas?)))
+        }
+        (Some(film), None) => Err(film.fault("a coefficient needs the temperature of its `gas`")),
+        (None, Some(gas)) => Err(gas.fault("a gas needs a `coefficient`")),
+    };
+    let emissivity = emissivity(section);
+    let surroundings_k = section.positive_or("surroundings", Dimension::Temperature, ROOM_K);
+    lacks?;
+    let (film_w_m2_k, gas_k) = film?;
+    Ok(OpenFace {
+        flux_w_m2: flux_w_m2?,
+        recovery_enthalpy_j_kg: recovery_enthalpy_j_kg?,
+        radiant_w_m2: radiant_w_m2?,
+        film_w_m2_k,
+        film_heats: false,
+        gas_k,
+        emissivity: emissivity?,
+        surroundings_k: surroundings_k?,
+    })
+}
+
+fn convective(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
+    let film_w_m2_k = section.positive("coefficient", Dimension::Conductance);
+    let gas = section.required("gas", Dimension::Temperature.expectation());
+    let gas_k = gas.and_then(|written| schedule(written, Dimension::Temperature, folder));
+    let emissivity = emissivity(section);
+    let surroundings_k = section.positive_or("surroundings", Dimension::Temperature, ROOM_K);
+    Ok(OpenFace {
+        film_w_m2_k: film_w_m2_k?,
+        film_heats: true,
+        gas_k: gas_k?,
+        emissivity: emissivity?,
+        surroundings_k: surroundings_k?,
+        ..OpenFace::insulated()
+    })
+}
+
+fn cooled(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
+    let film = section.required("coefficient", Dimension::Conductance.expectation());
+    let film_w_m2_k = film.and_then(|written| written.not_negative(Dimension::Conductance));
+    let ambient = section.required("ambient", Dimension::Temperature.expectation());
+    let gas_k = ambient.and_then(|written| schedule(written, Dimension::Temperature, folder));
+    let emissivity = emissivity(section);
+    let surroundings = section.optional("surroundings").map(|written| written.quantity(Dimension::Temperature));
+    let (gas_k, surroundings) = (gas_k?, surroundings.transpose()?);
+    Ok(OpenFace {
+        film_w_m2_k: film_w_m2_k?,
+        surroundings_k: surroundings.unwrap_or(gas_k.values[0]),
+        gas_k,
+        emissivity: emissivity?,
+        ..OpenFace::insulated()
+    })
+}
+
+fn holder(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
+    let film_w_m2_k = section.positive("conductance", Dimension::Conductance);
+    let temperature = section.required("temperature", Dimension::Temperature.expectation());
+    let gas_k = temperature.and_then(|written| schedule(written, Dimension::Temperature, folder));
+    Ok(OpenFace { film_w_m2_k: film_w_m2_k?, gas_k: gas_k?, ..OpenFace::insulated() })
+}
+
+fn held(section: &Section<'_>, folder: &Folder<'_>) -> Read<Face> {
+    let temperature = section.required("temperature", Dimension::Temperature.expectation())?;
+    schedule(temperature, Dimension::Temperature, folder).map(Face::Held)
+}
+
+/// The material's own unless the case says otherwise.
+fn emissivity(section: &Section<'_>) -> Read<Emissivity> {
+    let Some(written) = section.optional("emissivity") else {
+        return Ok(Emissivity::Material);
+    };
+    let value = written.quantity(Dimension::Fraction)?;
+    if (0.0..=1.0).contains(&value) {
+        return Ok(Emissivity::Constant(value));
+    }
+    Err(written.fault(format!("emissivity {value} lies outside 0 to 1")))
+}
+
+/// A value for all time, a list of corners `["41 s", "26.7 W/cm^2"]`, or `{ file = "flux.csv", column = "flux_w_cm2" }`.
+fn schedule(written: Written<'_>, dimension: Dimension, folder: &Folder<'_>) -> Read<Schedule> {
+    let series = if written.is_table() {
+        folder.series(written, dimension)?
+    } else if written.is_list() {
+        corners(written, dimension, true)?
+    } else {
+        return written.quantity(dimension).map(Schedule::constant);
+    };
+    let (times_s, values) = series.into_iter().unzip();
+    Ok(Schedule { times_s, values })
+}
+
+/// Pairs of a time and a value, the times rising; `jumps` lets one stand twice in a row.
+pub(super) fn corners(written: Written<'_>, dimension: Dimension, jumps: bool) -> Read<Vec<(f64, f64)>> {
+    rising(written, Dimension::Time, dimension, jumps)
+}
+
+/// Temperature at the start: a value, or pairs of a depth and a value.
+pub(super) fn initial(written: Written<'_>) -> Read<Vec<(f64, f64)>> {
+    if written.is_list() {
+        return rising(written, Dimension::Length, Dimension::Temperature, false);
+    }
+    Ok(vec![(0.0, written.quantity(Dimension::Temperature)?)])
+}
+
+fn rising(written: Written<'_>, along: Dimension, dimension: Dimension, jumps: bool) -> Read<Vec<(f64, f64)>> {
+    let mut last = f64::NEG_INFINITY;
+    all(written.list()?.into_iter().map(|corner| {
+        let [at, value] = corner.pair()?;
+        let (place, value) = (at.quantity(along), value.quantity(dimension));
+        let place = place?;
+        if place < last || (place == last && !jumps) {
+            let noun = if along == Dimension::Time { "time" } else { "depth" };
+            return Err(at.fault(format!("{noun} {place} does not rise: the one before is {last}, in SI")));
+        }
+        last = place;
+        Ok((place, value?))
+    }))
+}

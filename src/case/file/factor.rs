@@ -1,0 +1,192 @@
+//! `[[factor]]`: what may vary, checked against the layup and the faces that it would scale.
+
+use super::layup::names;
+use super::nearest::suggestion;
+use super::written::{Section, Written, all};
+use crate::case::error::Read;
+use crate::case::{Conductivity, Emissivity, Face, Factor, Layup, Ply, Property};
+
+const PROPERTIES: &[(&str, Property)] = &[
+    ("conductivity", Property::Conductivity),
+    ("conductivity.solid", Property::ConductivitySolid),
+    ("conductivity.gas", Property::ConductivityGas),
+    ("conductivity.radiative", Property::ConductivityRadiative),
+    ("heat_capacity", Property::HeatCapacity),
+    ("density", Property::Density),
+    ("emissivity", Property::Emissivity),
+    ("thickness", Property::Thickness),
+    ("heating", Property::Heating),
+    ("contact", Property::Contact),
+    ("loss", Property::Loss),
+];
+
+/// What a factor may scale: the layup as marched, and its faces.
+#[derive(Clone, Copy)]
+pub(super) struct Scaled<'a> {
+    pub(super) layup: &'a Layup,
+    pub(super) hot_face: &'a Face,
+    pub(super) back_face: &'a Face,
+}
+
+/// The factors, in the order written. Where the layup or a face is at fault, only their own keys are read.
+pub(super) fn factors(case: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Vec<Factor>> {
+    let sections = case.tables("factor")?;
+    let names = names(&sections, "factor");
+    let factors = all(sections.iter().map(|section| factor(section, scaled)));
+    let (factors, _) = (factors?, names?);
+    if let Some(Scaled { layup, .. }) = scaled {
+        all(factors.iter().zip(&sections).enumerate().map(|(index, (factor, section))| {
+            let earlier = factors[..index].iter().find(|other| overlap(factor, other, layup));
+            earlier.map_or(Ok(()), |other| {
+                let (name, other) = (&factor.name, &other.name);
+                Err(section.fault(format!("factor {name:?} scales what factor {other:?} scales already")))
+            })
+        }))?;
+    }
+    Ok(factors)
+}
+
+fn overlap(one: &Factor, other: &Factor, layup: &Layup) -> bool {
+    let both = |ply: &Ply| in_group(ply, &one.group) && in_group(ply, &other.group);
+    one.property == other.property && (!has_plies(one.property) || layup.plies.iter().any(both))
+}
+
+/// A group is the plies that name it, or the one ply of that name.
+fn in_group(ply: &Ply, group: &str) -> bool {
+    ply.group == group || ply.name == group
+}
+
+fn has_plies(property: Property) -> bool {
+    !matches!(property, Property::Heating | Property::Contact | Property::Loss)
+}
+
+fn factor(section: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Factor> {
+    let name = section.required("name", "a name such as \"f_k_INS\"").and_then(name);
+    let property = section.required("property", "a property such as \"conductivity\"").and_then(property);
+    let group = section.optional("group");
+    let small = section.required("small", "bounds such as [0.75, 1.25]").and_then(bounds);
+    let large = section.optional("large").map_or(small, bounds);
+    let nominal = section.optional("nominal").map(Written::number).transpose();
+    let scales = property.and_then(|property| scales(section, property, group, scaled));
+    section.close();
+    let (name, small, large, nominal) = (name?, small?, large?, nominal?.unwrap_or(1.0));
+    if large.0 > small.0 || large.1 < small.1 {
+        let message =
+            format!("large bounds {} to {} do not hold the small {} to {}", large.0, large.1, small.0, small.1);
+        return Err(section.fault(message));
+    }
+    if !(small.0..=small.1).contains(&nominal) {
+        let message = format!("nominal {nominal} lies outside the small bounds {} to {}", small.0, small.1);
+        return Err(section
+            .optional("nominal")
+            .map_or_else(|| section.fault(&message), |written| written.fault(&message)));
+    }
+    let (property, group) = (property?, scales?);
+    Ok(Factor { name, group, property, nominal, small, large })
+}
+
+/// The name of a factor stands in `--set NAME=VALUE` and `--start NAME=VALUE,…`.
+fn name(written: Written<'_>) -> Read<String> {
+    let name = written.text()?;
+    if name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) {
+        return Ok(name.to_owned());
+    }
+    Err(written
+        .fault(format!("{name:?} cannot name a factor: expected letters, digits, `_` and `-`, such as \"f_k_INS\"")))
+}
+
+fn property(written: Written<'_>) -> Read<Property> {
+    let text = written.text()?;
+    let found = PROPERTIES.iter().find(|(known, _)| *known == text).map(|&(_, property)| property);
+    let known = PROPERTIES.iter().map(|(known, _)| *known);
+    found.ok_or_else(|| written.fault(format!("unknown property {text:?}{}", suggestion(text, known))))
+}
+
+/// Low and high, above zero.
+fn bounds(written: Written<'_>) -> Read<(f64, f64)> {
+    let [low, high] = written.pair()?;
+    let (low, high) = (low.number(), high.number());
+    let (low, high) = (low?, high?);
+    if low <= 0.0 || high <= 0.0 {
+        return Err(written.fault(format!("bounds {low} to {high} are not positive")));
+    }
+    if low >= high {
+        return Err(written.fault(format!("bounds reversed: {low} is not below {high}")));
+    }
+    Ok((low, high))
+}
+
+/// The group of a factor, or why it scales nothing.
+fn scales(
+    section: &Section<'_>,
+    property: Property,
+    group: Option<Written<'_>>,
+    scaled: Option<Scaled<'_>>,
+) -> Read<String> {
+    match (group, has_plies(property)) {
+        (None, true) => Err(section.fault("missing key \"group\": expected the plies that it scales, such as \"INS\"")),
+        (Some(group), false) => Err(group.fault("this property belongs to no ply: expected no `group`")),
+        (None, false) => {
+            let idle = scaled.and_then(|scaled| idle(property, scaled));
+            idle.map_or(Ok(String::new()), |reason| Err(section.fault(reason)))
+        }
+        (Some(written), true) => {
+            let group = written.text()?;
+            let refused = scaled.and_then(|scaled| refused(property, group, scaled));
+            refused.map_or(Ok(group.to_owned()), |reason| Err(written.fault(reason)))
+        }
+    }
+}
+
+/// Why a factor without plies would do nothing.
+fn idle(property: Property, scaled: Scaled<'_>) -> Option<&'static str> {
+    let kept = |face: &Face| match face {
+        Face::Held(_) => true,
+        Face::Open(open) => open.film_w_m2_k == 0.0 && open.emissivity == Emissivity::Constant(0.0),
+    };
+    match property {
+        Property::Heating if matches!(scaled.hot_face, Face::Held(_)) => {
+            Some("the hot face is held: there is no heating to scale")
+        }
+        Property::Loss if kept(scaled.back_face) => Some("the back face gives off nothing that could be scaled"),
+        Property::Contact if scaled.layup.contacts_w_m2_k.iter().all(Option::is_none) => {
+            Some("every contact is perfect: there is no conductance to scale")
+        }
+        _ => None,
+    }
+}
+
+/// Why a factor of a group of plies cannot be.
+fn refused(property: Property, group: &str, scaled: Scaled<'_>) -> Option<String> {
+    let Scaled { layup, hot_face, back_face } = scaled;
+    let plies: Vec<&Ply> = layup.plies.iter().filter(|ply| in_group(ply, group)).collect();
+    if plies.is_empty() {
+        let known = layup.plies.iter().flat_map(|ply| [ply.group.as_str(), ply.name.as_str()]);
+        return Some(format!("no ply of the marched layup is of group {group:?}{}", suggestion(group, known)));
+    }
+    let part = match property {
+        Property::ConductivitySolid => 0,
+        Property::ConductivityGas => 1,
+        Property::ConductivityRadiative => 2,
+        Property::Emissivity => {
+            let faces = [(layup.plies.first(), hot_face), (layup.plies.last(), back_face)];
+            let radiates = |(ply, face): &(Option<&Ply>, &Face)| {
+                let own = matches!(face, Face::Open(open) if open.emissivity == Emissivity::Material);
+                own && ply.is_some_and(|ply| in_group(ply, group))
+            };
+            let idle = !faces.iter().any(radiates);
+            return idle.then(|| format!("no open face with the emissivity of its material is of group {group:?}"));
+        }
+        _ => return None,
+    };
+    let lacks = plies.iter().find(|ply| match &ply.material.conductivity {
+        Conductivity::Tables(_) => true,
+        Conductivity::Parts(parts) => match part {
+            1 => parts.pores.is_empty(),
+            2 => parts.extinction_1_m.is_none(),
+            _ => false,
+        },
+    })?;
+    let part = ["solid", "gas", "radiative"][part];
+    Some(format!("the conductivity of {:?} (ply {:?}) has no {part} part", lacks.material.id, lacks.name))
+}

@@ -1,0 +1,200 @@
+//! `[[ply]]`, `contact_conductance` and `[[sensor]]`.
+
+use super::Folder;
+use super::nearest::suggestion;
+use super::written::{Section, Written, all};
+use crate::case::error::Read;
+use crate::case::unit::Dimension;
+use crate::case::{Layup, Ply, Sensor};
+
+/// Depths closer than this are one: a micrometre is less than any ply is known to.
+const SAME_DEPTH_M: f64 = 1e-6;
+
+/// A ply and the contact below it, as written.
+struct Layer {
+    ply: Ply,
+    contact_below: Option<Option<f64>>,
+}
+
+/// The layup from its hot face down.
+pub(super) fn layup(case: &Section<'_>, folder: &Folder<'_>) -> Read<Layup> {
+    let everywhere = case.optional("contact_conductance").map_or(Ok(None), contact);
+    let sections = case.tables("ply")?;
+    if sections.is_empty() {
+        return Err(case.fault("no ply: expected at least one [[ply]]"));
+    }
+    let names = names(&sections, "ply");
+    let layers = all(sections.iter().map(|section| layer(section, folder)));
+    let (everywhere, layers, _) = (everywhere?, layers?, names?);
+    let below = sections.last().and_then(|section| section.optional("contact_below"));
+    if let Some(written) = below {
+        return Err(written.fault("there is no ply below the last one to be in contact with"));
+    }
+    let contacts = layers[..layers.len() - 1].iter().map(|layer| layer.contact_below.unwrap_or(everywhere));
+    Ok(Layup {
+        contacts_w_m2_k: contacts.collect(),
+        plies: layers.into_iter().map(|layer| layer.ply).collect(),
+        origin_m: 0.0,
+    })
+}
+
+fn layer(section: &Section<'_>, folder: &Folder<'_>) -> Read<Layer> {
+    let name = section.required("name", "a name such as \"OF1\"").and_then(Written::text);
+    let group = section.optional("group").map(Written::text).transpose();
+    let thickness_m = section.positive("thickness", Dimension::Length);
+    let material = section.required("material", "a material such as \"pyrogel3350\"").and_then(|w| folder.material(w));
+    let contact_below = section.optional("contact_below").map(contact).transpose();
+    section.close();
+    let (name, group) = (name?, group?);
+    let ply = Ply {
+        name: name.to_owned(),
+        group: group.unwrap_or(name).to_owned(),
+        material: material?,
+        thickness_m: thickness_m?,
+    };
+    Ok(Layer { ply, contact_below: contact_below? })
+}
+
+/// A conductance, or `"perfect"`.
+fn contact(written: Written<'_>) -> Read<Option<f64>> {
+    if written.is_text() && written.text()? == "perfect" {
+        return Ok(None);
+    }
+    written.positive(Dimension::Conductance).map(Some)
+}
+
+/// Every table of a list has a name of its own.
+pub(super) fn names(sections: &[Section<'_>], noun: &str) -> Read<()> {
+    let mut met: Vec<&str> = Vec::new();
+    all(sections.iter().map(|section| {
+        let Some(written) = section.optional("name").filter(|written| written.is_text()) else {
+            return Ok(());
+        };
+        let name = written.text()?;
+        if met.contains(&name) {
+            return Err(written.fault(format!("a {noun} before this one is named {name:?} too")));
+        }
+        met.push(name);
+        Ok(())
+    }))
+    .map(drop)
+}
+
+/// The sensors, in the order written. Without a layup to hold them against, only their own keys are read.
+pub(super) fn sensors(case: &Section<'_>, layup: Option<&Layup>) -> Read<Vec<Sensor>> {
+    let sections = case.tables("sensor")?;
+    if sections.is_empty() {
+        return Err(case.fault("no sensor: expected at least one [[sensor]]"));
+    }
+    let names = names(&sections, "sensor");
+    let sensors = all(sections.iter().map(|section| sensor(section, layup)));
+    names.and(sensors)
+}
+
+fn sensor(section: &Section<'_>, layup: Option<&Layup>) -> Read<Sensor> {
+    let name = section.required("name", "a name such as \"TC1\"").and_then(sensor_name);
+    let lag_s = section.optional("lag").map_or(Ok(0.0), |written| written.not_negative(Dimension::Time));
+    let depth_m = match (section.optional("below"), section.optional("depth")) {
+        (Some(below), None) => below_ply(below, layup),
+        (None, Some(depth)) => depth.not_negative(Dimension::Length).and_then(|depth_m| on(depth_m, depth, layup)),
+        (Some(_), Some(depth)) => Err(depth.fault("a sensor has a ply above it (`below`) or a `depth`, not both")),
+        (None, None) => Err(section.fault("a sensor needs `below = \"OF1\"` or `depth = \"5.72 mm\"`")),
+    };
+    section.close();
+    Ok(Sensor { name: name?, depth_m: depth_m?, lag_s: lag_s? })
+}
+
+/// The name of a sensor heads a column of a CSV and a key of `[observations]`.
+fn sensor_name(written: Written<'_>) -> Read<String> {
+    let name = written.text()?;
+    let fit = name.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c));
+    if !fit || ["file", "sigma"].contains(&name) || name.ends_with("_sigma") {
+        let message =
+            format!("{name:?} cannot name a sensor: expected letters, digits, `_`, `-` and `.`, such as \"TC1\"");
+        return Err(written.fault(message));
+    }
+    Ok(name.to_owned())
+}
+
+fn below_ply(written: Written<'_>, layup: Option<&Layup>) -> Read<f64> {
+    let name = written.text()?;
+    let Some(layup) = layup else {
+        return Ok(0.0);
+    };
+    let found = layup.plies.iter().position(|ply| ply.name == name);
+    let known = layup.plies.iter().map(|ply| ply.name.as_str());
+    let ply = found.ok_or_else(|| written.fault(format!("no ply {name:?}{}", suggestion(name, known))))?;
+    Ok(layup.faces_m()[ply])
+}
+
+/// A depth on the layup, moved onto a face that it all but meets.
+fn on(depth_m: f64, written: Written<'_>, layup: Option<&Layup>) -> Read<f64> {
+    let Some(layup) = layup else {
+        return Ok(depth_m);
+    };
+    let back_m = layup.back_m();
+    if depth_m > back_m + SAME_DEPTH_M {
+        let message = format!("{} mm is off the layup, whose back face lies at {} mm", mm(depth_m), mm(back_m));
+        return Err(written.fault(message));
+    }
+    Ok(on_face(depth_m, layup))
+}
+
+/// The depth of the face that a depth all but meets, else the depth itself.
+fn on_face(depth_m: f64, layup: &Layup) -> f64 {
+    layup.faces_m().into_iter().find(|face_m| (face_m - depth_m).abs() <= SAME_DEPTH_M).unwrap_or(depth_m)
+}
+
+/// Millimetres to a tenth of a micrometre: what a message can bear.
+fn mm(depth_m: f64) -> f64 {
+    (depth_m * 1e7).round() / 1e4
+}
+
+/// Where a held face lies: at a sensor, or at a depth on the layup.
+pub(super) fn held_at(written: Written<'_>, layup: &Layup, sensors: &[Sensor]) -> Read<f64> {
+    let text = written.text()?;
+    let depth_m = if let Some(sensor) = sensors.iter().find(|sensor| sensor.name == text) {
+        sensor.depth_m
+    } else if text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) {
+        on(written.not_negative(Dimension::Length)?, written, Some(layup))?
+    } else {
+        let known = sensors.iter().map(|sensor| sensor.name.as_str());
+        let hint = suggestion(text, known);
+        return Err(written.fault(format!("expected a sensor or a depth, found {text:?}{hint}")));
+    };
+    if depth_m >= layup.back_m() - SAME_DEPTH_M {
+        return Err(written.fault(format!("nothing is left of the layup below {} mm, its back face", mm(depth_m))));
+    }
+    Ok(depth_m)
+}
+
+/// What is left of a layup below a depth.
+fn cut(layup: Layup, depth_m: f64) -> Layup {
+    let faces_m = layup.faces_m();
+    let gone = faces_m.iter().filter(|&&face_m| face_m <= depth_m).count();
+    let top_m = if gone == 0 { 0.0 } else { faces_m[gone - 1] };
+    let mut plies = layup.plies;
+    plies.drain(..gone);
+    // A ply that the depth only touches keeps its thickness to the last bit.
+    if depth_m > top_m {
+        plies[0].thickness_m = faces_m[gone] - depth_m;
+    }
+    let contacts_w_m2_k = layup.contacts_w_m2_k[gone..].to_vec();
+    Layup { plies, contacts_w_m2_k, origin_m: depth_m }
+}
+
+/// The layup and its sensors below a face held at a depth: what lies above has dropped out, and a sensor
+/// there cannot be asked for.
+pub(super) fn below(layup: Layup, sensors: Vec<Sensor>, depth_m: f64, face: Written<'_>) -> Read<(Layup, Vec<Sensor>)> {
+    let layup = cut(layup, depth_m);
+    let sensors = all(sensors.into_iter().map(|sensor| {
+        if sensor.depth_m < depth_m {
+            let (lies, held) = (mm(sensor.depth_m), mm(depth_m));
+            let name = &sensor.name;
+            return Err(face.fault(format!("sensor {name:?} at {lies} mm lies above the held face at {held} mm")));
+        }
+        // The depths of the faces left are summed anew, and may differ from the old in the last bit.
+        Ok(Sensor { depth_m: on_face(sensor.depth_m, &layup), ..sensor })
+    }))?;
+    Ok((layup, sensors))
+}

@@ -1,0 +1,303 @@
+//! A case as written, turned into a case that holds.
+//!
+//! The file is TOML, read by hand rather than derived: every value keeps its line and column, an unknown key is a
+//! fault, and reading goes on past a fault so that all of them are told at once. `cases/README.md` is the reference
+//! of its keys.
+
+mod exposure;
+mod factor;
+mod layup;
+mod material;
+mod nearest;
+mod observation;
+mod sheet;
+mod source;
+#[cfg(test)]
+mod tests;
+mod written;
+
+use super::error::{CaseError, Faults, Place, Read};
+use super::library;
+use super::material::Material;
+use super::unit::Dimension;
+use super::{Case, Exposure, Face, Layup, Resolution, Sensor};
+use exposure::HotFace;
+use nearest::suggestion;
+use sheet::{Series, Sheet};
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use written::{Node, Section, Written};
+
+/// More cells than this resolve nothing that the material tables know.
+const MOST_CELLS: f64 = 1024.0;
+/// More instants than this are no trace that anybody reads.
+const MOST_INSTANTS: f64 = 1e5;
+/// Few enough for any layup, enough for a gradient: cells of a ply.
+const CELLS_A_PLY: usize = 4;
+
+impl Case {
+    /// A case file, or a folder that holds a `case.toml`.
+    ///
+    /// # Errors
+    /// Every fault of the file and of those it names, each with its line and column.
+    pub fn load(path: &Path) -> Result<Case, CaseError> {
+        Self::load_with(path, &[])
+    }
+
+    /// A case with some of its keys overridden: pairs of a name and a value.
+    ///
+    /// A name is a factor (sets its nominal value) or a dotted key of the case file; a table of a list is met by its
+    /// `name`: `pressure`, `hot_face.surroundings`, `ply.OF1.thickness`, `f_k_INS`, `f_k_INS.small`. A value is TOML, or
+    /// a bare text such as `3 kPa`.
+    ///
+    /// # Errors
+    /// As [`Case::load`]; a fault of an override names the override.
+    pub fn load_with(path: &Path, overrides: &[(String, String)]) -> Result<Case, CaseError> {
+        let faults = Faults::default();
+        let case = located(path, &faults).and_then(|file| {
+            let mut root = document(&file, &faults)?;
+            written::all(overrides.iter().map(|(name, value)| set(&mut root, name, value, &faults)))?;
+            let parent = file.parent().unwrap_or(Path::new("."));
+            let folder = Folder { path: parent, faults: &faults, materials: RefCell::default() };
+            case(&root.read(&faults).section()?, &folder, id(&file))
+        });
+        faults.settle(case)
+    }
+}
+
+impl Material {
+    /// The material of a file.
+    ///
+    /// # Errors
+    /// Every fault of the file, each with its line and column.
+    pub fn load(path: &Path) -> Result<Material, CaseError> {
+        let faults = Faults::default();
+        let material = document(path, &faults).and_then(|root| material::material(root.read(&faults), id(path)));
+        faults.settle(material)
+    }
+
+    /// A material of the database that is built in; `-` in a name is as good as `_`.
+    ///
+    /// # Errors
+    /// No such material: the names that there are, the nearest first.
+    pub fn named(id: &str) -> Result<Material, CaseError> {
+        let faults = Faults::default();
+        let material = match library::text(id) {
+            Some((id, text)) => shipped(id, text, &faults),
+            None => Err(faults.record(&Place::whole(id), unknown_material(id))),
+        };
+        faults.settle(material)
+    }
+}
+
+fn unknown_material(id: &str) -> String {
+    format!("unknown material {id:?}{}", suggestion(id, library::known()))
+}
+
+fn shipped(id: &str, text: &str, faults: &Faults) -> Read<Material> {
+    let root = Node::document(text, &format!("data/materials/{id}.toml"), faults)?;
+    material::material(root.read(faults), id.to_owned())
+}
+
+fn document(file: &Path, faults: &Faults) -> Read<Node> {
+    let text = source::read(file, faults)?;
+    Node::document(&text, &file.display().to_string(), faults)
+}
+
+/// The file of a path that may be a folder.
+fn located(path: &Path, faults: &Faults) -> Read<PathBuf> {
+    if !path.is_dir() {
+        return Ok(path.to_owned());
+    }
+    let file = path.join("case.toml");
+    if file.is_file() {
+        return Ok(file);
+    }
+    Err(faults.record(&Place::whole(path.display().to_string()), "the folder holds no case.toml"))
+}
+
+/// What a file is called: its folder's name for a `case.toml`, else its own less the ending.
+fn id(file: &Path) -> String {
+    let whole = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+    let named = match whole.file_name() {
+        Some(name) if name == "case.toml" => whole.parent().and_then(Path::file_name),
+        _ => whole.file_stem(),
+    };
+    named.map_or_else(|| "case".to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+/// Override a key of the document.
+fn set(root: &mut Node, name: &str, value: &str, faults: &Faults) -> Read<()> {
+    let shown = format!("--set {name}={value}");
+    let mut path: Vec<&str> = name.split('.').collect();
+    let factors = root.get("factor").map_or(&[][..], Node::items);
+    if factors.iter().any(|factor| factor.name() == Some(path[0])) {
+        path.insert(0, "factor");
+        if path.len() == 2 {
+            path.push("nominal");
+        }
+    }
+    root.set(&path, Node::inline(value, &shown)).map_err(|message| faults.record(&Place::whole(shown), message))
+}
+
+/// Where a case looks for the files that it names.
+struct Folder<'a> {
+    path: &'a Path,
+    faults: &'a Faults,
+    /// Materials met so far, so that plies of one material share it.
+    materials: RefCell<Vec<(String, Arc<Material>)>>,
+}
+
+impl Folder<'_> {
+    /// `"pyrogel3350"`: of `materials/pyrogel3350.toml` beside the case where there is one, else of the database that is
+    /// built in; or `{ file = "mine.toml" }`.
+    fn material(&self, written: Written<'_>) -> Read<Arc<Material>> {
+        if written.is_table() {
+            let section = written.section()?;
+            let file = section.required("file", "a file such as \"mine.toml\"").and_then(|file| self.file(file));
+            section.close();
+            let file = file?;
+            return self.shared(&file.display().to_string(), || {
+                material::material(document(&file, self.faults)?.read(self.faults), id(&file))
+            });
+        }
+        let id = written.text()?.replace('-', "_");
+        let known = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let own = self.path.join("materials").join(format!("{id}.toml"));
+        if id.chars().all(known) && own.is_file() {
+            return self.shared(&id, || material::material(document(&own, self.faults)?.read(self.faults), id.clone()));
+        }
+        let (id, text) = library::text(&id).ok_or_else(|| written.fault(unknown_material(&id)))?;
+        self.shared(id, || shipped(id, text, self.faults))
+    }
+
+    fn shared(&self, key: &str, read: impl FnOnce() -> Read<Material>) -> Read<Arc<Material>> {
+        if let Some((_, material)) = self.materials.borrow().iter().find(|(other, _)| other == key) {
+            return Ok(material.clone());
+        }
+        let material = Arc::new(read()?);
+        self.materials.borrow_mut().push((key.to_owned(), material.clone()));
+        Ok(material)
+    }
+
+    /// A file beside the case, which must be there.
+    fn file(&self, written: Written<'_>) -> Read<PathBuf> {
+        let path = self.path.join(written.text()?);
+        if path.is_file() { Ok(path) } else { Err(written.fault(format!("no such file: {}", path.display()))) }
+    }
+
+    fn sheet(&self, written: Written<'_>) -> Read<Sheet> {
+        Sheet::read(&self.file(written)?, self.faults)
+    }
+
+    /// `{ file = "flux.csv", column = "flux_w_cm2" }` over time; the column may be left out of a file of two.
+    fn series(&self, written: Written<'_>, dimension: Dimension) -> Read<Series> {
+        let section = written.section()?;
+        let file = section.required("file", "a file such as \"flux.csv\"");
+        let column = section.optional("column");
+        section.close();
+        let name = column.map(Written::text).transpose();
+        let sheet = self.sheet(file?)?;
+        let index = sheet.named(name?).map_err(|message| column.unwrap_or(written).fault(message))?;
+        sheet.series(index, dimension, true, self.faults)
+    }
+}
+
+/// Every part is read before any is asked for, so that no fault hides another.
+fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
+    let name = top.text_or("name", &id);
+    let note = top.text_or("note", "");
+    let duration_s = top.positive("duration", Dimension::Time);
+    let pressure_pa = top.positive_or("pressure", Dimension::Pressure, 101_325.0);
+    let initial = top.required("initial_temperature", Dimension::Temperature.expectation());
+    let initial_k = initial.and_then(exposure::initial);
+    let layup = layup::layup(top, folder);
+    let sensors = layup::sensors(top, layup.as_ref().ok());
+    let hot_face = exposure::hot_face(top, folder, layup.as_ref().ok(), sensors.as_deref().ok());
+    let back_face = exposure::back_face(top, folder);
+    let observations = observation::observations(top, folder, sensors.as_deref().ok(), duration_s);
+    let marched = marched(layup, sensors.clone(), hot_face);
+    let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok());
+    let scaled = scaled.map(|((layup, _, hot_face), back_face)| factor::Scaled { layup, hot_face, back_face });
+    let factors = factor::factors(top, scaled);
+    let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);
+    let plies = marched.as_ref().map_or(1, |(layup, ..)| layup.plies.len());
+    let resolution = resolution(top, plies, duration_s);
+    top.close();
+
+    let (layup, sensors, hot_face) = marched?;
+    let exposure = Exposure {
+        duration_s: duration_s?,
+        initial_k: initial_k?,
+        pressure_pa: pressure_pa?,
+        hot_face,
+        back_face: back_face?,
+    };
+    Ok(Case {
+        id,
+        name: name?,
+        note: note?,
+        layup,
+        sensors,
+        exposure,
+        factors: factors?,
+        observations: observations?,
+        estimate: estimate?,
+        resolution: resolution?,
+    })
+}
+
+/// The layup that is marched: what a held face leaves of it, and the sensors on that.
+fn marched(
+    layup: Read<Layup>,
+    sensors: Read<Vec<Sensor>>,
+    hot_face: Read<HotFace<'_>>,
+) -> Read<(Layup, Vec<Sensor>, Face)> {
+    let (layup, sensors, hot_face) = (layup?, sensors?, hot_face?);
+    let (layup, sensors) = match hot_face.held {
+        Some((depth_m, at)) => layup::below(layup, sensors, depth_m, at)?,
+        None => (layup, sensors),
+    };
+    Ok((layup, sensors, hot_face.face))
+}
+
+fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Resolution> {
+    let standard = Resolution { cells: 160, first_step_s: 0.005, growth: 0.02, largest_step_s: 0.5, every_s: 1.0 };
+    let Some(written) = top.optional("resolution") else {
+        return Ok(standard);
+    };
+    let section = written.section()?;
+    let cells = section.optional("cells").map_or(Ok(standard.cells), |written| {
+        let (cells, fewest) = (written.number()?, CELLS_A_PLY * plies);
+        if cells.fract() == 0.0 && (fewest as f64..=MOST_CELLS).contains(&cells) {
+            return Ok(cells as usize);
+        }
+        Err(written.fault(format!("expected a whole number of cells from {fewest} to {MOST_CELLS}, found {cells}")))
+    });
+    let growth = section.optional("growth").map_or(Ok(standard.growth), |written| {
+        let growth = written.number()?;
+        let fault = || written.fault(format!("expected a growth above 0 and at most 1, found {growth}"));
+        if growth > 0.0 && growth <= 1.0 { Ok(growth) } else { Err(fault()) }
+    });
+    let first_step_s = section.positive_or("first_step", Dimension::Time, standard.first_step_s);
+    let largest_step_s = section.positive_or("largest_step", Dimension::Time, standard.largest_step_s);
+    let every = section.optional("every");
+    let every_s = every.map_or(Ok(standard.every_s), |written| {
+        let every_s = written.positive(Dimension::Time)?;
+        match duration_s {
+            Ok(duration_s) if duration_s / every_s > MOST_INSTANTS => {
+                Err(written.fault(format!("{} instants are too many: at most {MOST_INSTANTS}", duration_s / every_s)))
+            }
+            _ => Ok(every_s),
+        }
+    });
+    section.close();
+    Ok(Resolution {
+        cells: cells?,
+        first_step_s: first_step_s?,
+        growth: growth?,
+        largest_step_s: largest_step_s?,
+        every_s: every_s?,
+    })
+}

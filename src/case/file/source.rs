@@ -1,0 +1,39 @@
+//! A text file, or why it cannot be read.
+
+use crate::case::error::{Faults, Place, Read};
+use std::fs::File;
+use std::io::{ErrorKind, Read as _};
+use std::path::Path;
+
+/// Larger files than this are no case and no measured trace: a day at 10 Hz of ten thermocouples is half of it.
+const LARGEST_BYTES: u64 = 64 << 20;
+
+/// The text of a file, without a byte-order mark.
+pub(super) fn read(path: &Path, faults: &Faults) -> Read<String> {
+    let place = Place::whole(path.display().to_string());
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(LARGEST_BYTES + 1).read_to_end(&mut bytes));
+    if let Err(error) = read {
+        return Err(match error.kind() {
+            ErrorKind::NotFound => faults.record(&place, "no such file"),
+            ErrorKind::IsADirectory => faults.record(&place, "is a folder: expected a file"),
+            _ => faults.record(&place, format!("cannot be read: {error}")),
+        });
+    }
+    if bytes.len() as u64 > LARGEST_BYTES {
+        return Err(faults.record(&place, format!("too large: more than {} MiB", LARGEST_BYTES >> 20)));
+    }
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        faults.record(&place, format!("not a text file: byte {at} is not UTF-8"))
+    })?;
+    // A zero byte is valid UTF-8 and never text.
+    if let Some(at) = text.find('\0') {
+        return Err(faults.record(&place, format!("not a text file: byte {at} is zero")));
+    }
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    if text.trim().is_empty() {
+        return Err(faults.record(&place, "the file is empty"));
+    }
+    Ok(text.to_owned())
+}

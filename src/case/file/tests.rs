@@ -1,0 +1,368 @@
+//! What a case file may say, and what is said of one that is wrong.
+
+use crate::case::{Bounds, Case, Emissivity, Face, Property};
+use std::path::{Path, PathBuf};
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("cases").join(name)
+}
+
+fn load(name: &str) -> Case {
+    Case::load(&shipped(name)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A folder of its own, removed with the value; the name keeps tests that run side by side apart.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("bondline-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("a folder for temporary files");
+        Self(path)
+    }
+
+    fn write(&self, file: &str, text: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.join(file);
+        std::fs::write(&path, text).expect("a file in a temporary folder");
+        path
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A case with nothing wrong, a line a key: what the faults below are made in.
+const WHOLE: &str = r#"name = "Two plies"
+initial_temperature = "300 K"
+contact_conductance = "500 W/m^2/K"
+duration = "100 s"
+
+[[ply]]
+name = "TOP"
+group = "OF"
+material = "nextel440_bf20"
+thickness = "0.5 mm"
+
+[[ply]]
+name = "BASE"
+group = "INS"
+material = "pyrogel3350"
+thickness = "3 mm"
+
+[[sensor]]
+name = "TC1"
+below = "TOP"
+
+[[sensor]]
+name = "TC2"
+depth = "2 mm"
+
+[hot_face]
+kind = "heated"
+flux = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]]
+
+[[factor]]
+name = "f_k"
+group = "INS"
+property = "conductivity"
+small = [0.9, 1.1]
+
+[observations]
+sigma = "2 K"
+TC2 = [["0 s", "300 K"], ["10 s", "320 K"]]
+
+[estimate]
+factors = ["f_k"]
+sensors = ["TC2"]
+window = ["0 s", "50 s"]
+"#;
+
+/// What is wrong with the whole case after a replacement.
+fn faults(name: &str, from: &str, to: &str) -> Vec<String> {
+    assert_eq!(WHOLE.matches(from).count(), 1, "{from:?} stands once in the whole case");
+    let scratch = Scratch::new(name);
+    let path = scratch.write("case.toml", WHOLE.replacen(from, to, 1));
+    match Case::load(&path) {
+        Ok(_) => Vec::new(),
+        Err(error) => error.faults.iter().map(ToString::to_string).collect(),
+    }
+}
+
+#[test]
+fn every_shipped_case_loads() {
+    for name in ["slab", "lcat-2259", "lcat-2330", "lcat-2259-tc3", "twin-tc3", "kaowool", "kaowool-tc"] {
+        assert_eq!(load(name).id, name);
+    }
+}
+
+#[test]
+fn the_case_of_run_2259_is_as_the_paper_states_it() {
+    let case = load("lcat-2259");
+    assert_eq!(case.layup.plies.len(), 5);
+    assert_eq!(case.layup.contacts_w_m2_k, [Some(500.0); 4]);
+    assert_eq!(case.exposure.pressure_pa, 8010.0);
+    let bondline = case.sensors.iter().find(|sensor| sensor.name == "TC4").expect("the bondline");
+    assert_eq!(bondline.depth_m, case.layup.faces_m()[3]);
+    let Face::Open(face) = &case.exposure.hot_face else { panic!("the hot face is open") };
+    assert_eq!(face.emissivity, Emissivity::Material);
+    assert_eq!((face.flux_w_m2.before(41.0), face.flux_w_m2.after(41.2)), (26.7e4, 0.0));
+    let factor = |name| case.factors.iter().find(|factor| factor.name == name).expect("a factor of the paper");
+    assert_eq!(factor("f_eps_OF").bounds(Bounds::Small), (0.95, 1.05));
+    assert_eq!(factor("f_k_INS").bounds(Bounds::Large), (0.50, 1.50));
+    assert_eq!(factor("f_cp_GB").property, Property::HeatCapacity);
+    assert_eq!(case.factors.len(), 7);
+    assert_eq!(case.estimate.window_s, Some((0.0, 80.0)));
+}
+
+#[test]
+fn a_held_face_drops_what_lies_above_it_and_keeps_the_depths_of_the_rest() {
+    let (whole, held) = (load("lcat-2259"), load("lcat-2259-tc3"));
+    assert_eq!(held.layup.plies.len(), 2);
+    assert_eq!(held.layup.contacts_w_m2_k, [Some(500.0)]);
+    assert_eq!(held.sensors[0].depth_m, held.layup.origin_m);
+    assert_eq!(held.sensors[1].depth_m, held.layup.faces_m()[0]);
+    assert!((held.sensors[1].depth_m - whole.sensors[3].depth_m).abs() < 1e-12);
+
+    let case = Case::load_with(&shipped("lcat-2259-tc3"), &[("hot_face.at".into(), "2.02 mm".into())]);
+    let cut = case.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(cut.layup.plies.len(), 3);
+    assert!((cut.layup.plies[0].thickness_m - 2.0e-3).abs() < 1e-12);
+    assert_eq!(cut.sensors[0].depth_m, cut.layup.faces_m()[0], "a sensor on an interface stays on it to the last bit");
+}
+
+#[test]
+fn measured_traces_keep_their_error_bars_and_a_blind_sensor_has_none() {
+    let case = load("kaowool");
+    assert_eq!(case.observations.len(), 2);
+    assert_eq!(case.sensors[2].name, "TC3");
+    let first = &case.observations[0];
+    assert_eq!((first.times_s.len(), first.temperatures_k[120], first.sigma_k[0]), (121, 821.0, 0.5));
+    let short = Case::load_with(&shipped("kaowool"), &[("duration".into(), "600 s".into())]);
+    let short = short.unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(short.observations[0].times_s.len(), 61, "samples after the duration are left out");
+}
+
+#[test]
+fn a_whole_case_has_no_fault() {
+    assert_eq!(faults("whole", "Two plies", "Two plies of cloth"), Vec::<String>::new());
+}
+
+/// A replacement in the whole case; line and column of the fault; what is said of it.
+const BROKEN: &[(&str, &str, &str, &str)] = &[
+    ("thickness = \"3 mm\"", "thicknes = \"3 mm\"", ":16:1:", "unknown key \"thicknes\": did you mean \"thickness\"?"),
+    ("\"5 W/cm^2\"", "\"5\"", ":28:38:", "missing unit: expected a heat flux such as \"26.7 W/cm^2\", found \"5\""),
+    ("\"100 s\"", "100", ":4:12:", "missing unit: expected a time"),
+    ("\"5 W/cm^2\"", "\"5 mm\"", ":28:38:", "wrong dimension: expected a heat flux"),
+    ("\"3 mm\"", "\"-3 mm\"", ":16:13:", "\"-3 mm\" is not positive"),
+    ("\"3 mm\"", "\"nan mm\"", ":16:13:", "not a finite number"),
+    ("\"1 s\"", "\"-1 s\"", ":28:31:", "time -1 does not rise"),
+    ("\"320 K\"", "\"NaN K\"", ":38:35:", "not a finite number"),
+    ("[\"10 s\"", "[\"0 s\"", ":38:27:", "time 0 does not rise"),
+    (
+        "\"pyrogel3350\"",
+        "\"pyrogel335\"",
+        ":15:12:",
+        "unknown material \"pyrogel335\": did you mean \"pyrogel3350\"? known:",
+    ),
+    ("\"2 mm\"", "\"4 mm\"", ":24:9:", "4 mm is off the layup, whose back face lies at 3.5 mm"),
+    ("below = \"TOP\"", "below = \"TIP\"", ":20:9:", "no ply \"TIP\": did you mean \"TOP\"?"),
+    ("depth = \"2 mm\"", "lag = \"1 s\"", ":22:1:", "a sensor needs `below"),
+    ("TC2 = [", "TC3 = [", ":38:7:", "no sensor \"TC3\" to observe: did you mean \"TC1\"?"),
+    ("[0.9, 1.1]", "[1.1, 0.9]", ":34:9:", "bounds reversed: 1.1 is not below 0.9"),
+    ("[0.9, 1.1]", "[0.0, 1.1]", ":34:9:", "bounds 0 to 1.1 are not positive"),
+    ("[0.9, 1.1]", "[0.9, 1.1]\nnominal = 1.2", ":35:11:", "nominal 1.2 lies outside the small bounds 0.9 to 1.1"),
+    ("[0.9, 1.1]", "[0.9, 1.1]\nlarge = [0.95, 1.5]", ":30:1:", "do not hold the small"),
+    (
+        "group = \"INS\"\nproperty",
+        "group = \"GB\"\nproperty",
+        ":32:9:",
+        "no ply of the marched layup is of group \"GB\"",
+    ),
+    ("\"conductivity\"", "\"conductance\"", ":33:12:", "did you mean \"conductivity\"?"),
+    (
+        "\"conductivity\"",
+        "\"emissivity\"",
+        ":32:9:",
+        "no open face with the emissivity of its material is of group \"INS\"",
+    ),
+    ("\"conductivity\"", "\"heating\"", ":32:9:", "expected no `group`"),
+    (
+        "group = \"INS\"\nproperty = \"conductivity\"",
+        "property = \"loss\"",
+        ":30:1:",
+        "the back face gives off nothing",
+    ),
+    (
+        "group = \"INS\"\nproperty = \"conductivity\"",
+        "group = \"OF\"\nproperty = \"conductivity.radiative\"",
+        ":32:9:",
+        "has no radiative part",
+    ),
+    ("name = \"BASE\"", "name = \"TOP\"", ":13:8:", "a ply before this one is named \"TOP\" too"),
+    ("name = \"TC2\"", "name = \"TC1\"", ":23:8:", "a sensor before this one is named \"TC1\" too"),
+    ("[\"0 s\", \"50 s\"]", "[\"50 s\", \"0 s\"]", ":43:10:", "window reversed: 50 s is not before 0 s"),
+    ("[\"0 s\", \"50 s\"]", "[\"200 s\", \"250 s\"]", ":43:10:", "window begins at 200 s"),
+    ("factors = [\"f_k\"]", "factors = [\"f_cp\"]", ":41:12:", "\"f_cp\" is none of the factors of this case"),
+    (
+        "sensors = [\"TC2\"]",
+        "sensors = [\"TC2\"]\nstart = { f_k = 2.0 }",
+        ":43:17:",
+        "start 2 lies outside the bounds 0.9 to 1.1",
+    ),
+    ("\"heated\"", "\"heatd\"", ":27:8:", "unknown kind \"heatd\": did you mean \"heated\"?"),
+    ("flux = [", "fux = [", ":26:1:", "a heated face needs a `flux` or a `radiant_flux`"),
+    ("sigma = \"2 K\"", "sigma = \"2 s\"", ":37:9:", "wrong dimension: expected a temperature difference"),
+    ("\"500 W/m^2/K\"", "\"500 W/m^2\"", ":3:23:", "wrong dimension: expected a heat transfer coefficient"),
+    ("duration = \"100 s\"\n", "", ": ", "missing key \"duration\": expected a time such as \"41 s\""),
+    ("name = \"Two plies\"", "name = \"Two plies", ":1:", "basic string"),
+    ("[hot_face]", "[hot_face", ":26:", "table"),
+];
+
+#[test]
+fn every_fault_is_told_with_its_line_its_column_and_what_was_expected() {
+    let mut untold = Vec::new();
+    for (index, &(from, to, place, fragment)) in BROKEN.iter().enumerate() {
+        let found = faults(&format!("broken-{index}"), from, to);
+        if !found.iter().any(|fault| fault.contains(place) && fault.contains(fragment)) {
+            untold.push(format!("{to:?} at {place} {fragment:?}: {found:#?}"));
+        }
+    }
+    assert!(untold.is_empty(), "{}", untold.join("\n"));
+}
+
+#[test]
+fn all_faults_of_a_file_are_told_at_once_in_the_order_of_its_lines() {
+    let scratch = Scratch::new("all");
+    let text = WHOLE
+        .replace("\"0.5 mm\"", "\"0.5\"")
+        .replace("\"2 mm\"", "\"2 K\"")
+        .replace("\"1 s\"", "\"-1 s\"")
+        .replace("[0.9, 1.1]", "[1.1, 0.9]")
+        .replace("\"320 K\"", "\"320 degX\"")
+        .replace("[\"0 s\", \"50 s\"]", "[\"50 s\", \"0 s\"]");
+    let error = Case::load(&scratch.write("case.toml", text)).expect_err("six faults");
+    let lines: Vec<usize> = error.faults.iter().filter_map(|fault| Some(fault.place.at?.0)).collect();
+    assert_eq!(lines, [10, 24, 28, 34, 38, 43], "{error}");
+    assert!(error.to_string().ends_with("\n6 faults"), "{error}");
+}
+
+#[test]
+fn no_character_that_lacks_or_is_another_makes_reading_panic() {
+    let scratch = Scratch::new("spoiled");
+    let mut refused = 0;
+    for (at, _) in WHOLE.char_indices() {
+        let other = ["", "é", "[", "\"", "9"][at % 5];
+        let spoiled = format!("{}{other}{}", &WHOLE[..at], &WHOLE[at + 1..]);
+        refused += usize::from(Case::load(&scratch.write("case.toml", spoiled)).is_err());
+    }
+    assert!(2 * refused > WHOLE.len(), "most of them are refused: {refused}");
+}
+
+#[test]
+fn two_factors_on_one_property_of_a_ply_are_refused() {
+    let more = "[[factor]]\nname = \"f_k_BASE\"\ngroup = \"BASE\"\nproperty = \"conductivity\"\nsmall = [0.9, 1.1]\n\n[observations]";
+    let found = faults("overlap", "[observations]", more);
+    assert!(found[0].contains("factor \"f_k_BASE\" scales what factor \"f_k\" scales already"), "{found:?}");
+    let other = more.replace("conductivity", "heat_capacity");
+    assert_eq!(faults("no-overlap", "[observations]", &other), Vec::<String>::new());
+}
+
+#[test]
+fn a_file_that_is_no_case_says_so() {
+    let scratch = Scratch::new("files");
+    let said = |path: &Path| Case::load(path).expect_err("no case").to_string();
+    assert!(said(&scratch.write("empty.toml", "")).contains("empty.toml: the file is empty\n1 fault"));
+    assert!(said(&scratch.write("blank.toml", "\n \n")).contains("the file is empty"));
+    assert!(said(&scratch.write("binary.toml", [0x7f, 0x45, 0xff, 0xfe])).contains("not a text file"));
+    assert!(said(&scratch.write("zero.toml", "name = \"\0\"")).contains("not a text file"));
+    assert!(said(&scratch.0.join("nowhere.toml")).contains("nowhere.toml: no such file"));
+    assert!(said(&scratch.0).contains("the folder holds no case.toml"));
+}
+
+#[test]
+fn a_csv_that_is_wrong_is_told_by_its_own_line_and_column() {
+    let broken = [
+        ("time_s,TC2_K\n0,300\n1,nan\n", "m.csv:3:3: expected a finite number, found \"nan\""),
+        ("time_s,TC2_K\n0,300\n5,301\n 4,302\n", "m.csv:4:2: time 4 s does not rise: the row before is at 5 s"),
+        ("time_s,TC9_K\n0,300\n", "m.csv:1:8: no sensor \"TC9\" to observe: did you mean"),
+        ("time_s,TC2\n0,300\n", "m.csv:1:8: missing unit in heading \"TC2\""),
+        ("time_K,TC2_K\n0,300\n", "m.csv:1:1: wrong dimension: expected a time"),
+        ("time_s,TC2_K\n0,300,1\n", "m.csv:2:1: 3 values under 2 headings"),
+        ("time_s,TC2_K\n0,-300\n", "m.csv:2:3: -300 K is not above absolute zero"),
+        ("time_s,TC2_K,TC2_K\n0,300,300\n", "m.csv:1:14: column \"TC2_K\" stands twice"),
+        ("time_s,TC2_K\n", "m.csv: no rows under the heading"),
+        ("time_s,TC2_K\n0,\n", "m.csv:1:8: column \"TC2_K\" is empty"),
+        ("time_s,TC2_K,TC1_sigma_K\n0,300,2\n", "m.csv:1:14: standard deviation of \"TC1\", which has no column"),
+    ];
+    let scratch = Scratch::new("csv");
+    let case = WHOLE.replace("TC2 = [[\"0 s\", \"300 K\"], [\"10 s\", \"320 K\"]]", "file = \"m.csv\"");
+    let path = scratch.write("case.toml", &case);
+    for (text, expected) in broken {
+        scratch.write("m.csv", text);
+        let said = Case::load(&path).expect_err(text).to_string();
+        assert!(said.contains(expected), "{expected}: {said}");
+    }
+    let bare = scratch.write("case.toml", case.replace("sigma = \"2 K\"\n", ""));
+    scratch.write("m.csv", "time_s,TC2_K\n0,300\n");
+    let said = Case::load(&bare).expect_err("no standard deviation").to_string();
+    assert!(said.contains("m.csv:1:8: missing standard deviation: expected a column \"TC2_sigma_K\""), "{said}");
+}
+
+#[test]
+fn a_missing_value_leaves_its_row_out_and_a_carriage_return_is_no_part_of_it() {
+    let scratch = Scratch::new("gaps");
+    let case = WHOLE.replace("TC2 = [[\"0 s\", \"300 K\"], [\"10 s\", \"320 K\"]]", "file = \"m.csv\"");
+    scratch.write("m.csv", "\u{feff}# measured\r\ntime_min,TC2_degC,TC1_K\r\n0,26.85,\r\n1,,305\r\n1.5,36.85,310\r\n");
+    let case = Case::load(&scratch.write("case.toml", case)).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(case.observations[0].times_s, [0.0, 90.0]);
+    assert_eq!(case.observations[0].temperatures_k, [300.0, 310.0]);
+    assert_eq!(case.observations[1].times_s, [60.0, 90.0]);
+}
+
+#[test]
+fn an_override_reaches_any_key_and_its_fault_names_it() {
+    let path = shipped("lcat-2259");
+    let set = |name: &str, value: &str| Case::load_with(&path, &[(name.to_owned(), value.to_owned())]);
+    let holds = |name: &str, value: &str| set(name, value).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(holds("pressure", "3.1 kPa").exposure.pressure_pa, 3100.0);
+    assert_eq!(holds("f_k_INS", "1.1").factors[3].nominal, 1.1);
+    assert_eq!(holds("f_k_INS.small", "[0.5, 1.5]").factors[3].small, (0.5, 1.5));
+    assert_eq!(holds("resolution.cells", "48").resolution.cells, 48);
+    assert_eq!(holds("ply.INS1.thickness", "2 mm").layup.plies[2].thickness_m, 0.002);
+    assert_eq!(holds("contact_conductance", "perfect").layup.contacts_w_m2_k, [None; 4]);
+    let said = |name: &str, value: &str| set(name, value).expect_err("a fault").to_string();
+    assert!(
+        said("presure", "3 kPa").contains("--set presure=3 kPa: unknown key \"presure\": did you mean \"pressure\"?")
+    );
+    assert!(said("pressure", "3").contains("--set pressure=3: missing unit: expected a pressure"));
+    assert!(
+        said("f_k_INS", "1.6").contains("--set f_k_INS=1.6: nominal 1.6 lies outside the small bounds 0.75 to 1.25")
+    );
+    assert!(said("ply.INS9.thickness", "2 mm").contains("nothing here is named \"INS9\""));
+    assert!(said("pressure.high", "2 Pa").contains("lies under a key that is no table"));
+}
+
+#[test]
+fn a_material_beside_the_case_comes_before_the_one_built_in() {
+    let scratch = Scratch::new("own");
+    std::fs::create_dir_all(scratch.0.join("materials")).expect("a folder in a temporary folder");
+    let own = include_str!("../../../data/materials/pyrogel3350.toml").replace("170 kg/m^3", "110 kg/m^3");
+    scratch.write("materials/pyrogel3350.toml", &own);
+    let path = scratch.write("case.toml", WHOLE);
+    let case = Case::load(&path).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(case.layup.plies[1].material.density_kg_m3, 110.0);
+    scratch.write("materials/pyrogel3350.toml", own.replace("0.93", "-0.93"));
+    let said = Case::load(&path).expect_err("a material at fault").to_string();
+    assert!(said.contains("materials/pyrogel3350.toml:23:20: -0.93 is not positive"), "{said}");
+}
+
+#[test]
+fn a_sensor_above_a_held_face_is_refused() {
+    let held = "kind = \"held\"\nat = \"TC2\"\ntemperature = \"400 K\"";
+    let found = faults("above", "kind = \"heated\"\nflux = [[\"0 s\", \"0 W/cm^2\"], [\"1 s\", \"5 W/cm^2\"]]", held);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].contains(":28:6: sensor \"TC1\" at 0.5 mm lies above the held face at 2 mm"), "{found:?}");
+}

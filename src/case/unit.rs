@@ -1,0 +1,340 @@
+//! Quantities as written, `"26.7 W/cm^2"`, turned into SI once, their dimension checked.
+//!
+//! A unit is read left to right as factors joined by `/`, `*` or `·`, with parentheses and powers
+//! (`cm^2`, `cm2` and `cm²` are one). Conversion factors are exact by definition (SI brochure, 9th edition; NIST
+//! SP 811 for inch, pound, BTU (IT), calorie (thermochemical) and torr) or rounded to twelve digits.
+
+/// What a quantity measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dimension {
+    /// m
+    Length,
+    /// s
+    Time,
+    /// K, on the absolute scale: `20 degC` is 293.15 K.
+    Temperature,
+    /// K: `2 degC` is 2 K.
+    TemperatureDifference,
+    /// Pa
+    Pressure,
+    /// W/m²
+    HeatFlux,
+    /// W/m²/K: a film, a contact, a holder.
+    Conductance,
+    /// W/m/K
+    Conductivity,
+    /// J/kg
+    SpecificEnthalpy,
+    /// J/kg/K
+    HeatCapacity,
+    /// kg/m³
+    Density,
+    /// 1/m
+    Extinction,
+    /// m²/kg
+    SpecificExtinction,
+    /// A plain number or a percentage.
+    Fraction,
+}
+
+/// Powers of kilogram, metre, second and kelvin.
+type Powers = [i32; 4];
+
+impl Dimension {
+    /// In words and by example, for messages: `a heat flux such as "26.7 W/cm^2"`.
+    pub fn expectation(self) -> &'static str {
+        match self {
+            Self::Length => "a length such as \"0.51 mm\"",
+            Self::Time => "a time such as \"41 s\"",
+            Self::Temperature => "a temperature such as \"300 K\"",
+            Self::TemperatureDifference => "a temperature difference such as \"2 K\"",
+            Self::Pressure => "a pressure such as \"8.01 kPa\"",
+            Self::HeatFlux => "a heat flux such as \"26.7 W/cm^2\"",
+            Self::Conductance => "a heat transfer coefficient such as \"500 W/m^2/K\"",
+            Self::Conductivity => "a conductivity such as \"0.05 W/m/K\"",
+            Self::SpecificEnthalpy => "an enthalpy such as \"12 MJ/kg\"",
+            Self::HeatCapacity => "a heat capacity such as \"900 J/kg/K\"",
+            Self::Density => "a density such as \"170 kg/m^3\"",
+            Self::Extinction => "an extinction such as \"4500 1/m\"",
+            Self::SpecificExtinction => "a specific extinction such as \"27.4 m^2/kg\"",
+            Self::Fraction => "a fraction such as \"0.85\" or \"85 %\"",
+        }
+    }
+
+    fn powers(self) -> Powers {
+        match self {
+            Self::Length => [0, 1, 0, 0],
+            Self::Time => [0, 0, 1, 0],
+            Self::Temperature | Self::TemperatureDifference => [0, 0, 0, 1],
+            Self::Pressure => [1, -1, -2, 0],
+            Self::HeatFlux => [1, 0, -3, 0],
+            Self::Conductance => [1, 0, -3, -1],
+            Self::Conductivity => [1, 1, -3, -1],
+            Self::SpecificEnthalpy => [0, 2, -2, 0],
+            Self::HeatCapacity => [0, 2, -2, -1],
+            Self::Density => [1, -3, 0, 0],
+            Self::Extinction => [0, -1, 0, 0],
+            Self::SpecificExtinction => [-1, 2, 0, 0],
+            Self::Fraction => [0, 0, 0, 0],
+        }
+    }
+
+    /// The noun that these powers would be: `a length`.
+    fn noun_of(powers: Powers) -> &'static str {
+        const ALL: [Dimension; 13] = [
+            Dimension::Length,
+            Dimension::Time,
+            Dimension::Temperature,
+            Dimension::Pressure,
+            Dimension::HeatFlux,
+            Dimension::Conductance,
+            Dimension::Conductivity,
+            Dimension::SpecificEnthalpy,
+            Dimension::HeatCapacity,
+            Dimension::Density,
+            Dimension::Extinction,
+            Dimension::SpecificExtinction,
+            Dimension::Fraction,
+        ];
+        ALL.iter()
+            .find(|dimension| dimension.powers() == powers)
+            .and_then(|dimension| dimension.expectation().split(" such as").next())
+            .unwrap_or("what this unit measures")
+    }
+}
+
+/// Name, value in SI, and powers of a unit.
+type Unit = (&'static str, f64, Powers);
+
+const UNITS: &[Unit] = &[
+    ("m", 1.0, [0, 1, 0, 0]),
+    ("km", 1e3, [0, 1, 0, 0]),
+    ("cm", 1e-2, [0, 1, 0, 0]),
+    ("mm", 1e-3, [0, 1, 0, 0]),
+    ("um", 1e-6, [0, 1, 0, 0]),
+    ("µm", 1e-6, [0, 1, 0, 0]),
+    ("μm", 1e-6, [0, 1, 0, 0]),
+    ("nm", 1e-9, [0, 1, 0, 0]),
+    ("in", 0.0254, [0, 1, 0, 0]),
+    ("mil", 2.54e-5, [0, 1, 0, 0]),
+    ("ft", 0.3048, [0, 1, 0, 0]),
+    ("s", 1.0, [0, 0, 1, 0]),
+    ("ms", 1e-3, [0, 0, 1, 0]),
+    ("min", 60.0, [0, 0, 1, 0]),
+    ("h", 3600.0, [0, 0, 1, 0]),
+    ("hr", 3600.0, [0, 0, 1, 0]),
+    ("K", 1.0, [0, 0, 0, 1]),
+    ("degC", 1.0, [0, 0, 0, 1]),
+    ("°C", 1.0, [0, 0, 0, 1]),
+    ("degF", 1.0 / 1.8, [0, 0, 0, 1]),
+    ("°F", 1.0 / 1.8, [0, 0, 0, 1]),
+    ("degR", 1.0 / 1.8, [0, 0, 0, 1]),
+    ("kg", 1.0, [1, 0, 0, 0]),
+    ("g", 1e-3, [1, 0, 0, 0]),
+    ("lb", 0.45359237, [1, 0, 0, 0]),
+    ("lbm", 0.45359237, [1, 0, 0, 0]),
+    ("Pa", 1.0, [1, -1, -2, 0]),
+    ("hPa", 1e2, [1, -1, -2, 0]),
+    ("kPa", 1e3, [1, -1, -2, 0]),
+    ("MPa", 1e6, [1, -1, -2, 0]),
+    ("bar", 1e5, [1, -1, -2, 0]),
+    ("mbar", 1e2, [1, -1, -2, 0]),
+    ("atm", 101325.0, [1, -1, -2, 0]),
+    ("torr", 101325.0 / 760.0, [1, -1, -2, 0]),
+    ("psi", 6894.757293168, [1, -1, -2, 0]),
+    ("J", 1.0, [1, 2, -2, 0]),
+    ("kJ", 1e3, [1, 2, -2, 0]),
+    ("MJ", 1e6, [1, 2, -2, 0]),
+    ("cal", 4.184, [1, 2, -2, 0]),
+    ("kcal", 4184.0, [1, 2, -2, 0]),
+    ("BTU", 1055.05585262, [1, 2, -2, 0]),
+    ("Btu", 1055.05585262, [1, 2, -2, 0]),
+    ("W", 1.0, [1, 2, -3, 0]),
+    ("mW", 1e-3, [1, 2, -3, 0]),
+    ("kW", 1e3, [1, 2, -3, 0]),
+    ("MW", 1e6, [1, 2, -3, 0]),
+    ("1", 1.0, [0, 0, 0, 0]),
+    ("%", 1e-2, [0, 0, 0, 0]),
+];
+
+/// A quantity as written, in SI.
+///
+/// # Errors
+/// A message that says what was expected and what was found: no number, no unit, an unknown unit, another dimension,
+/// a number that is not finite.
+pub fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
+    let text = text.trim();
+    let expected = dimension.expectation();
+    let (number, unit) = split(text);
+    let value: f64 = number.parse().map_err(|_| format!("not a quantity: expected {expected}, found {text:?}"))?;
+    if !value.is_finite() {
+        return Err(format!("not a finite number: expected {expected}, found {text:?}"));
+    }
+    if unit.is_empty() {
+        if dimension == Dimension::Fraction {
+            return Ok(value);
+        }
+        return Err(format!("missing unit: expected {expected}, found {text:?}"));
+    }
+    let (scale, offset) = conversion(unit, dimension).map_err(|message| format!("{message}, found {text:?}"))?;
+    let value = value * scale + offset;
+    if !value.is_finite() {
+        return Err(format!("not a finite number in SI: expected {expected}, found {text:?}"));
+    }
+    if dimension == Dimension::Temperature && value <= 0.0 {
+        return Err(format!("not above absolute zero: expected {expected}, found {text:?}"));
+    }
+    Ok(value)
+}
+
+/// What a unit takes to SI: `value × scale + offset`. The offset is zero but for a temperature on a scale
+/// of its own.
+///
+/// # Errors
+/// A message that says what was expected: an unknown unit or another dimension.
+pub fn conversion(unit: &str, dimension: Dimension) -> Result<(f64, f64), String> {
+    let expected = dimension.expectation();
+    let (scale, powers) = compound(unit).map_err(|reason| format!("{reason}: expected {expected}"))?;
+    if powers != dimension.powers() {
+        return Err(format!("wrong dimension: expected {expected}, not {}", Dimension::noun_of(powers)));
+    }
+    let offset = match (dimension, unit) {
+        (Dimension::Temperature, "degC" | "°C") => 273.15,
+        (Dimension::Temperature, "degF" | "°F") => 459.67 / 1.8,
+        _ => 0.0,
+    };
+    Ok((scale, offset))
+}
+
+/// The number and the unit of `"26.7 W/cm^2"`; the space is optional.
+///
+/// The number is the longest start that reads as one, so that `1e3 Pa` is a thousand pascals.
+fn split(text: &str) -> (&str, &str) {
+    if let Some((number, unit)) = text.split_once(char::is_whitespace) {
+        return (number, unit.trim());
+    }
+    let ends = text.char_indices().map(|(at, _)| at).chain([text.len()]);
+    let number = ends.filter(|&end| text[..end].parse::<f64>().is_ok()).max().unwrap_or(text.len());
+    (&text[..number], &text[number..])
+}
+
+/// No unit of ours needs more bytes; parentheses are read by recursion, which this keeps shallow.
+const LONGEST_UNIT: usize = 64;
+
+/// Scale and powers of a compound unit.
+fn compound(unit: &str) -> Result<(f64, Powers), String> {
+    if unit.len() > LONGEST_UNIT {
+        return Err("the unit is too long".to_owned());
+    }
+    let mut rest = unit;
+    let found = product(&mut rest, unit)?;
+    if rest.is_empty() { Ok(found) } else { Err(format!("unit {unit:?} is not understood at {rest:?}")) }
+}
+
+/// Factors joined by `/`, `*` and `·`, up to the end or a closing parenthesis.
+fn product(rest: &mut &str, whole: &str) -> Result<(f64, Powers), String> {
+    let (mut scale, mut powers) = power(rest, whole)?;
+    loop {
+        let trimmed = rest.trim_start();
+        let Some(joint) = trimmed.chars().next().filter(|joint| "/*·".contains(*joint)) else {
+            *rest = trimmed;
+            return Ok((scale, powers));
+        };
+        *rest = trimmed[joint.len_utf8()..].trim_start();
+        let sign = if joint == '/' { -1 } else { 1 };
+        let (factor, more) = power(rest, whole)?;
+        scale *= factor.powi(sign);
+        powers = std::array::from_fn(|i| powers[i] + sign * more[i]);
+    }
+}
+
+/// A named unit or a parenthesis, raised to a power.
+fn power(rest: &mut &str, whole: &str) -> Result<(f64, Powers), String> {
+    let (scale, powers) = if let Some(inner) = rest.strip_prefix('(') {
+        *rest = inner;
+        let found = product(rest, whole)?;
+        *rest = rest.strip_prefix(')').ok_or_else(|| format!("unit {whole:?} lacks a closing parenthesis"))?;
+        found
+    } else {
+        let end = if rest.starts_with('1') {
+            1
+        } else {
+            rest.find(|c: char| "/*·^()²³".contains(c) || c.is_ascii_digit() || c.is_whitespace()).unwrap_or(rest.len())
+        };
+        let (name, after) = rest.split_at(end);
+        let &(_, scale, powers) =
+            UNITS.iter().find(|(known, ..)| *known == name).ok_or_else(|| format!("unknown unit {whole:?}"))?;
+        *rest = after;
+        (scale, powers)
+    };
+    let digits = rest.trim_start_matches('^');
+    let (exponent, after) = match digits.chars().next() {
+        Some('²') => (2, &digits['²'.len_utf8()..]),
+        Some('³') => (3, &digits['³'.len_utf8()..]),
+        Some(digit @ '1'..='9') => (digit as i32 - '0' as i32, &digits[1..]),
+        _ => (1, *rest),
+    };
+    *rest = after;
+    Ok((scale.powi(exponent), powers.map(|power| power * exponent)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_become_si() {
+        let known: &[(&str, Dimension, f64)] = &[
+            ("0.51 mm", Dimension::Length, 0.51e-3),
+            ("2in", Dimension::Length, 0.0508),
+            ("26.7 W/cm^2", Dimension::HeatFlux, 26.7e4),
+            ("26.7 W/cm2", Dimension::HeatFlux, 26.7e4),
+            ("26.7 W/cm²", Dimension::HeatFlux, 26.7e4),
+            ("1 BTU/ft2/s", Dimension::HeatFlux, 1055.05585262 / 0.09290304),
+            ("8.01 kPa", Dimension::Pressure, 8010.0),
+            ("1 atm", Dimension::Pressure, 101325.0),
+            ("760 torr", Dimension::Pressure, 101325.0),
+            ("12 MJ/kg", Dimension::SpecificEnthalpy, 12e6),
+            ("500 W/m^2/K", Dimension::Conductance, 500.0),
+            ("500 W/(m^2*K)", Dimension::Conductance, 500.0),
+            ("300 K", Dimension::Temperature, 300.0),
+            ("20 degC", Dimension::Temperature, 293.15),
+            ("68 degF", Dimension::Temperature, 293.15),
+            ("2 degC", Dimension::TemperatureDifference, 2.0),
+            ("-1.5e1 s", Dimension::Time, -15.0),
+            ("2 min", Dimension::Time, 120.0),
+            ("1e3 1/m", Dimension::Extinction, 1000.0),
+            ("27.4 m^2/kg", Dimension::SpecificExtinction, 27.4),
+            ("85 %", Dimension::Fraction, 0.85),
+            ("0.85", Dimension::Fraction, 0.85),
+            ("0.25 cal/g/K", Dimension::HeatCapacity, 1046.0),
+        ];
+        for &(text, dimension, expected) in known {
+            let found = quantity(text, dimension).unwrap_or_else(|message| panic!("{text}: {message}"));
+            assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{text}: {found}, expected {expected}");
+        }
+    }
+
+    #[test]
+    fn every_wrong_quantity_says_what_was_expected_and_what_was_found() {
+        let wrong: &[(&str, Dimension, &str)] = &[
+            ("26.7", Dimension::HeatFlux, "missing unit: expected a heat flux such as \"26.7 W/cm^2\", found \"26.7\""),
+            ("3 mm", Dimension::HeatFlux, "wrong dimension: expected a heat flux"),
+            ("3 mm", Dimension::HeatFlux, "not a length, found \"3 mm\""),
+            ("3 W/m^2 K", Dimension::Conductance, "is not understood at \"K\""),
+            ("3 furlong", Dimension::Length, "unknown unit \"furlong\""),
+            ("3 (m", Dimension::Length, "lacks a closing parenthesis"),
+            ("3 ((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((m", Dimension::Length, "too long"),
+            ("three mm", Dimension::Length, "not a quantity"),
+            ("", Dimension::Length, "not a quantity"),
+            ("NaN mm", Dimension::Length, "not a finite number"),
+            ("inf s", Dimension::Time, "not a finite number"),
+            ("1e308 km", Dimension::Length, "not a finite number in SI"),
+            ("-300 degC", Dimension::Temperature, "not above absolute zero"),
+        ];
+        for &(text, dimension, fragment) in wrong {
+            let message = quantity(text, dimension).expect_err(text);
+            assert!(message.contains(fragment), "{text}: {message}");
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! A figure as a chart: the traces and the layout that plotly.js draws, as JSON.
+//!
+//! Trace and layout attributes are those of the plotly.js reference, <https://plotly.com/javascript/reference/>.
+
+use super::figure::{Axis, Figure, Ink, Layer, Scale, Stroke, decades, diverging, rising};
+use super::words;
+use serde_json::{Value, json};
+
+/// `{"traces": […], "layout": {…}}`.
+pub fn draw(figure: &Figure) -> Value {
+    let mut traces = Vec::new();
+    let mut shapes = Vec::new();
+    for layer in &figure.layers {
+        match layer {
+            Layer::Line { name, ink, stroke, x, y } => {
+                traces.push(named(
+                    name,
+                    json!({
+                        "type": "scatter", "mode": "lines", "x": numbers(x), "y": numbers(y),
+                        "line": {"color": colour(*ink), "width": 2, "dash": dash(*stroke)},
+                    }),
+                ));
+            }
+            Layer::Points { name, ink, x, y, error } => {
+                let mut trace = json!({
+                    "type": "scatter", "mode": "markers", "x": numbers(x), "y": numbers(y),
+                    "marker": {"color": colour(*ink), "size": if error.is_empty() { 8 } else { 5 }},
+                });
+                if !error.is_empty() {
+                    trace["error_y"] = json!({
+                        "type": "data", "array": numbers(error), "thickness": 1, "width": 0,
+                        "color": faded(*ink, 0.6),
+                    });
+                }
+                traces.push(named(name, trace));
+            }
+            Layer::Band { name, ink, opacity, x, low, high } => {
+                let x = numbers(x);
+                let edge = json!({"color": faded(*ink, 0.5), "width": 0.5});
+                traces.push(json!({
+                    "type": "scatter", "mode": "lines", "x": x, "y": numbers(low), "line": edge,
+                    "name": format!("{name}, low"), "showlegend": false,
+                }));
+                traces.push(json!({
+                    "type": "scatter", "mode": "lines", "x": x, "y": numbers(high), "line": edge,
+                    "name": name, "showlegend": true, "fill": "tonexty", "fillcolor": faded(*ink, *opacity),
+                }));
+            }
+            Layer::Shares { x, parts } => {
+                let x = numbers(x);
+                for part in parts {
+                    traces.push(named(
+                        &part.name,
+                        json!({
+                            "type": "scatter", "mode": "lines", "x": x, "y": numbers(&part.values),
+                            "stackgroup": "shares", "fillcolor": faded(part.ink, 0.85),
+                            "line": {"width": 0.5, "color": colour(part.ink)},
+                            "hovertemplate": "%{y:.0f} %",
+                        }),
+                    ));
+                }
+            }
+            Layer::Window { name, from, to } => {
+                shapes.push(json!({
+                    "type": "rect", "xref": "x", "yref": "paper", "x0": from, "x1": to, "y0": 0, "y1": 1,
+                    "layer": "below", "line": {"width": 0}, "fillcolor": faded(Ink::Series(4), 0.12),
+                }));
+                // A shape has no entry in the legend: an empty trace stands in for it.
+                traces.push(named(
+                    name,
+                    json!({
+                        "type": "scatter", "mode": "markers", "x": [null], "y": [null], "hoverinfo": "skip",
+                        "marker": {"symbol": "square", "size": 12, "color": faded(Ink::Series(4), 0.3)},
+                    }),
+                ));
+            }
+            Layer::Cells { values } => traces.push(cells(figure, values)),
+            Layer::Contours { name, x, y, values, levels } => traces.push(contours(name, x, y, values, levels)),
+            Layer::Whiskers { name, ink, percentiles } => {
+                let of = |index: usize| -> Vec<f64> { percentiles.iter().map(|p| p[index]).collect() };
+                let places: Vec<f64> = (0..percentiles.len()).map(|index| index as f64).collect();
+                let bar = |low: usize, high: usize, thickness: u32, opacity: f64| {
+                    let away =
+                        |side: usize| -> Vec<f64> { percentiles.iter().map(|p| (p[side] - p[2]).abs()).collect() };
+                    json!({
+                        "type": "scatter", "mode": "markers", "x": numbers(&places), "y": numbers(&of(2)),
+                        "hovertemplate": "median %{y:.1f} K<extra></extra>",
+                        "marker": {"size": 7, "color": "white", "line": {"width": 1, "color": colour(*ink)}},
+                        "error_y": {
+                            "type": "data", "symmetric": false, "array": numbers(&away(high)),
+                            "arrayminus": numbers(&away(low)), "thickness": thickness, "width": 0,
+                            "color": faded(*ink, opacity),
+                        },
+                    })
+                };
+                traces.push(named("", bar(0, 4, 2, 1.0)));
+                traces.push(named(name, bar(1, 3, 12, 0.8)));
+            }
+        }
+    }
+    let layout = layout(figure, &traces, shapes);
+    json!({"traces": traces, "layout": layout})
+}
+
+fn layout(figure: &Figure, traces: &[Value], shapes: Vec<Value>) -> Value {
+    // One box for all curves at a time, where they are few enough for a box.
+    let together = matches!(figure.x.scale, Scale::Linear)
+        && figure.layers.len() <= 9
+        && !figure.layers.iter().any(|layer| matches!(layer, Layer::Contours { .. }));
+    let (across, up) = figure.extent();
+    json!({
+        "xaxis": axis(&figure.x, across, false),
+        "yaxis": axis(&figure.y, up, true),
+        "shapes": shapes,
+        "hovermode": if together { "x unified" } else { "closest" },
+        "showlegend": traces.iter().any(|trace| trace["showlegend"] == json!(true)),
+    })
+}
+
+/// `extent` is the lowest and the highest value shown.
+fn axis(axis: &Axis, extent: (f64, f64), vertical: bool) -> Value {
+    let mut out = json!({
+        "title": {"text": escaped(&axis.label), "standoff": 8},
+        "gridcolor": "#dddddd", "linecolor": "#999999", "zerolinecolor": "#999999", "automargin": true,
+    });
+    match &axis.scale {
+        Scale::Linear => {}
+        Scale::Whole => out["tickformat"] = json!(",d"),
+        Scale::Log => {
+            out["type"] = json!("log");
+            let (low, high) = extent;
+            let ticks = decades(low.log10() - 1.0, high.log10() + 1.0);
+            out["tickmode"] = json!("array");
+            out["tickvals"] = json!(ticks.iter().map(|tick| 10_f64.powf(*tick)).collect::<Vec<f64>>());
+            out["ticktext"] =
+                json!(ticks.iter().map(|tick| words::significant(10_f64.powf(*tick), 1)).collect::<Vec<String>>());
+        }
+        Scale::Names(names) => {
+            out["type"] = json!("linear");
+            out["tickmode"] = json!("array");
+            out["tickvals"] = json!((0..names.len()).collect::<Vec<usize>>());
+            out["ticktext"] = json!(names.iter().map(|name| escaped(name)).collect::<Vec<String>>());
+            out["showgrid"] = json!(false);
+            out["zeroline"] = json!(false);
+        }
+    }
+    if let Some((low, high)) = axis.range {
+        // Rows of a table read downwards.
+        let down = vertical && matches!(axis.scale, Scale::Names(_));
+        out["range"] = if down { json!([high, low]) } else { json!([low, high]) };
+    }
+    out
+}
+
+fn cells(figure: &Figure, values: &[Vec<f64>]) -> Value {
+    let names: &[String] = if let Scale::Names(names) = &figure.y.scale { names } else { &[] };
+    let said: Vec<Vec<String>> = values
+        .iter()
+        .map(|row| row.iter().map(|v| if v.is_finite() { format!("{v:.2}") } else { "–".to_owned() }).collect())
+        .collect();
+    let stop = |value: f64| json!([0.5 + 0.5 * value, css(diverging(value))]);
+    let pairs: Vec<Vec<String>> = (0..values.len())
+        .map(|row| {
+            let other = |column: usize| names.get(column).map_or("", String::as_str);
+            (0..values[row].len()).map(|column| escaped(&format!("{} and {}", other(row), other(column)))).collect()
+        })
+        .collect();
+    json!({
+        "type": "heatmap", "z": values.iter().map(|row| numbers(row)).collect::<Vec<Value>>(),
+        "zmin": -1, "zmax": 1, "colorscale": [stop(-1.0), stop(0.0), stop(1.0)], "xgap": 2, "ygap": 2,
+        "text": said, "texttemplate": "%{text}", "customdata": pairs,
+        "hovertemplate": "%{customdata}: %{z:.3f}<extra></extra>",
+        "colorbar": {"thickness": 12, "tickvals": [-1, -0.5, 0, 0.5, 1]},
+    })
+}
+
+/// plotly's contours are evenly spaced: the quantity is drawn as its logarithm and labelled as itself.
+fn contours(name: &str, x: &[f64], y: &[f64], values: &[Vec<f64>], levels: &[f64]) -> Value {
+    let logarithms: Vec<Value> =
+        values.iter().map(|row| numbers(&row.iter().map(|v| v.log10()).collect::<Vec<f64>>())).collect();
+    let said: Vec<Vec<String>> =
+        values.iter().map(|row| row.iter().map(|v| words::significant(*v, 3)).collect()).collect();
+    let (first, last) = (levels.first().map_or(0.0, |v| v.log10()), levels.last().map_or(1.0, |v| v.log10()));
+    let step = (last - first) / levels.len().saturating_sub(1).max(1) as f64;
+    let shown = levels.iter().step_by(2);
+    json!({
+        "type": "contour", "name": escaped(name), "x": numbers(x), "y": numbers(y), "z": logarithms, "text": said,
+        "contours": {"start": first, "end": last + 1e-9, "size": step, "coloring": "lines"}, "line": {"width": 2},
+        "zmin": first, "zmax": last, "connectgaps": false,
+        "colorscale": (0..=6).map(|n| json!([f64::from(n) / 6.0, css(rising(f64::from(n) / 6.0))])).collect::<Vec<Value>>(),
+        "colorbar": {
+            "title": {"text": escaped(name), "side": "right"}, "thickness": 12,
+            "tickvals": shown.clone().map(|level| level.log10()).collect::<Vec<f64>>(),
+            "ticktext": shown.map(|level| words::significant(*level, 2)).collect::<Vec<String>>(),
+        },
+        "hovertemplate": "%{x:.3f}, %{y:.3f}: %{text} K²<extra></extra>",
+    })
+}
+
+fn named(name: &str, mut trace: Value) -> Value {
+    trace["name"] = json!(escaped(name));
+    trace["showlegend"] = json!(!name.is_empty());
+    if name.is_empty() && trace.get("hovertemplate").is_none() {
+        trace["hoverinfo"] = json!("x+y");
+    }
+    trace
+}
+
+/// plotly reads a few tags in its texts; a name is a name.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+/// Six significant digits are more than a screen shows; what is no number is a gap.
+fn numbers(values: &[f64]) -> Value {
+    Value::Array(values.iter().map(|value| number(*value)).collect())
+}
+
+fn number(value: f64) -> Value {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 { json!(0) } else { Value::Null };
+    }
+    let scale = 10_f64.powf(5.0 - value.abs().log10().floor());
+    if scale.is_finite() && scale >= 1.0 { json!((value * scale).round() / scale) } else { json!(value) }
+}
+
+fn dash(stroke: Stroke) -> &'static str {
+    match stroke {
+        Stroke::Solid => "solid",
+        Stroke::Dashed => "dash",
+        Stroke::Dotted => "dot",
+    }
+}
+
+fn colour(ink: Ink) -> String {
+    css(ink.rgb())
+}
+
+fn css((red, green, blue): (u8, u8, u8)) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+fn faded(ink: Ink, opacity: f64) -> String {
+    let (red, green, blue) = ink.rgb();
+    format!("rgba({red},{green},{blue},{opacity})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{figures, fixture};
+    use super::*;
+
+    #[test]
+    fn every_named_layer_of_a_study_is_named_in_its_chart() {
+        let outcomes = fixture::outcomes();
+        for figure in figures::all(&outcomes.story("study")) {
+            let text = draw(&figure).to_string();
+            for layer in &figure.layers {
+                if let Layer::Line { name, .. } | Layer::Points { name, .. } | Layer::Window { name, .. } = layer {
+                    assert!(text.contains(&escaped(name)), "{} lacks {name}", figure.id);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_is_a_gap_and_the_rest_keeps_six_digits() {
+        assert_eq!(numbers(&[f64::NAN, 873.123456, 0.0, 1.234_567_89e-7]).to_string(), "[null,873.123,0,1.23457e-7]");
+    }
+}

@@ -1,0 +1,282 @@
+//! One neutral description of a figure, drawn as a still ([`svg`](super::svg)) and as a chart
+//! ([`chart`](super::chart)), so that the two cannot show different things.
+
+/// What is drawn, and what is said of it.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Name of its file, without the ending.
+    pub id: String,
+    /// The figure of the paper that it answers, `as Figure 9 of the paper`; empty where there is none.
+    pub number: String,
+    pub title: String,
+    /// Sentences an analyst reads: what is seen, then how it was drawn.
+    pub caption: String,
+    pub x: Axis,
+    pub y: Axis,
+    /// Drawn in order, later over earlier.
+    pub layers: Vec<Layer>,
+}
+
+/// One axis.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    /// Quantity and unit: `Time, s`.
+    pub label: String,
+    pub scale: Scale,
+    /// Lowest and highest value shown; `None` shows all.
+    pub range: Option<(f64, f64)>,
+}
+
+/// How an axis maps its values.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Scale {
+    Linear,
+    Log,
+    /// Whole numbers, such as iterations.
+    Whole,
+    /// The value is an index into these names.
+    Names(Vec<String>),
+}
+
+/// One thing drawn. An unnamed layer has no entry in the legend. Values that are not numbers are gaps.
+#[derive(Clone, Debug)]
+pub enum Layer {
+    Line {
+        name: String,
+        ink: Ink,
+        stroke: Stroke,
+        x: Vec<f64>,
+        y: Vec<f64>,
+    },
+    /// Markers, with bars of this half-length where `error` is not empty.
+    Points {
+        name: String,
+        ink: Ink,
+        x: Vec<f64>,
+        y: Vec<f64>,
+        error: Vec<f64>,
+    },
+    /// Everything between two curves.
+    Band {
+        name: String,
+        ink: Ink,
+        opacity: f64,
+        x: Vec<f64>,
+        low: Vec<f64>,
+        high: Vec<f64>,
+    },
+    /// Parts piled on one another, the first at the bottom.
+    Shares {
+        x: Vec<f64>,
+        parts: Vec<Part>,
+    },
+    /// A stretch of the horizontal axis.
+    Window {
+        name: String,
+        from: f64,
+        to: f64,
+    },
+    /// A table of correlations in -1..1, row by row from the top; both axes carry names.
+    Cells {
+        values: Vec<Vec<f64>>,
+    },
+    /// Lines of equal value of a positive quantity: `values[j][i]` at `x[i]`, `y[j]`.
+    Contours {
+        name: String,
+        x: Vec<f64>,
+        y: Vec<f64>,
+        values: Vec<Vec<f64>>,
+        /// Rising, each ten to the same power times the one before.
+        levels: Vec<f64>,
+    },
+    /// At each name of the horizontal axis the percentiles 2.5, 25, 50, 75, 97.5.
+    Whiskers {
+        name: String,
+        ink: Ink,
+        percentiles: Vec<[f64; 5]>,
+    },
+}
+
+/// One part of a pile.
+#[derive(Clone, Debug)]
+pub struct Part {
+    pub name: String,
+    pub ink: Ink,
+    pub values: Vec<f64>,
+}
+
+/// A colour by its role.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ink {
+    /// The n-th of several alike: a sensor, a factor.
+    Series(usize),
+    /// What was measured.
+    Measured,
+    /// What is there for comparison only.
+    Guide,
+}
+
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stroke {
+    Solid,
+    Dashed,
+    Dotted,
+}
+
+/// Lowest and highest of some values; `None` of no values.
+pub type Span = Option<(f64, f64)>;
+
+/// Okabe and Ito's colours (Color Universal Design, 2008) less the yellow, which white paper swallows, then
+/// those of Tol's muted scheme (SRON/EPS/TN/09-002, 2021) that stay apart from them under colour blindness.
+const PALETTE: [(u8, u8, u8); 10] = [
+    (0x00, 0x72, 0xB2),
+    (0xD5, 0x5E, 0x00),
+    (0x00, 0x9E, 0x73),
+    (0xCC, 0x79, 0xA7),
+    (0xE6, 0x9F, 0x00),
+    (0x56, 0xB4, 0xE9),
+    (0x33, 0x22, 0x88),
+    (0x88, 0x22, 0x55),
+    (0x99, 0x99, 0x33),
+    (0x66, 0x66, 0x66),
+];
+
+impl Ink {
+    /// Red, green, blue.
+    pub fn rgb(self) -> (u8, u8, u8) {
+        match self {
+            Self::Series(index) => PALETTE[index % PALETTE.len()],
+            Self::Measured => (0x22, 0x22, 0x22),
+            Self::Guide => (0x77, 0x77, 0x77),
+        }
+    }
+}
+
+/// The colour of a correlation: blue for -1, white for none, vermilion for 1.
+pub fn diverging(correlation: f64) -> (u8, u8, u8) {
+    let (from, t) = if correlation < 0.0 { (PALETTE[0], -correlation) } else { (PALETTE[1], correlation) };
+    blend((255, 255, 255), from, t.min(1.0))
+}
+
+/// The colour of a share `t` of the way from the lowest level to the highest: dark blue to ochre.
+pub fn rising(t: f64) -> (u8, u8, u8) {
+    const STOPS: [(u8, u8, u8); 4] = [(0x33, 0x22, 0x88), (0x00, 0x72, 0xB2), (0x00, 0x9E, 0x73), (0xC9, 0x8B, 0x00)];
+    let place = t.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let below = (place as usize).min(STOPS.len() - 2);
+    blend(STOPS[below], STOPS[below + 1], place - below as f64)
+}
+
+/// Logarithms of the ticks of a log axis between two logarithms: every 1, 2 and 5 over few decades, every power of ten over many.
+pub fn decades(low: f64, high: f64) -> Vec<f64> {
+    let digits: &[f64] = if high - low < 4.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let powers = low.floor() as i32..=high.ceil() as i32;
+    powers
+        .flat_map(|power| digits.iter().map(move |digit| f64::from(power) + digit.log10()))
+        .filter(|place| (low..=high).contains(place))
+        .collect()
+}
+
+fn blend(from: (u8, u8, u8), to: (u8, u8, u8), t: f64) -> (u8, u8, u8) {
+    let mix = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * t).round() as u8;
+    (mix(from.0, to.0), mix(from.1, to.1), mix(from.2, to.2))
+}
+
+impl Axis {
+    pub fn linear(label: &str) -> Self {
+        Self { label: label.to_owned(), scale: Scale::Linear, range: None }
+    }
+
+    pub fn log(label: &str) -> Self {
+        Self { label: label.to_owned(), scale: Scale::Log, range: None }
+    }
+
+    pub fn whole(label: &str) -> Self {
+        Self { label: label.to_owned(), scale: Scale::Whole, range: None }
+    }
+
+    pub fn names(label: &str, names: Vec<String>) -> Self {
+        let range = Some((-0.5, names.len() as f64 - 0.5));
+        Self { label: label.to_owned(), scale: Scale::Names(names), range }
+    }
+
+    pub fn within(mut self, low: f64, high: f64) -> Self {
+        self.range = Some((low, high));
+        self
+    }
+}
+
+impl Layer {
+    /// The lowest and highest finite value along each axis; `None` where there is none.
+    pub fn extent(&self) -> (Span, Span) {
+        match self {
+            Self::Line { x, y, .. } => (span(x), span(y)),
+            Self::Points { x, y, error, .. } => {
+                let low = y.iter().enumerate().map(|(i, y)| y - error.get(i).copied().unwrap_or(0.0));
+                let high = y.iter().enumerate().map(|(i, y)| y + error.get(i).copied().unwrap_or(0.0));
+                (span(x), span(&low.chain(high).collect::<Vec<f64>>()))
+            }
+            Self::Band { x, low, high, .. } => (span(x), union(span(low), span(high))),
+            Self::Shares { x, .. } => (span(x), Some((0.0, 100.0))),
+            Self::Window { .. } | Self::Cells { .. } => (None, None),
+            Self::Contours { x, y, .. } => (span(x), span(y)),
+            Self::Whiskers { percentiles, .. } => (None, span(percentiles.as_flattened())),
+        }
+    }
+}
+
+impl Figure {
+    /// What the axes must show: each axis' own range, else that of all layers; never empty.
+    pub fn extent(&self) -> ((f64, f64), (f64, f64)) {
+        let (mut x, mut y) = (None, None);
+        for layer in &self.layers {
+            let (across, up) = layer.extent();
+            x = union(x, across);
+            y = union(y, up);
+        }
+        (self.x.range.or(x).unwrap_or((0.0, 1.0)), self.y.range.or(y).unwrap_or((0.0, 1.0)))
+    }
+}
+
+fn span(values: &[f64]) -> Span {
+    values.iter().filter(|value| value.is_finite()).fold(None, |reach, &value| union(reach, Some((value, value))))
+}
+
+fn union(a: Span, b: Span) -> Span {
+    match (a, b) {
+        (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
+        (a, b) => a.or(b),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_extent_of_measured_points_takes_in_their_bars_and_skips_gaps() {
+        let points = Layer::Points {
+            name: String::new(),
+            ink: Ink::Measured,
+            x: vec![0.0, 1.0, 2.0],
+            y: vec![300.0, f64::NAN, 400.0],
+            error: vec![4.0, 4.0, 4.0],
+        };
+        assert_eq!(points.extent(), (Some((0.0, 2.0)), Some((296.0, 404.0))));
+    }
+
+    #[test]
+    fn the_ten_first_series_have_ten_colours() {
+        let mut colours: Vec<_> = (0..10).map(|n| Ink::Series(n).rgb()).collect();
+        colours.sort_unstable();
+        colours.dedup();
+        assert_eq!(colours.len(), 10);
+    }
+
+    #[test]
+    fn opposite_correlations_have_different_colours_and_none_is_white() {
+        assert_eq!(diverging(0.0), (255, 255, 255));
+        assert_ne!(diverging(-1.0), diverging(1.0));
+        assert_eq!(diverging(-2.0), diverging(-1.0));
+    }
+}

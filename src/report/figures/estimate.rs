@@ -1,0 +1,196 @@
+//! The fit, how it was found and what it leaves: Figures 8, 21–25 and 29–31 of the paper.
+
+use super::super::figure::{Axis, Figure, Ink, Layer, Stroke};
+use super::super::words;
+use super::{cited, correlations, driven_by_temperature, file_name, line, measured, temperature, time};
+use crate::case::{Case, Observation};
+use crate::study::estimate::{Estimated, Landscape};
+use crate::study::nominal::Misfit;
+
+pub(super) fn figures(case: &Case, outcome: &Estimated) -> Vec<Figure> {
+    let mut misfits = outcome.misfits.iter();
+    let (mut figures, mut checks) = (Vec::new(), Vec::new());
+    for seen in &case.observations {
+        let fitted = outcome.sensors.contains(&seen.sensor);
+        let misfit = if fitted { misfits.next() } else { None };
+        let shelf = if fitted { &mut figures } else { &mut checks };
+        shelf.push(fit(case, outcome, seen, misfit));
+    }
+    figures.extend(outcome.landscape.as_ref().map(|landscape| design_space(case, outcome, landscape)));
+    figures.push(descent(case, outcome));
+    figures.push(residuals(case, outcome));
+    if outcome.factors.len() > 1 {
+        figures.push(correlations(
+            "estimates",
+            "Correlation of the estimates",
+            format!(
+                "How the errors of two estimates go together. The weakest direction: {}.",
+                outcome.identifiability.weakest
+            ),
+            names(case, outcome),
+            &outcome.identifiability.correlation,
+        ));
+    }
+    figures.extend(checks);
+    figures
+}
+
+/// The paper's twin fit started away from the nominal factors (Figures 22–25), its measured one at them (29–31).
+fn is_twin(case: &Case, outcome: &Estimated) -> bool {
+    outcome.factors.iter().zip(&outcome.start).any(|(&factor, &start)| start != case.factors[factor].nominal)
+}
+
+fn names(case: &Case, outcome: &Estimated) -> Vec<String> {
+    outcome.factors.iter().map(|&factor| case.factors[factor].name.clone()).collect()
+}
+
+/// One sensor; `misfit` before and after where it was fitted.
+fn fit(case: &Case, outcome: &Estimated, seen: &Observation, misfit: Option<&(Misfit, Misfit)>) -> Figure {
+    let sensor = seen.sensor;
+    let name = &case.sensors[sensor].name;
+    let number = match (driven_by_temperature(case), is_twin(case, outcome)) {
+        _ if name != "TC4" || misfit.is_none() => String::new(),
+        (true, true) => cited(25),
+        (true, false) => "as Figures 30 and 31 of the paper".to_owned(),
+        (false, _) => cited(if outcome.factors.len() > 2 { 8 } else { 21 }),
+    };
+    let (from, to) = outcome.window_s;
+    let (before, after) = (&outcome.before, &outcome.after);
+    let layers = vec![
+        Layer::Window { name: "fitted window".to_owned(), from, to },
+        line("before".to_owned(), Ink::Guide, Stroke::Dashed, &before.instants_s, &before.temperatures_k[sensor]),
+        line("after".to_owned(), Ink::Series(0), Stroke::Solid, &after.instants_s, &after.temperatures_k[sensor]),
+        measured("measured".to_owned(), Ink::Measured, seen),
+    ];
+    let said = match misfit {
+        Some((before, after)) => format!(
+            "Between {} and {} the prediction was off by {} K (root mean square) with the nominal factors and is off \
+             by {} K with the estimated ones.",
+            words::seconds(from),
+            words::seconds(to),
+            words::significant(before.rms_k, 3),
+            words::significant(after.rms_k, 3)
+        ),
+        None => format!("{name} was not fitted: how well it is met is a test of the estimate."),
+    };
+    Figure {
+        id: file_name("fit", name),
+        number,
+        title: format!("{name} before and after"),
+        caption: format!("{said} Bars are two standard deviations of the measurement; not every sample is drawn."),
+        x: time(case),
+        y: temperature(),
+        layers,
+    }
+}
+
+fn design_space(case: &Case, outcome: &Estimated, landscape: &Landscape) -> Figure {
+    let names = names(case, outcome);
+    let axis = |index: usize| Axis::linear(names.get(index).map_or("", String::as_str));
+    let visited =
+        |index: usize| -> Vec<f64> { outcome.path.iter().filter_map(|turn| turn.values.get(index).copied()).collect() };
+    let (x, y) = (visited(0), visited(1));
+    let last = |values: &[f64]| -> Vec<f64> { values.last().copied().into_iter().collect() };
+    let layers = vec![
+        Layer::Contours {
+            name: "objective S, K²".to_owned(),
+            x: landscape.x.clone(),
+            y: landscape.y.clone(),
+            values: landscape.objective_k2.clone(),
+            levels: levels(&landscape.objective_k2),
+        },
+        Layer::Line { name: "path".to_owned(), ink: Ink::Measured, stroke: Stroke::Solid, x: x.clone(), y: y.clone() },
+        Layer::Points { name: String::new(), ink: Ink::Measured, x: x.clone(), y: y.clone(), error: Vec::new() },
+        Layer::Points { name: "estimate".to_owned(), ink: Ink::Series(1), x: last(&x), y: last(&y), error: Vec::new() },
+    ];
+    let number = match (driven_by_temperature(case), is_twin(case, outcome)) {
+        (true, true) => "as Figures 22 and 23 of the paper".to_owned(),
+        _ => String::new(),
+    };
+    Figure {
+        id: "design-space".to_owned(),
+        number,
+        title: "The objective over the two factors, and the path taken".to_owned(),
+        caption: "On each line the sum of squared residuals is the same; a long thin valley says that the data bind a \
+                  combination of the two factors more firmly than either alone."
+            .to_owned(),
+        x: axis(0),
+        y: axis(1),
+        layers,
+    }
+}
+
+/// Twelve levels in equal ratios over the values that can be shown.
+fn levels(values: &[Vec<f64>]) -> Vec<f64> {
+    let shown = || values.iter().flatten().copied().filter(|value| value.is_finite() && *value > 0.0);
+    let (low, high) = (shown().fold(f64::INFINITY, f64::min), shown().fold(0.0, f64::max));
+    if low >= high {
+        return Vec::new();
+    }
+    // Not the extremes themselves: a level there is a point or a corner.
+    (1..=12).map(|step| low * (high / low).powf(f64::from(step) / 13.0)).collect()
+}
+
+fn descent(case: &Case, outcome: &Estimated) -> Figure {
+    let x: Vec<f64> = (0..outcome.path.len()).map(|turn| turn as f64).collect();
+    let y: Vec<f64> = outcome.path.iter().map(|turn| turn.objective_k2).collect();
+    let number = match (driven_by_temperature(case), is_twin(case, outcome)) {
+        (true, true) => cited(24),
+        (true, false) => cited(29),
+        (false, _) => String::new(),
+    };
+    Figure {
+        id: "objective".to_owned(),
+        number,
+        title: "Objective by iteration".to_owned(),
+        caption: format!(
+            "The sum of squared residuals fell from {} K² to {} K² in {}. It ended so: {}.",
+            words::significant(outcome.objective_k2.0, 3),
+            words::significant(outcome.objective_k2.1, 3),
+            words::counted(outcome.path.len().saturating_sub(1), "iteration"),
+            outcome.termination
+        ),
+        x: Axis::whole("Iteration"),
+        y: Axis::log("Objective S, K²"),
+        layers: vec![
+            line(String::new(), Ink::Series(0), Stroke::Solid, &x, &y),
+            Layer::Points { name: String::new(), ink: Ink::Series(0), x, y, error: Vec::new() },
+        ],
+    }
+}
+
+fn residuals(case: &Case, outcome: &Estimated) -> Figure {
+    let fitted: Vec<&Observation> =
+        case.observations.iter().filter(|seen| outcome.sensors.contains(&seen.sensor)).collect();
+    let mut layers = Vec::new();
+    if let Some(seen) = fitted.first() {
+        let both: Vec<f64> = seen.sigma_k.iter().map(|sigma| 2.0 * sigma).collect();
+        layers.push(Layer::Band {
+            name: "± 2 σ measured".to_owned(),
+            ink: Ink::Guide,
+            opacity: 0.2,
+            x: super::thinned(&seen.times_s),
+            low: super::thinned(&both).iter().map(|bound| -bound).collect(),
+            high: super::thinned(&both),
+        });
+    }
+    for (seen, (times_s, residuals_k)) in fitted.iter().zip(&outcome.residuals) {
+        let name = case.sensors[seen.sensor].name.clone();
+        layers.push(line(name, Ink::Series(seen.sensor), Stroke::Solid, times_s, residuals_k));
+    }
+    Figure {
+        id: "residuals".to_owned(),
+        number: String::new(),
+        title: "What the fit leaves".to_owned(),
+        caption: format!(
+            "Measured less predicted over the fitted window. Neighbouring residuals correlate by {}: {} carry the \
+             information of {}.",
+            words::significant(outcome.autocorrelation, 2),
+            words::counted(outcome.samples, "sample"),
+            words::significant(outcome.effective_samples, 2),
+        ),
+        x: time(case).within(outcome.window_s.0, outcome.window_s.1),
+        y: Axis::linear("Measured less predicted, K"),
+        layers,
+    }
+}

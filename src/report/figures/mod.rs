@@ -1,0 +1,172 @@
+//! Which figures an answer calls for: one file a study, each turning outcomes into [`Figure`]s.
+//!
+//! The paper (physics-based modelling of flexible thermal protection, two layups in the Boeing LCAT) numbers
+//! its figures 6–7 nominal, 8 and 21 fits, 9–12 spreads, 13–16 shares, 17–20 sensitivities when the heat flux
+//! drives, and 22–25 twin fit, 26–28 spread, shares and sensitivities of TC4, 29–31 fit when TC3 drives.
+
+mod estimate;
+mod nominal;
+mod sensitivity;
+mod uncertainty;
+
+use super::Story;
+use super::figure::{Axis, Figure, Ink, Layer, Stroke};
+use crate::case::{Case, Face, Observation};
+
+/// Every figure of a story, in the order of the report, each with a file name of its own.
+pub fn all(story: &Story) -> Vec<Figure> {
+    let case = story.case;
+    let mut figures = Vec::new();
+    figures.extend(story.nominal.map(|outcome| nominal::figures(case, outcome)).unwrap_or_default());
+    figures.extend(
+        story.uncertainty.map(|outcome| uncertainty::figures(case, outcome, story.nominal)).unwrap_or_default(),
+    );
+    figures.extend(story.sensitivity.map(|outcome| sensitivity::figures(case, outcome)).unwrap_or_default());
+    figures.extend(story.estimated.map(|outcome| estimate::figures(case, outcome)).unwrap_or_default());
+    tell_apart(&mut figures);
+    figures
+}
+
+/// Sensors `T/1` and `T-1` would share a file: later figures of one name get a number.
+fn tell_apart(figures: &mut [Figure]) {
+    for later in 1..figures.len() {
+        let (before, rest) = figures.split_at_mut(later);
+        let wanted = rest[0].id.clone();
+        let mut number = 2;
+        while before.iter().any(|figure| figure.id == rest[0].id) {
+            rest[0].id = format!("{wanted}-{number}");
+            number += 1;
+        }
+    }
+}
+
+/// Whether a measured temperature drives the march: the paper's TC driver approach.
+fn driven_by_temperature(case: &Case) -> bool {
+    matches!(case.exposure.hot_face, Face::Held(_))
+}
+
+/// The paper's number for a figure drawn once a thermocouple: TC1 to TC4 from `flux` on when the flux
+/// drives, TC4 alone when a thermocouple does.
+fn paper(case: &Case, sensor: &str, flux: usize, driver: usize) -> String {
+    let place = ["TC1", "TC2", "TC3", "TC4"].iter().position(|name| *name == sensor);
+    match (place, driven_by_temperature(case)) {
+        (Some(place), false) => cited(flux + place),
+        (Some(3), true) => cited(driver),
+        _ => String::new(),
+    }
+}
+
+fn cited(number: usize) -> String {
+    format!("as Figure {number} of the paper")
+}
+
+/// A file name: what is drawn, then of what, with nothing a file system could mind.
+fn file_name(what: &str, of: &str) -> String {
+    let safe = |c: char| if c.is_alphanumeric() || c == '_' || c == '.' { c } else { '-' };
+    format!("{what}-{}", of.chars().map(safe).collect::<String>())
+}
+
+/// The whole exposure.
+fn time(case: &Case) -> Axis {
+    Axis::linear("Time, s").within(0.0, case.exposure.duration_s)
+}
+
+fn temperature() -> Axis {
+    Axis::linear("Temperature, K")
+}
+
+/// A curve over the instants.
+fn line(name: String, ink: Ink, stroke: Stroke, x: &[f64], y: &[f64]) -> Layer {
+    Layer::Line { name, ink, stroke, x: thinned(x), y: thinned(y) }
+}
+
+/// A measured trace with bars of two standard deviations, at most sixty points of it.
+fn measured(name: String, ink: Ink, observation: &Observation) -> Layer {
+    let stride = observation.times_s.len().div_ceil(60).max(1);
+    let pick = |values: &[f64], factor: f64| values.iter().step_by(stride).map(|value| factor * value).collect();
+    Layer::Points {
+        name,
+        ink,
+        x: pick(&observation.times_s, 1.0),
+        y: pick(&observation.temperatures_k, 1.0),
+        error: pick(&observation.sigma_k, 2.0),
+    }
+}
+
+/// The trusted window, where the case gives one.
+fn window(case: &Case) -> Option<Layer> {
+    case.estimate.window_s.map(|(from, to)| Layer::Window { name: "trusted window".to_owned(), from, to })
+}
+
+/// At most a thousand points of a curve, evenly picked and the last one always: a screen shows no more.
+fn thinned(values: &[f64]) -> Vec<f64> {
+    let stride = values.len().div_ceil(1000).max(1);
+    let last = values.len().saturating_sub(1);
+    let kept = |index: &usize| index.is_multiple_of(stride) || *index == last;
+    (0..values.len()).filter(kept).map(|index| values[index]).collect()
+}
+
+/// The index of the instant nearest to a time.
+pub fn nearest(instants_s: &[f64], time_s: f64) -> Option<usize> {
+    (0..instants_s.len()).min_by(|&a, &b| (instants_s[a] - time_s).abs().total_cmp(&(instants_s[b] - time_s).abs()))
+}
+
+/// A matrix of correlations of factors.
+fn correlations(id: &str, title: &str, caption: String, names: Vec<String>, values: &[Vec<f64>]) -> Figure {
+    Figure {
+        id: id.to_owned(),
+        number: String::new(),
+        title: title.to_owned(),
+        caption,
+        x: Axis::names("", names.clone()),
+        y: Axis::names("", names),
+        layers: vec![Layer::Cells { values: values.to_vec() }],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture;
+    use super::*;
+    use crate::case::Schedule;
+
+    #[test]
+    fn a_flux_driven_study_draws_the_papers_figures_and_a_tc_driven_one_its_others() {
+        let mut outcomes = fixture::outcomes();
+        let numbers = |outcomes: &fixture::Outcomes| -> Vec<String> {
+            all(&outcomes.story("study")).into_iter().map(|figure| figure.number).collect()
+        };
+        let flux = numbers(&outcomes);
+        for number in (9..=20).chain([21]) {
+            assert!(flux.contains(&cited(number)), "no figure {number} among {flux:?}");
+        }
+        outcomes.case.exposure.hot_face = Face::Held(Schedule::constant(900.0));
+        let driver = numbers(&outcomes);
+        for number in 24..=28 {
+            assert!(driver.contains(&cited(number)), "no figure {number} among {driver:?}");
+        }
+        assert!(driver.iter().any(|number| number.contains("22 and 23")), "no design space among {driver:?}");
+        assert!(!driver.contains(&cited(9)), "a flux-driven figure in a thermocouple-driven study");
+    }
+
+    #[test]
+    fn two_sensors_whose_names_differ_only_in_a_slash_keep_two_files() {
+        let mut outcomes = fixture::outcomes();
+        outcomes.case.sensors[0].name = "T/1".to_owned();
+        outcomes.case.sensors[1].name = "T-1".to_owned();
+        let mut ids: Vec<String> = all(&outcomes.story("study")).into_iter().map(|figure| figure.id).collect();
+        assert!(ids.iter().all(|id| !id.contains('/')));
+        let before = ids.len();
+        ids.sort_unstable();
+        ids.dedup();
+        assert_eq!(ids.len(), before);
+    }
+
+    #[test]
+    fn thinning_keeps_both_ends_of_a_curve() {
+        let curve: Vec<f64> = (0..2500).map(f64::from).collect();
+        let kept = thinned(&curve);
+        assert!(kept.len() <= 1001);
+        assert_eq!((kept[0], kept[kept.len() - 1]), (0.0, 2499.0));
+    }
+}

@@ -1,0 +1,76 @@
+//! What each factor does to each thermocouple: Figures 17–20, and 28, of the paper; which act alike.
+
+use super::super::figure::{Axis, Figure, Ink, Layer, Stroke};
+use super::super::words;
+use super::{correlations, file_name, line, paper, time, window};
+use crate::case::Case;
+use crate::study::sensitivity::{Identifiability, Sensitivity};
+
+pub(super) fn figures(case: &Case, outcome: &Sensitivity) -> Vec<Figure> {
+    let mut figures: Vec<Figure> = (0..case.sensors.len()).map(|sensor| curves(case, outcome, sensor)).collect();
+    let names = |set: &Identifiability| set.factors.iter().map(|&f| case.factors[f].name.clone()).collect();
+    if outcome.all.factors.len() > 1 {
+        figures.push(correlations(
+            "alignment",
+            "Which factors act alike",
+            "How alike two factors' sensitivity curves are over the trusted data: 1 or -1 says that the data cannot \
+             tell the two apart, 0 that they act independently."
+                .to_owned(),
+            names(&outcome.all),
+            &outcome.all.alignment,
+        ));
+    }
+    if outcome.proposed.factors.len() > 1 {
+        figures.push(correlations(
+            "proposed",
+            "Correlation of the estimates of the proposed set",
+            format!(
+                "How the errors of two estimates would go together, were {} estimated at once. Beyond 0.95 either \
+                 way, what one gains the other gives.",
+                words::listed::<String>(&names(&outcome.proposed)),
+            ),
+            names(&outcome.proposed),
+            &outcome.proposed.correlation,
+        ));
+    }
+    figures
+}
+
+fn curves(case: &Case, outcome: &Sensitivity, sensor: usize) -> Figure {
+    let name = &case.sensors[sensor].name;
+    let mut layers: Vec<Layer> = window(case).into_iter().collect();
+    let (mut strongest, mut largest_k) = (None, 0.0);
+    for (index, factor) in case.factors.iter().enumerate() {
+        let per_percent: Vec<f64> =
+            outcome.derivatives_k[index][sensor].iter().map(|slope| 0.01 * factor.nominal * slope).collect();
+        for (&time_s, &change_k) in outcome.instants_s.iter().zip(&per_percent) {
+            if change_k.abs() > f64::abs(largest_k) {
+                (strongest, largest_k) = (Some((factor, time_s)), change_k);
+            }
+        }
+        // Factors that act alike lie on one another: dashes let the one below be seen.
+        let stroke = if index % 2 == 0 { Stroke::Solid } else { Stroke::Dashed };
+        layers.push(line(factor.name.clone(), Ink::Series(index), stroke, &outcome.instants_s, &per_percent));
+    }
+    let most = strongest.map(|(factor, time_s)| {
+        format!(
+            " The most is {} K per 1 % of {} ({}), at {}.",
+            words::signed(largest_k, 2),
+            factor.name,
+            words::meaning(factor),
+            words::seconds(time_s)
+        )
+    });
+    Figure {
+        id: file_name("sensitivity", name),
+        number: paper(case, name, 17, 28),
+        title: format!("What each factor does to {name}"),
+        caption: format!(
+            "How much {name} changes when one factor rises by 1 % of its nominal value and the others stay.{}",
+            most.unwrap_or_default()
+        ),
+        x: time(case),
+        y: Axis::linear("Change for 1 % more of a factor, K"),
+        layers,
+    }
+}

@@ -1,0 +1,119 @@
+//! How far the prediction may be off and which factor is to blame: Figures 9–16, and 26–27, of the paper.
+
+use super::super::figure::{Axis, Figure, Ink, Layer, Part, Stroke};
+use super::super::words;
+use super::{file_name, line, nearest, paper, temperature, thinned, time, window};
+use crate::case::Case;
+use crate::study::nominal::Nominal;
+use crate::study::uncertainty::Uncertainty;
+
+pub(super) fn figures(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>) -> Vec<Figure> {
+    let sensors = 0..case.sensors.len();
+    let mut figures: Vec<Figure> = sensors.clone().map(|sensor| spread(case, outcome, nominal, sensor)).collect();
+    figures.extend(sensors.map(|sensor| shares(case, outcome, sensor)));
+    figures.push(peaks(case, outcome));
+    figures
+}
+
+fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor: usize) -> Figure {
+    let name = &case.sensors[sensor].name;
+    let times = &outcome.instants_s;
+    let [low, quarter, median, three_quarters, high] = &outcome.spreads[sensor].percentiles_k;
+    let band = |name: &str, opacity: f64, low: &[f64], high: &[f64]| Layer::Band {
+        name: name.to_owned(),
+        ink: Ink::Series(0),
+        opacity,
+        x: thinned(times),
+        low: thinned(low),
+        high: thinned(high),
+    };
+    let mut layers: Vec<Layer> = window(case).into_iter().collect();
+    layers.push(band("95 % of members", 0.18, low, high));
+    layers.push(band("50 % of members", 0.38, quarter, three_quarters));
+    layers.push(line("median".to_owned(), Ink::Series(0), Stroke::Solid, times, median));
+    if let Some(nominal) = nominal {
+        let trace = &nominal.temperatures_k[sensor];
+        layers.push(line("nominal".to_owned(), Ink::Series(1), Stroke::Dashed, &nominal.instants_s, trace));
+    }
+    let peak = &outcome.peaks[sensor];
+    Figure {
+        id: file_name("spread", name),
+        number: paper(case, name, 9, 26),
+        title: format!("How far {name} may be off"),
+        caption: format!(
+            "95 % of {} stay in the light band, half of them in the dark one. The members' own peaks at {name} \
+             reach {} on average, 95 % of them from {} to {}.",
+            words::counted(outcome.ok, "member"),
+            words::kelvin(peak.mean_k),
+            words::kelvin(peak.percentiles_k[0]),
+            words::kelvin(peak.percentiles_k[4]),
+        ),
+        x: time(case),
+        y: temperature(),
+        layers,
+    }
+}
+
+fn shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure {
+    let name = &case.sensors[sensor].name;
+    let shares = &outcome.spreads[sensor].shares;
+    let parts = case
+        .factors
+        .iter()
+        .zip(shares)
+        .enumerate()
+        .map(|(index, (factor, shares))| Part {
+            name: factor.name.clone(),
+            ink: Ink::Series(index),
+            values: thinned(shares).iter().map(|share| 100.0 * share).collect(),
+        })
+        .collect();
+    let peak = outcome.peaks[sensor].nominal;
+    let blame = nearest(&outcome.instants_s, peak.time_s).and_then(|instant| {
+        let most = (0..shares.len()).max_by(|&a, &b| shares[a][instant].total_cmp(&shares[b][instant]))?;
+        Some(format!(
+            " At the nominal peak ({}) {} ({}) has the largest share, {}.",
+            words::seconds(peak.time_s),
+            case.factors[most].name,
+            words::meaning(&case.factors[most]),
+            words::percent(shares[most][instant]),
+        ))
+    });
+    Figure {
+        id: file_name("shares", name),
+        number: paper(case, name, 13, 27),
+        title: format!("What the spread at {name} is due to"),
+        caption: format!(
+            "Each factor's share of the spread at {name} through time.{} A share is the squared correlation of the \
+             factor with the temperature over the sum of all factors'.",
+            blame.unwrap_or_default(),
+        ),
+        x: time(case),
+        y: Axis::linear("Share of the spread, %").within(0.0, 100.0),
+        layers: vec![Layer::Shares { x: thinned(&outcome.instants_s), parts }],
+    }
+}
+
+/// Peaks less the nominal one, so that a spread of tens of kelvin shows beside peaks a thousand apart.
+fn peaks(case: &Case, outcome: &Uncertainty) -> Figure {
+    let less_nominal = outcome
+        .peaks
+        .iter()
+        .map(|peak| peak.percentiles_k.map(|percentile_k| percentile_k - peak.nominal.temperature_k))
+        .collect();
+    let sensors = case.sensors.len() as f64;
+    Figure {
+        id: "peaks".to_owned(),
+        number: String::new(),
+        title: "Where the peaks fall".to_owned(),
+        caption: "The members' peaks less the nominal peak of each sensor: the thick bar holds half of them, the thin \
+                  one 95 %, and the light mark is the median."
+            .to_owned(),
+        x: Axis::names("", case.sensors.iter().map(|sensor| sensor.name.clone()).collect()),
+        y: Axis::linear("Peak less nominal peak, K"),
+        layers: vec![
+            line(String::new(), Ink::Guide, Stroke::Dashed, &[-0.5, sensors - 0.5], &[0.0, 0.0]),
+            Layer::Whiskers { name: String::new(), ink: Ink::Series(0), percentiles: less_nominal },
+        ],
+    }
+}

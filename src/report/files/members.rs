@@ -1,0 +1,291 @@
+//! Every member in a Parquet file, written as the study goes: memory holds one row group, whatever the number
+//! of members. Columns are not compressed, so that any reader can open them.
+
+use super::super::ReportError;
+use super::partial;
+use crate::study::nominal::Peak;
+use crate::traces::{Arrival, Traces};
+use parquet::basic::{Repetition, Type as Physical};
+use parquet::column::writer::ColumnWriter;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Rows gathered before a row group is written; twenty columns of it are some ten megabytes.
+const GROUP: usize = 65_536;
+
+/// A member and where its peaks fell.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a> {
+    /// Index in the ensemble.
+    pub member: usize,
+    /// Whether it arrived; the peaks of one that did not are written as NaN.
+    pub arrived: bool,
+    /// One a factor.
+    pub factors: &'a [f64],
+    /// One a sensor.
+    pub peaks: &'a [Peak],
+}
+
+/// `members.parquet`: `member` (int64), `status` (int32: 0 arrived, 1 failed), a double a factor under the
+/// factor's name, then `TC1_peak_k`, `TC1_peak_time_s` … a sensor.
+pub struct MembersFile {
+    columns: Columns,
+    sensors: usize,
+}
+
+/// `traces.parquet`: `member` (int64), `time_s`, then `TC1_K` … (double), a row a member and instant; members
+/// that failed are left out.
+pub struct TracesFile {
+    columns: Columns,
+    instants_s: Vec<f64>,
+}
+
+impl MembersFile {
+    /// Begin the file; it takes its name when closed.
+    ///
+    /// # Errors
+    /// When the file cannot be made or two columns would share a name.
+    pub fn create<S: AsRef<str>>(path: &Path, factors: &[S], sensors: &[S]) -> Result<Self, ReportError> {
+        let mut names = vec!["member".to_owned(), "status".to_owned()];
+        names.extend(factors.iter().map(|factor| factor.as_ref().to_owned()));
+        for sensor in sensors {
+            names.push(format!("{}_peak_k", sensor.as_ref()));
+            names.push(format!("{}_peak_time_s", sensor.as_ref()));
+        }
+        let whole = |name: &str| match name {
+            "member" => Physical::INT64,
+            "status" => Physical::INT32,
+            _ => Physical::DOUBLE,
+        };
+        Ok(Self { columns: Columns::create(path, &names, whole)?, sensors: sensors.len() })
+    }
+
+    /// Add members, in any number at a time.
+    ///
+    /// # Errors
+    /// When a row group cannot be written.
+    pub fn append(&mut self, rows: &[Row]) -> Result<(), ReportError> {
+        for row in rows {
+            let known = |value: f64| if row.arrived { value } else { f64::NAN };
+            let peaks = (0..self.sensors).flat_map(|sensor| {
+                let peak = row.peaks.get(sensor).copied().unwrap_or(Peak { temperature_k: f64::NAN, time_s: f64::NAN });
+                [known(peak.temperature_k), known(peak.time_s)]
+            });
+            let status = if row.arrived { 0.0 } else { 1.0 };
+            let leading = [row.member as f64, status];
+            self.columns.row(leading.into_iter().chain(row.factors.iter().copied()).chain(peaks))?;
+        }
+        Ok(())
+    }
+
+    /// Write what is left and give the file its name.
+    ///
+    /// # Errors
+    /// When it cannot be written or renamed.
+    pub fn close(self) -> Result<PathBuf, ReportError> {
+        self.columns.close()
+    }
+}
+
+impl TracesFile {
+    /// Begin the file; it takes its name when closed.
+    ///
+    /// # Errors
+    /// When the file cannot be made or two columns would share a name.
+    pub fn create<S: AsRef<str>>(path: &Path, sensors: &[S], instants_s: &[f64]) -> Result<Self, ReportError> {
+        let mut names = vec!["member".to_owned(), "time_s".to_owned()];
+        names.extend(sensors.iter().map(|sensor| format!("{}_K", sensor.as_ref())));
+        let whole = |name: &str| if name == "member" { Physical::INT64 } else { Physical::DOUBLE };
+        Ok(Self { columns: Columns::create(path, &names, whole)?, instants_s: instants_s.to_vec() })
+    }
+
+    /// Add the members of a run.
+    ///
+    /// # Errors
+    /// When a row group cannot be written.
+    pub fn append(&mut self, traces: &Traces) -> Result<(), ReportError> {
+        for member in (0..traces.members()).filter(|&member| traces.arrivals[member] == Arrival::Done) {
+            for (instant, &time_s) in self.instants_s.iter().enumerate() {
+                let leading = [(traces.first + member) as f64, time_s];
+                let sensors = (0..traces.sensors).map(|sensor| traces.trace(member, sensor)[instant]);
+                self.columns.row(leading.into_iter().chain(sensors))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Write what is left and give the file its name.
+    ///
+    /// # Errors
+    /// When it cannot be written or renamed.
+    pub fn close(self) -> Result<PathBuf, ReportError> {
+        self.columns.close()
+    }
+}
+
+/// Columns of numbers being gathered into row groups. Whole numbers are held as doubles, exact to 2⁵³.
+struct Columns {
+    path: PathBuf,
+    writer: Option<SerializedFileWriter<File>>,
+    gathered: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    fn create(path: &Path, names: &[String], kind: impl Fn(&str) -> Physical) -> Result<Self, ReportError> {
+        let fault = |message: String| ReportError::Parquet { path: path.to_owned(), message };
+        if let Some(twice) = names.iter().enumerate().find(|(index, name)| names[..*index].contains(name)) {
+            return Err(fault(format!("two columns are named {:?}", twice.1)));
+        }
+        let mut fields = Vec::with_capacity(names.len());
+        for name in names {
+            let field = Type::primitive_type_builder(name, kind(name)).with_repetition(Repetition::REQUIRED).build();
+            fields.push(Arc::new(field.map_err(|error| fault(error.to_string()))?));
+        }
+        let schema = Type::group_type_builder("members").with_fields(fields).build();
+        let schema = Arc::new(schema.map_err(|error| fault(error.to_string()))?);
+        let file = File::create(partial(path)).map_err(|error| fault(error.to_string()))?;
+        let properties = Arc::new(WriterProperties::builder().build());
+        let writer = SerializedFileWriter::new(file, schema, properties).map_err(|error| fault(error.to_string()))?;
+        Ok(Self { path: path.to_owned(), writer: Some(writer), gathered: vec![Vec::new(); names.len()] })
+    }
+
+    fn row(&mut self, values: impl Iterator<Item = f64>) -> Result<(), ReportError> {
+        let mut filled = 0;
+        for (column, value) in self.gathered.iter_mut().zip(values) {
+            column.push(value);
+            filled += 1;
+        }
+        if filled != self.gathered.len() {
+            let message = format!("a row has {filled} values for {} columns", self.gathered.len());
+            return Err(ReportError::Parquet { path: self.path.clone(), message });
+        }
+        if self.gathered[0].len() == GROUP { self.flush() } else { Ok(()) }
+    }
+
+    fn flush(&mut self) -> Result<(), ReportError> {
+        let fault = |error: parquet::errors::ParquetError| ReportError::Parquet {
+            path: self.path.clone(),
+            message: error.to_string(),
+        };
+        let writer = self.writer.as_mut().expect("the writer is there until the file is closed");
+        let mut group = writer.next_row_group().map_err(fault)?;
+        for values in &mut self.gathered {
+            let mut column = group.next_column().map_err(fault)?.expect("a column for each name");
+            match column.untyped() {
+                ColumnWriter::Int64ColumnWriter(typed) => {
+                    let whole: Vec<i64> = values.iter().map(|value| *value as i64).collect();
+                    typed.write_batch(&whole, None, None).map_err(fault)?;
+                }
+                ColumnWriter::Int32ColumnWriter(typed) => {
+                    let whole: Vec<i32> = values.iter().map(|value| *value as i32).collect();
+                    typed.write_batch(&whole, None, None).map_err(fault)?;
+                }
+                ColumnWriter::DoubleColumnWriter(typed) => {
+                    typed.write_batch(values, None, None).map_err(fault)?;
+                }
+                _ => unreachable!("the schema has whole numbers and doubles only"),
+            }
+            column.close().map_err(fault)?;
+            values.clear();
+        }
+        group.close().map(|_| ()).map_err(fault)
+    }
+
+    fn close(mut self) -> Result<PathBuf, ReportError> {
+        if !self.gathered[0].is_empty() {
+            self.flush()?;
+        }
+        let fault = |message: String| ReportError::Parquet { path: self.path.clone(), message };
+        let writer = self.writer.take().expect("the writer is there until the file is closed");
+        writer.close().map_err(|error| fault(error.to_string()))?;
+        fs::rename(partial(&self.path), &self.path).map_err(|error| fault(error.to_string()))?;
+        Ok(self.path.clone())
+    }
+}
+
+impl Drop for Columns {
+    /// A file that was not closed, because its study failed, leaves nothing behind.
+    fn drop(&mut self) {
+        if self.writer.take().is_some() {
+            let _ = fs::remove_file(partial(&self.path));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::RowAccessor;
+
+    fn scratch(name: &str) -> PathBuf {
+        std::env::temp_dir().join(format!("bondline-{name}-{}.parquet", std::process::id()))
+    }
+
+    #[test]
+    fn members_are_read_back_as_written_across_row_groups_and_failures_are_marked() {
+        let path = scratch("members");
+        let mut file = MembersFile::create(&path, &["f_k"], &["TC4"]).expect("a new file");
+        let members = GROUP + 10;
+        for member in 0..members {
+            let peaks = [Peak { temperature_k: 600.0 + member as f64, time_s: 78.0 }];
+            let factors = [1.0 + 1e-6 * member as f64];
+            let row = Row { member, arrived: member != 3, factors: &factors, peaks: &peaks };
+            file.append(&[row]).expect("it takes a row");
+        }
+        assert!(!path.exists(), "the file has its name before it is whole");
+        file.close().expect("it closes");
+        let reader = SerializedFileReader::new(File::open(&path).expect("it opens")).expect("it is Parquet");
+        assert_eq!(reader.metadata().num_row_groups(), 2);
+        let rows: Vec<_> = reader.get_row_iter(None).expect("rows").map(|row| row.expect("a row")).collect();
+        fs::remove_file(&path).expect("it can be removed");
+        assert_eq!(rows.len(), members);
+        assert_eq!(rows[7].get_long(0).expect("member"), 7);
+        assert_eq!(rows[7].get_double(2).expect("factor"), 1.0 + 7e-6);
+        assert_eq!(rows[members - 1].get_double(3).expect("peak"), 600.0 + (members - 1) as f64);
+        assert_eq!(rows[3].get_int(1).expect("status"), 1);
+        assert!(rows[3].get_double(3).expect("peak").is_nan());
+    }
+
+    #[test]
+    fn traces_leave_out_the_members_that_failed() {
+        let path = scratch("traces");
+        let mut file = TracesFile::create(&path, &["TC1", "TC2"], &[0.0, 1.0, 2.0]).expect("a new file");
+        let traces = Traces {
+            first: 40,
+            sensors: 2,
+            instants: 3,
+            temperatures_k: (0..12).map(|n| 300.0 + f64::from(n)).collect(),
+            arrivals: vec![Arrival::Strayed { time_s: 1.0 }, Arrival::Done],
+            balances: Vec::new(),
+            extremes_k: Vec::new(),
+        };
+        file.append(&traces).expect("it takes a run");
+        file.close().expect("it closes");
+        let reader = SerializedFileReader::new(File::open(&path).expect("it opens")).expect("it is Parquet");
+        let rows: Vec<_> = reader.get_row_iter(None).expect("rows").map(|row| row.expect("a row")).collect();
+        fs::remove_file(&path).expect("it can be removed");
+        assert_eq!(rows.len(), 3);
+        assert_eq!(rows[2].get_long(0).expect("member"), 41);
+        assert_eq!(rows[2].get_double(1).expect("time"), 2.0);
+        assert_eq!(rows[2].get_double(3).expect("TC2"), 311.0);
+    }
+
+    #[test]
+    fn a_study_that_fails_midway_leaves_no_file() {
+        let path = scratch("abandoned");
+        let file = MembersFile::create(&path, &["f_k"], &["TC4"]).expect("a new file");
+        drop(file);
+        assert!(!path.exists() && !partial(&path).exists());
+    }
+
+    #[test]
+    fn two_columns_of_one_name_are_refused() {
+        let refusal = MembersFile::create(&scratch("twice"), &["status"], &["TC4"]).err().expect("a name twice");
+        assert!(refusal.to_string().contains("status"), "{refusal}");
+    }
+}

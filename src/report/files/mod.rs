@@ -1,0 +1,195 @@
+//! The output folder: whose it is, and files written whole or not at all.
+
+pub mod members;
+pub mod record;
+pub mod tables;
+
+pub use members::{MembersFile, Row, TracesFile};
+
+use super::ReportError;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+/// Says whose folder it is; written last, so that it vouches for the rest.
+pub(super) const SUMMARY: &str = "summary.json";
+
+/// A folder that one case may write to.
+#[derive(Debug)]
+pub struct OutputFolder {
+    path: PathBuf,
+    /// Names of the files that an earlier report of this case left here.
+    earlier: Vec<String>,
+    /// Names of the files written beside the report.
+    claimed: Vec<String>,
+}
+
+impl OutputFolder {
+    /// Take a folder for a case; it need not exist, and is made when the first file is written.
+    ///
+    /// # Errors
+    /// When the path is a file, cannot be read, or holds the report of another case and `force` is not given.
+    pub fn open(path: &Path, case: &str, force: bool) -> Result<Self, ReportError> {
+        if path.exists() && !path.is_dir() {
+            return Err(ReportError::NotAFolder { path: path.to_owned() });
+        }
+        let summary = path.join(SUMMARY);
+        let mut earlier = Vec::new();
+        if summary.exists() {
+            let text = fs::read_to_string(&summary).map_err(io("reading", &summary))?;
+            let read: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+            let found = read["case"].as_str().unwrap_or("an unreadable summary");
+            if found != case && !force {
+                return Err(ReportError::OtherCase {
+                    path: path.to_owned(),
+                    found: found.to_owned(),
+                    wanted: case.to_owned(),
+                });
+            }
+            let names = read["files"].as_array().into_iter().flatten();
+            earlier.extend(names.filter_map(|name| name.as_str()).filter(|name| stays_inside(name)).map(str::to_owned));
+        }
+        Ok(Self { path: path.to_owned(), earlier, claimed: Vec::new() })
+    }
+
+    /// The path of a file that is written beside the report while the study runs, such as `members.parquet`.
+    ///
+    /// # Errors
+    /// When the folder cannot be made.
+    pub fn claim(&mut self, name: &str) -> Result<PathBuf, ReportError> {
+        fs::create_dir_all(&self.path).map_err(io("making", &self.path))?;
+        self.claimed.push(name.to_owned());
+        Ok(self.path.join(name))
+    }
+
+    /// Names of the files claimed so far.
+    pub fn claimed(&self) -> &[String] {
+        &self.claimed
+    }
+
+    /// Write all of these files, names relative to the folder: each under a temporary name first, and given
+    /// its own only when all are there. Files of an earlier report that this one has not are removed.
+    ///
+    /// # Errors
+    /// When a file cannot be written or renamed.
+    pub(super) fn write(&self, files: &[(String, Vec<u8>)]) -> Result<Vec<PathBuf>, ReportError> {
+        let paths: Vec<PathBuf> = files.iter().map(|(name, _)| self.path.join(name)).collect();
+        let written = paths.iter().zip(files).try_for_each(|(path, (_, bytes))| {
+            let parent = path.parent().unwrap_or(&self.path);
+            fs::create_dir_all(parent).map_err(io("making", parent))?;
+            let partial = partial(path);
+            fs::write(&partial, bytes).map_err(io("writing", &partial))
+        });
+        if let Err(error) = written {
+            for path in &paths {
+                // The first fault is the one to tell; what cannot be removed either is named `.partial`.
+                let _ = fs::remove_file(partial(path));
+            }
+            return Err(error);
+        }
+        for path in &paths {
+            fs::rename(partial(path), path).map_err(io("renaming to", path))?;
+        }
+        let kept = |name: &String| files.iter().any(|(new, _)| new == name) || self.claimed.contains(name);
+        for name in self.earlier.iter().filter(|name| !kept(name)) {
+            let path = self.path.join(name);
+            if path.is_file() {
+                fs::remove_file(&path).map_err(io("removing", &path))?;
+            }
+        }
+        Ok(paths)
+    }
+}
+
+/// The temporary name of a file, beside it so that renaming stays within one file system.
+fn partial(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.partial"))
+}
+
+/// Whether a name read from a summary points into the folder.
+fn stays_inside(name: &str) -> bool {
+    Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
+}
+
+fn io(doing: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
+    let path = path.to_owned();
+    move |source| ReportError::Io { doing, path, source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{fixture, write};
+    use super::*;
+
+    /// A folder of this test alone, removed at its end.
+    struct Scratch(PathBuf);
+
+    impl Scratch {
+        fn new(name: &str) -> Self {
+            let path = std::env::temp_dir().join(format!("bondline-{name}-{}", std::process::id()));
+            let _ = fs::remove_dir_all(&path);
+            Self(path)
+        }
+    }
+
+    impl Drop for Scratch {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    #[test]
+    fn a_study_leaves_a_page_figures_tables_and_a_summary_and_nothing_half_written() {
+        let scratch = Scratch::new("study");
+        let outcomes = fixture::outcomes();
+        let folder = OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a new folder");
+        let paths = write(&outcomes.story("study"), &folder).expect("it can be written");
+        for name in ["report.html", "summary.json", "traces.csv", "percentiles.csv", "shares.csv", "path.csv"] {
+            assert!(paths.contains(&scratch.0.join(name)), "no {name} in {paths:?}");
+        }
+        assert!(paths.iter().all(|path| path.is_file()));
+        let figures = fs::read_dir(scratch.0.join("figures")).expect("a folder of figures");
+        let names: Vec<_> = figures.map(|entry| entry.expect("an entry").file_name()).collect();
+        assert!(names.len() > 12 && names.iter().all(|name| name.to_string_lossy().ends_with(".svg")), "{names:?}");
+    }
+
+    #[test]
+    fn the_folder_of_another_case_is_refused_unless_forced() {
+        let scratch = Scratch::new("other");
+        let outcomes = fixture::outcomes();
+        let folder = OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a new folder");
+        write(&outcomes.story("predict"), &folder).expect("it can be written");
+        assert!(OutputFolder::open(&scratch.0, "lcat-2259", false).is_ok());
+        let refusal = OutputFolder::open(&scratch.0, "lcat-2330", false).expect_err("another case");
+        assert!(refusal.to_string().contains("lcat-2259") && refusal.to_string().contains("lcat-2330"), "{refusal}");
+        assert!(OutputFolder::open(&scratch.0, "lcat-2330", true).is_ok());
+    }
+
+    #[test]
+    fn a_second_report_of_a_case_leaves_no_file_of_the_first_that_it_does_not_have() {
+        let scratch = Scratch::new("second");
+        let outcomes = fixture::outcomes();
+        let open = || OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a folder of this case");
+        write(&outcomes.story("study"), &open()).expect("it can be written");
+        fs::write(scratch.0.join("notes.txt"), "mine").expect("a file of the analyst");
+        write(&outcomes.story("predict"), &open()).expect("it can be written");
+        assert!(!scratch.0.join("path.csv").exists(), "a table of the first report stayed");
+        assert!(scratch.0.join("traces.csv").exists() && scratch.0.join("notes.txt").exists());
+    }
+
+    #[test]
+    fn when_one_file_cannot_be_written_none_is() {
+        let scratch = Scratch::new("fault");
+        let folder = OutputFolder::open(&scratch.0, "x", false).expect("a new folder");
+        fs::create_dir_all(scratch.0.join(".b.csv.partial")).expect("a folder in the way");
+        let files = [("a.csv".to_owned(), vec![1]), ("b.csv".to_owned(), vec![2])];
+        assert!(folder.write(&files).is_err());
+        assert!(!scratch.0.join("a.csv").exists() && !scratch.0.join(".a.csv.partial").exists());
+    }
+
+    #[test]
+    fn a_name_that_points_out_of_the_folder_is_never_removed() {
+        assert!(stays_inside("figures/nominal.svg"));
+        assert!(!stays_inside("../other/report.html") && !stays_inside("/etc/hosts"));
+    }
+}

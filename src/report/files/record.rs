@@ -1,0 +1,272 @@
+//! `summary.json`: the outcome for a program. Numbers that are unbounded or unknown are `null`.
+
+use super::super::{ReportError, Story, findings, precision_words};
+use crate::study::estimate::Estimated;
+use crate::study::sensitivity::Identifiability;
+use crate::traces::Arrival;
+use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
+
+/// Keys in the order written. Absent answers leave their keys out.
+#[derive(Serialize)]
+struct Record<'a> {
+    command: &'a str,
+    case: &'a str,
+    version: &'a str,
+    seed: Option<u64>,
+    backend: Backend<'a>,
+    members: Members,
+    steps: Option<usize>,
+    cells: Option<usize>,
+    /// s.
+    seconds: Seconds,
+    sensors: Named<'a, PeakRecord>,
+    balance: Balance,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    factors: Option<Named<'a, FactorRecord>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    objective: Option<Objective>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    iterations: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    marches: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    termination: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    converged: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    condition_number: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    correlation: Option<&'a [Vec<f64>]>,
+    /// Sensor → factor → share of the spread at the sensor's nominal peak.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shares: Option<Named<'a, Named<'a, f64>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    estimable: Option<Estimable<'a>>,
+    /// The files of this report, so that the next one of the case can clear them.
+    files: &'a [String],
+}
+
+#[derive(Serialize)]
+struct Backend<'a> {
+    name: &'a str,
+    kind: &'a str,
+    precision: &'a str,
+}
+
+#[derive(Serialize)]
+struct Members {
+    asked: usize,
+    ok: usize,
+    failed: usize,
+}
+
+#[derive(Serialize)]
+struct Seconds {
+    plan: f64,
+    march: f64,
+    reduce: f64,
+    report: f64,
+    total: f64,
+}
+
+#[derive(Serialize)]
+struct PeakRecord {
+    peak_k: f64,
+    peak_time_s: f64,
+}
+
+/// Relative residuals; mass is not marched.
+#[derive(Serialize)]
+struct Balance {
+    energy: Option<f64>,
+    mass: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct FactorRecord {
+    value: f64,
+    standard_error: f64,
+    low: f64,
+    high: f64,
+}
+
+/// Sum of squared residuals, K².
+#[derive(Serialize)]
+struct Objective {
+    start: f64,
+    end: f64,
+}
+
+#[derive(Serialize)]
+struct Estimable<'a> {
+    factors: Vec<&'a str>,
+    standard_errors: &'a [f64],
+    condition_number: f64,
+    rank: usize,
+    weakest: &'a str,
+    all: Together<'a>,
+}
+
+/// What the data say of all factors at once.
+#[derive(Serialize)]
+struct Together<'a> {
+    condition_number: f64,
+    rank: usize,
+    weakest: &'a str,
+}
+
+/// Values by name, in the order of the case and not of the alphabet.
+struct Named<'a, T>(Vec<(&'a str, T)>);
+
+impl<T: Serialize> Serialize for Named<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, value) in &self.0 {
+            map.serialize_entry(name, value)?;
+        }
+        map.end()
+    }
+}
+
+/// The text of `summary.json`; `report_s` is what the report took, `files` what it wrote.
+///
+/// # Errors
+/// When JSON cannot be written.
+pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String, ReportError> {
+    let march = story.nominal_march();
+    let estimated = story.estimated;
+    let record = Record {
+        command: story.command,
+        case: &story.case.id,
+        version: story.version,
+        seed: story.seed,
+        backend: Backend {
+            name: &story.backend.name,
+            kind: story.backend.kind,
+            precision: precision_words(story.backend.precision),
+        },
+        members: members(story),
+        steps: march.map(|outcome| outcome.steps),
+        cells: march.map(|outcome| outcome.cells),
+        seconds: Seconds {
+            plan: story.seconds.plan_s,
+            march: story.seconds.march_s,
+            reduce: story.seconds.reduce_s,
+            report: report_s,
+            total: story.seconds.began.elapsed().as_secs_f64(),
+        },
+        sensors: sensors(story),
+        balance: Balance { energy: march.map(|outcome| outcome.balance.residual()), mass: None },
+        factors: estimated.map(|outcome| factors(story, outcome)),
+        objective: estimated.map(|outcome| Objective { start: outcome.objective_k2.0, end: outcome.objective_k2.1 }),
+        iterations: estimated.map(|outcome| outcome.path.len().saturating_sub(1)),
+        marches: estimated.map(|outcome| outcome.marches),
+        termination: estimated.map(|outcome| outcome.termination.as_str()),
+        converged: estimated.map(|outcome| outcome.converged),
+        condition_number: estimated.map(|outcome| outcome.identifiability.condition_number),
+        correlation: estimated.map(|outcome| outcome.identifiability.correlation.as_slice()),
+        shares: story.uncertainty.map(|_| shares(story)),
+        estimable: story.sensitivity.map(|outcome| estimable(story, &outcome.proposed, &outcome.all)),
+        files,
+    };
+    Ok(serde_json::to_string_pretty(&record)? + "\n")
+}
+
+fn members(story: &Story) -> Members {
+    match (story.uncertainty, story.nominal_march()) {
+        (Some(outcome), _) => {
+            Members { asked: outcome.asked, ok: outcome.ok, failed: outcome.asked.saturating_sub(outcome.ok) }
+        }
+        (None, Some(nominal)) => {
+            let ok = usize::from(nominal.arrival == Arrival::Done);
+            Members { asked: 1, ok, failed: 1 - ok }
+        }
+        (None, None) => Members { asked: 0, ok: 0, failed: 0 },
+    }
+}
+
+/// Peaks of the nominal march, whichever study made it.
+fn sensors<'a>(story: &Story<'a>) -> Named<'a, PeakRecord> {
+    let march = story.nominal_march().map(|outcome| outcome.peaks.clone());
+    let drawn = || story.uncertainty.map(|outcome| outcome.peaks.iter().map(|peak| peak.nominal).collect());
+    let peaks = march.or_else(drawn).unwrap_or_default();
+    let record =
+        |peak: crate::study::nominal::Peak| PeakRecord { peak_k: peak.temperature_k, peak_time_s: peak.time_s };
+    let named = story.case.sensors.iter().zip(peaks);
+    Named(named.map(|(sensor, peak)| (sensor.name.as_str(), record(peak))).collect())
+}
+
+fn factors<'a>(story: &Story<'a>, outcome: &Estimated) -> Named<'a, FactorRecord> {
+    let record = |index: usize| FactorRecord {
+        value: outcome.values[index],
+        standard_error: outcome.standard_errors[index],
+        low: outcome.intervals[index].0,
+        high: outcome.intervals[index].1,
+    };
+    let named = outcome.factors.iter().enumerate();
+    Named(named.map(|(index, &factor)| (story.case.factors[factor].name.as_str(), record(index))).collect())
+}
+
+fn shares<'a>(story: &Story<'a>) -> Named<'a, Named<'a, f64>> {
+    let of = |sensor: usize| {
+        let ranked = story.uncertainty.and_then(|outcome| findings::ranked(story.case, outcome, sensor));
+        let named = ranked.into_iter().flatten();
+        Named(named.map(|(factor, share)| (story.case.factors[factor].name.as_str(), share)).collect())
+    };
+    Named(story.case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
+}
+
+fn estimable<'a>(story: &Story<'a>, proposed: &'a Identifiability, all: &'a Identifiability) -> Estimable<'a> {
+    Estimable {
+        factors: proposed.factors.iter().map(|&factor| story.case.factors[factor].name.as_str()).collect(),
+        standard_errors: &proposed.standard_errors,
+        condition_number: proposed.condition_number,
+        rank: proposed.rank,
+        weakest: &proposed.weakest,
+        all: Together { condition_number: all.condition_number, rank: all.rank, weakest: &all.weakest },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::fixture;
+    use super::*;
+    use serde_json::Value;
+
+    #[test]
+    fn the_summary_of_an_estimate_holds_every_promised_key() {
+        let outcomes = fixture::outcomes();
+        let text = summary(&outcomes.story("estimate"), 0.4, &[]).expect("it serialises");
+        let read: Value = serde_json::from_str(&text).expect("it is JSON");
+        for key in ["command", "case", "version", "steps", "cells", "iterations", "marches", "termination"] {
+            assert!(!read[key].is_null(), "no {key}");
+        }
+        assert_eq!(read["factors"]["f_k_INS"]["value"], 0.97);
+        assert_eq!(read["members"]["failed"], 0);
+        assert_eq!(read["backend"]["precision"], "f64");
+        assert!(read["sensors"]["TC4"]["peak_k"].as_f64().is_some_and(|peak| peak > 300.0));
+        assert!(read["balance"]["mass"].is_null() && read["seconds"]["total"].is_number());
+        assert!(text.find("\"command\"") < text.find("\"case\"") && text.find("\"TC1\"") < text.find("\"TC4\""));
+    }
+
+    #[test]
+    fn an_undetermined_factor_is_null_and_not_a_number_that_json_lacks() {
+        let mut outcomes = fixture::outcomes();
+        outcomes.estimated.standard_errors[1] = f64::INFINITY;
+        let text = summary(&outcomes.story("estimate"), 0.4, &[]).expect("it serialises");
+        let read: Value = serde_json::from_str(&text).expect("it is JSON");
+        assert!(read["factors"]["f_cp_INS"]["standard_error"].is_null());
+        assert!(read["factors"]["f_k_INS"]["standard_error"].is_number());
+    }
+
+    #[test]
+    fn the_shares_of_a_sensor_at_its_peak_add_up_to_one() {
+        let outcomes = fixture::outcomes();
+        let text = summary(&outcomes.story("uncertainty"), 0.4, &[]).expect("it serialises");
+        let read: Value = serde_json::from_str(&text).expect("it is JSON");
+        let shares = read["shares"]["TC4"].as_object().expect("shares of TC4");
+        let total: f64 = shares.values().filter_map(Value::as_f64).sum();
+        assert!((total - 1.0).abs() < 1e-9, "{total}");
+    }
+}

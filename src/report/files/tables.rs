@@ -1,0 +1,221 @@
+//! The tables of a report as CSV: one row an instant, a sensor's rows together. Units stand last in the names
+//! of columns; a value that is not known is empty; nine significant digits.
+//!
+//! | file | columns |
+//! |---|---|
+//! | `traces.csv` | `time_s`, then `TC1_K` … of the nominal march, and of an estimate `TC1_fitted_K` … too |
+//! | `percentiles.csv` | `sensor`, `time_s`, mean, deviation, extremes and percentiles of the members |
+//! | `shares.csv` | `sensor`, `time_s`, each factor's share of the spread, each factor's correlation |
+//! | `sensitivities.csv` | `sensor`, `time_s`, K per unit of each factor |
+//! | `residuals.csv` | `sensor`, `time_s`, measured less predicted over the fitted window |
+//! | `path.csv` | `iteration`, the factors, the objective, the damping |
+//! | `landscape.csv` | the two factors and the objective over their plane |
+
+use super::super::{ReportError, Story};
+use crate::study::estimate::{Estimated, Landscape};
+use crate::study::nominal::Nominal;
+use crate::study::sensitivity::Sensitivity;
+use crate::study::uncertainty::Uncertainty;
+
+/// A table being written.
+struct Table {
+    name: &'static str,
+    rows: csv::Writer<Vec<u8>>,
+}
+
+/// Every table that the answers at hand fill: name and bytes.
+///
+/// # Errors
+/// When a row cannot be written.
+pub(in super::super) fn all(story: &Story) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+    let mut tables = Vec::new();
+    if let Some(nominal) = story.nominal_march() {
+        tables.push(traces(story, nominal, story.estimated.map(|outcome| &outcome.after))?);
+    }
+    if let Some(outcome) = story.uncertainty {
+        tables.push(percentiles(story, outcome)?);
+        tables.push(shares(story, outcome)?);
+    }
+    if let Some(outcome) = story.sensitivity {
+        tables.push(sensitivities(story, outcome)?);
+    }
+    if let Some(outcome) = story.estimated {
+        tables.push(residuals(story, outcome)?);
+        tables.push(path(story, outcome)?);
+        if let Some(landscape) = &outcome.landscape {
+            tables.push(plane(story, outcome, landscape)?);
+        }
+    }
+    Ok(tables)
+}
+
+impl Table {
+    fn new<S: AsRef<str>>(name: &'static str, columns: impl IntoIterator<Item = S>) -> Result<Self, ReportError> {
+        let mut table = Self { name, rows: csv::Writer::from_writer(Vec::new()) };
+        table.text(columns.into_iter().map(|column| column.as_ref().to_owned()).collect())?;
+        Ok(table)
+    }
+
+    fn text(&mut self, cells: Vec<String>) -> Result<(), ReportError> {
+        self.rows.write_record(cells).map_err(|error| self.fault(&error))
+    }
+
+    /// A row of numbers behind a name, which may be missing.
+    fn row(&mut self, name: Option<&str>, values: impl IntoIterator<Item = f64>) -> Result<(), ReportError> {
+        self.text(name.map(str::to_owned).into_iter().chain(values.into_iter().map(cell)).collect())
+    }
+
+    fn close(self) -> Result<(String, Vec<u8>), ReportError> {
+        let Self { name, rows } = self;
+        let bytes = rows.into_inner().map_err(|error| ReportError::Table { name, message: error.to_string() })?;
+        Ok((name.to_owned(), bytes))
+    }
+
+    fn fault(&self, error: &csv::Error) -> ReportError {
+        ReportError::Table { name: self.name, message: error.to_string() }
+    }
+}
+
+/// Nine significant digits, or nothing.
+fn cell(value: f64) -> String {
+    if !value.is_finite() {
+        return String::new();
+    }
+    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
+    format!("{rounded}")
+}
+
+fn factor_columns<'a>(story: &Story<'a>, ending: &'a str) -> impl Iterator<Item = String> {
+    story.case.factors.iter().map(move |factor| format!("{}{ending}", factor.name))
+}
+
+fn head(first: &[&str], rest: impl IntoIterator<Item = String>) -> Vec<String> {
+    first.iter().map(|&column| column.to_owned()).chain(rest).collect()
+}
+
+fn traces(story: &Story, nominal: &Nominal, fitted: Option<&Nominal>) -> Result<(String, Vec<u8>), ReportError> {
+    let names = |ending: &str| -> Vec<String> {
+        story.case.sensors.iter().map(|sensor| format!("{}{ending}", sensor.name)).collect()
+    };
+    let after = if fitted.is_some() { names("_fitted_K") } else { Vec::new() };
+    let mut table = Table::new("traces.csv", head(&["time_s"], names("_K").into_iter().chain(after)))?;
+    for (instant, &time_s) in nominal.instants_s.iter().enumerate() {
+        let before = nominal.temperatures_k.iter().map(|trace| trace[instant]);
+        let after = fitted.into_iter().flat_map(|march| &march.temperatures_k).map(|trace| trace[instant]);
+        table.row(None, std::iter::once(time_s).chain(before).chain(after))?;
+    }
+    table.close()
+}
+
+fn percentiles(story: &Story, outcome: &Uncertainty) -> Result<(String, Vec<u8>), ReportError> {
+    let columns = ["mean_K", "deviation_K", "lowest_K", "p2.5_K", "p25_K", "p50_K", "p75_K", "p97.5_K", "highest_K"];
+    let mut table = Table::new("percentiles.csv", ["sensor", "time_s"].into_iter().chain(columns))?;
+    for (sensor, spread) in story.case.sensors.iter().zip(&outcome.spreads) {
+        for (at, &time_s) in outcome.instants_s.iter().enumerate() {
+            let percentiles = spread.percentiles_k.iter().map(|curve| curve[at]);
+            let before = [time_s, spread.mean_k[at], spread.deviation_k[at], spread.low_k[at]];
+            table.row(Some(&sensor.name), before.into_iter().chain(percentiles).chain([spread.high_k[at]]))?;
+        }
+    }
+    table.close()
+}
+
+fn shares(story: &Story, outcome: &Uncertainty) -> Result<(String, Vec<u8>), ReportError> {
+    let columns = factor_columns(story, "_share").chain(factor_columns(story, "_correlation"));
+    let mut table = Table::new("shares.csv", head(&["sensor", "time_s"], columns))?;
+    for (sensor, spread) in story.case.sensors.iter().zip(&outcome.spreads) {
+        for (at, &time_s) in outcome.instants_s.iter().enumerate() {
+            let values = spread.shares.iter().chain(&spread.correlations).map(|curve| curve[at]);
+            table.row(Some(&sensor.name), std::iter::once(time_s).chain(values))?;
+        }
+    }
+    table.close()
+}
+
+fn sensitivities(story: &Story, outcome: &Sensitivity) -> Result<(String, Vec<u8>), ReportError> {
+    let mut table = Table::new("sensitivities.csv", head(&["sensor", "time_s"], factor_columns(story, "_K")))?;
+    for (index, sensor) in story.case.sensors.iter().enumerate() {
+        for (at, &time_s) in outcome.instants_s.iter().enumerate() {
+            let slopes = outcome.derivatives_k.iter().map(|factor| factor[index][at]);
+            table.row(Some(&sensor.name), std::iter::once(time_s).chain(slopes))?;
+        }
+    }
+    table.close()
+}
+
+fn residuals(story: &Story, outcome: &Estimated) -> Result<(String, Vec<u8>), ReportError> {
+    let mut table = Table::new("residuals.csv", ["sensor", "time_s", "residual_K"])?;
+    let fitted = story.case.observations.iter().filter(|seen| outcome.sensors.contains(&seen.sensor));
+    for (seen, (times_s, residuals_k)) in fitted.zip(&outcome.residuals) {
+        for (&time_s, &residual_k) in times_s.iter().zip(residuals_k) {
+            table.row(Some(&story.case.sensors[seen.sensor].name), [time_s, residual_k])?;
+        }
+    }
+    table.close()
+}
+
+fn path(story: &Story, outcome: &Estimated) -> Result<(String, Vec<u8>), ReportError> {
+    let names = outcome.factors.iter().map(|&factor| story.case.factors[factor].name.clone());
+    let columns = names.chain(["objective_K2".to_owned(), "damping".to_owned()]);
+    let mut table = Table::new("path.csv", head(&["iteration"], columns))?;
+    for (iteration, turn) in outcome.path.iter().enumerate() {
+        let values = turn.values.iter().copied().chain([turn.objective_k2, turn.damping]);
+        table.row(Some(&iteration.to_string()), values)?;
+    }
+    table.close()
+}
+
+fn plane(story: &Story, outcome: &Estimated, landscape: &Landscape) -> Result<(String, Vec<u8>), ReportError> {
+    let names = outcome.factors.iter().map(|&factor| story.case.factors[factor].name.clone());
+    let mut table = Table::new("landscape.csv", names.take(2).chain(["objective_K2".to_owned()]))?;
+    for (&y, row) in landscape.y.iter().zip(&landscape.objective_k2) {
+        for (&x, &objective_k2) in landscape.x.iter().zip(row) {
+            table.row(None, [x, y, objective_k2])?;
+        }
+    }
+    table.close()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::fixture;
+    use super::*;
+
+    fn table(name: &str) -> (Vec<String>, Vec<Vec<String>>) {
+        let outcomes = fixture::outcomes();
+        let tables = all(&outcomes.story("study")).expect("the tables of the fixture");
+        let (_, bytes) = tables.iter().find(|(found, _)| found == name).expect("the table is there");
+        let mut rows = csv::Reader::from_reader(bytes.as_slice());
+        let head = rows.headers().expect("a head").iter().map(str::to_owned).collect();
+        (head, rows.records().map(|row| row.expect("a row").iter().map(str::to_owned).collect()).collect())
+    }
+
+    #[test]
+    fn the_traces_of_an_estimate_hold_the_nominal_and_the_fitted_march_side_by_side() {
+        let (head, rows) = table("traces.csv");
+        assert_eq!(head[..5], ["time_s", "TC1_K", "TC2_K", "TC3_K", "TC4_K"]);
+        assert_eq!(head[8], "TC4_fitted_K");
+        let outcomes = fixture::outcomes();
+        assert_eq!(rows.len(), outcomes.nominal.instants_s.len());
+        let read: f64 = rows[120][4].parse().expect("a number");
+        assert!((read - outcomes.nominal.temperatures_k[3][120]).abs() < 1e-6);
+        assert_ne!(rows[120][4], rows[120][8], "fitted and nominal cannot be the same trace");
+    }
+
+    #[test]
+    fn the_percentiles_of_a_sensor_rise_in_every_row() {
+        let (_, rows) = table("percentiles.csv");
+        for row in rows.iter().filter(|row| row[3] != "0") {
+            let values: Vec<f64> = row[4..].iter().map(|cell| cell.parse().expect("a number")).collect();
+            assert!(values.is_sorted(), "{row:?}");
+        }
+    }
+
+    #[test]
+    fn a_value_that_is_not_known_is_an_empty_cell() {
+        assert_eq!(cell(f64::NAN), "");
+        assert_eq!(cell(f64::INFINITY), "");
+        assert_eq!(cell(873.123_456_789_012), "873.123457");
+        assert_eq!(cell(0.1), "0.1");
+    }
+}

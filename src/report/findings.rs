@@ -1,0 +1,161 @@
+//! What was found, in sentences: the same for the page and, shortened, for the screen.
+
+use super::figures::nearest;
+use super::{Story, words};
+use crate::case::Case;
+use crate::study::estimate::Estimated;
+use crate::study::sensitivity::Sensitivity;
+use crate::study::uncertainty::Uncertainty;
+
+/// One finding: what it is about and the sentence.
+pub struct Finding {
+    pub about: &'static str,
+    pub said: String,
+}
+
+/// All findings of a story, in the order of its sections.
+pub fn all(story: &Story) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let mut say = |about: &'static str, said: String| found.push(Finding { about, said });
+    let bondline = story.bondline();
+    if let (Some(nominal), Some(sensor)) = (story.nominal_march(), bondline) {
+        let name = &story.case.sensors[sensor].name;
+        let peak = nominal.peaks[sensor];
+        say(
+            "Peak",
+            format!(
+                "{name}, the deepest sensor, peaks at {} at {}.",
+                words::kelvin(peak.temperature_k),
+                words::seconds(peak.time_s)
+            ),
+        );
+        let seen = story.case.observations.iter().zip(&nominal.misfits).find(|(seen, _)| seen.sensor == sensor);
+        if let Some((_, misfit)) = seen {
+            let way = if misfit.bias_k > 0.0 { "hot" } else { "cold" };
+            say(
+                "Misfit",
+                format!(
+                    "Nominally {name} is predicted {} K too {way} on average over the trusted window ({} K root mean \
+                     square, {} K at worst, at {}).",
+                    words::significant(misfit.bias_k.abs(), 2),
+                    words::significant(misfit.rms_k, 3),
+                    words::significant(misfit.worst_k.abs(), 3),
+                    words::seconds(misfit.worst_time_s)
+                ),
+            );
+        }
+    }
+    if let (Some(outcome), Some(sensor)) = (story.uncertainty, bondline) {
+        say("Spread", spread(story.case, outcome, sensor));
+        if let Some(said) = blame(story.case, outcome, sensor) {
+            say("Cause", said);
+        }
+    }
+    if let Some(outcome) = story.sensitivity {
+        say("Estimable", estimable(story.case, outcome));
+    }
+    if let Some(outcome) = story.estimated {
+        say("Estimate", estimate(story.case, outcome));
+        for (seen, (before, after)) in story.fitted(outcome).zip(&outcome.misfits) {
+            say(
+                "Fit",
+                format!(
+                    "At {} the root mean square misfit went from {} K to {} K over {} to {}.",
+                    story.case.sensors[seen.sensor].name,
+                    words::significant(before.rms_k, 3),
+                    words::significant(after.rms_k, 3),
+                    words::seconds(outcome.window_s.0),
+                    words::seconds(outcome.window_s.1)
+                ),
+            );
+        }
+        let ended = if outcome.converged { "It converged" } else { "It did not converge" };
+        let turns = words::counted(outcome.path.len().saturating_sub(1), "iteration");
+        say(
+            "Ending",
+            format!(
+                "{ended}, after {turns} and {}: {}.",
+                words::counted(outcome.marches, "marched member"),
+                sentence(&outcome.termination)
+            ),
+        );
+    }
+    found
+}
+
+fn spread(case: &Case, outcome: &Uncertainty, sensor: usize) -> String {
+    let peak = &outcome.peaks[sensor];
+    format!(
+        "Over {} the peak of {} is {} on average, with a standard deviation of {} K; 95 % lie between {} and {}.",
+        words::counted(outcome.ok, "member"),
+        case.sensors[sensor].name,
+        words::kelvin(peak.mean_k),
+        words::significant(peak.deviation_k, 2),
+        words::kelvin(peak.percentiles_k[0]),
+        words::kelvin(peak.percentiles_k[4])
+    )
+}
+
+/// The factors that make the spread of a sensor at its nominal peak.
+fn blame(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
+    let said: Vec<String> = ranked(case, outcome, sensor)?
+        .into_iter()
+        .take(3)
+        .filter(|(_, share)| *share >= 0.05)
+        .map(|(factor, share)| {
+            let factor = &case.factors[factor];
+            format!("{} ({}, {})", factor.name, words::meaning(factor), words::percent(share))
+        })
+        .collect();
+    let name = &case.sensors[sensor].name;
+    (!said.is_empty()).then(|| format!("At its peak the spread of {name} is mostly due to {}.", words::listed(&said)))
+}
+
+/// Factors by their share of a sensor's spread at its nominal peak, largest first.
+pub fn ranked(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Vec<(usize, f64)>> {
+    let instant = nearest(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s)?;
+    let mut shares: Vec<(usize, f64)> =
+        (0..case.factors.len()).map(|factor| (factor, outcome.spreads[sensor].shares[factor][instant])).collect();
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+    Some(shares)
+}
+
+fn estimable(case: &Case, outcome: &Sensitivity) -> String {
+    let names = |factors: &[usize]| -> Vec<&str> { factors.iter().map(|&f| case.factors[f].name.as_str()).collect() };
+    let (all, proposed) = (&outcome.all, &outcome.proposed);
+    if proposed.factors.len() == all.factors.len() {
+        return format!(
+            "All of {} can be estimated together (condition number {}).",
+            words::listed(&names(&all.factors)),
+            words::significant(all.condition_number, 3)
+        );
+    }
+    format!(
+        "Of {} factors, {} can be estimated together (condition number {}, against {} for all).",
+        all.factors.len(),
+        words::listed(&names(&proposed.factors)),
+        words::significant(proposed.condition_number, 3),
+        words::significant(all.condition_number, 3)
+    )
+}
+
+fn estimate(case: &Case, outcome: &Estimated) -> String {
+    let values: Vec<String> = (0..outcome.factors.len())
+        .map(|index| {
+            let factor = &case.factors[outcome.factors[index]];
+            let (low, high) = outcome.intervals[index];
+            let interval = if low.is_finite() && high.is_finite() {
+                format!("95 %: {low:.3} to {high:.3}")
+            } else {
+                "not determined by the data".to_owned()
+            };
+            format!("{} = {:.3} ({interval})", factor.name, outcome.values[index])
+        })
+        .collect();
+    format!("{}.", words::listed(&values))
+}
+
+/// A clause without its closing point, to be put into a sentence.
+pub fn sentence(text: &str) -> &str {
+    text.trim().trim_end_matches('.')
+}

@@ -1,0 +1,373 @@
+//! Made-up outcomes with the shapes of real ones, for the tests of the report.
+
+use super::{Seconds, Story};
+use crate::case::exposure::OpenFace;
+use crate::case::material::{Mark, Provenance};
+use crate::case::*;
+use crate::march::{Backend, Precision};
+use crate::study::estimate::{Estimated, Landscape, Turn};
+use crate::study::nominal::{Misfit, Nominal, Peak};
+use crate::study::sensitivity::{Identifiability, Sensitivity};
+use crate::study::uncertainty::{Failure, PeakSpread, Spread, Uncertainty};
+use crate::traces::{Arrival, Balance};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A case and an answer to every question about it.
+pub struct Outcomes {
+    pub case: Case,
+    pub backend: Backend,
+    pub nominal: Nominal,
+    pub uncertainty: Uncertainty,
+    pub sensitivity: Sensitivity,
+    pub estimated: Estimated,
+}
+
+impl Outcomes {
+    pub fn story<'a>(&'a self, command: &'a str) -> Story<'a> {
+        let study = command == "study";
+        Story {
+            case: &self.case,
+            command,
+            version: "0.1.0",
+            backend: &self.backend,
+            seed: (study || command == "uncertainty").then_some(1),
+            seconds: Seconds { plan_s: 0.002, march_s: 3.4, reduce_s: 0.21, began: Instant::now() },
+            nominal: (study || command == "predict").then_some(&self.nominal),
+            uncertainty: (study || command == "uncertainty").then_some(&self.uncertainty),
+            sensitivity: (study || command == "sensitivity").then_some(&self.sensitivity),
+            estimated: (study || command == "estimate").then_some(&self.estimated),
+        }
+    }
+}
+
+const INSTANTS: usize = 401;
+/// Rise above the start, K, delay and time constant, s, of each sensor.
+const SENSORS: [(f64, f64, f64); 4] = [(1250.0, 0.5, 6.0), (1050.0, 1.5, 9.0), (640.0, 6.0, 18.0), (330.0, 14.0, 34.0)];
+
+fn instants() -> Vec<f64> {
+    (0..INSTANTS).map(|n| 0.5 * n as f64).collect()
+}
+
+/// Heated for 41 s behind a delay, then cooling.
+fn rise(sensor: usize, time_s: f64, strength: f64) -> f64 {
+    let (height, delay, constant) = SENSORS[sensor];
+    let (on, off) = ((time_s - delay).max(0.0), (time_s - 41.0 - delay).max(0.0));
+    let heat = (1.0 - (-on / constant).exp()) - (1.0 - (-off / (1.6 * constant)).exp());
+    300.0 + strength * height * heat
+}
+
+/// A wobble in -1..1 that is the same every time.
+fn wobble(n: usize) -> f64 {
+    let value = (n as f64 * 12.9898).sin() * 43_758.545;
+    2.0 * (value - value.floor()) - 1.0
+}
+
+fn peak(trace: &[f64]) -> Peak {
+    let at = (0..trace.len()).max_by(|&a, &b| trace[a].total_cmp(&trace[b])).expect("a trace has instants");
+    Peak { temperature_k: trace[at], time_s: 0.5 * at as f64 }
+}
+
+fn nominal(strength: f64) -> Nominal {
+    let temperatures_k: Vec<Vec<f64>> =
+        (0..4).map(|sensor| instants().iter().map(|&t| rise(sensor, t, strength)).collect()).collect();
+    Nominal {
+        instants_s: instants(),
+        peaks: temperatures_k.iter().map(|trace| peak(trace)).collect(),
+        temperatures_k,
+        arrival: Arrival::Done,
+        balance: Balance {
+            hot_in_j_m2: 9.1e6,
+            hot_out_j_m2: 6.0e6,
+            back_in_j_m2: 0.0,
+            back_out_j_m2: 0.6e6,
+            stored_j_m2: 2.5e6,
+        },
+        extremes_k: vec![(300.0, 1690.0), (300.0, 1550.0), (300.0, 1320.0), (300.0, 900.0), (300.0, 630.0)],
+        misfits: (0..4).map(|n| misfit(f64::from(n) * 6.0 + 8.0)).collect(),
+        steps: 912,
+        cells: 64,
+    }
+}
+
+fn misfit(rms_k: f64) -> Misfit {
+    Misfit { rms_k, bias_k: 0.8 * rms_k, worst_k: 2.1 * rms_k, worst_time_s: 52.5, samples: 160 }
+}
+
+fn material(id: &str, name: &str, note: &str, hottest_k: f64) -> Arc<Material> {
+    let provenance = |mark, source: &str| Provenance { mark, source: source.to_owned(), relative_uncertainty: 0.1 };
+    let table = |a: f64, b: f64| Table {
+        temperatures_k: vec![300.0, hottest_k],
+        values: vec![a, b],
+        outside: OutOfRange::Extrapolate,
+    };
+    Arc::new(Material {
+        id: id.to_owned(),
+        name: name.to_owned(),
+        note: note.to_owned(),
+        density_kg_m3: 180.0,
+        density_provenance: provenance(Mark::Read, "maker's data sheet"),
+        heat_capacity: table(900.0, 1250.0),
+        heat_capacity_provenance: provenance(Mark::Estimated, "silica, by mass fraction"),
+        conductivity: Conductivity::Tables(vec![(8010.0, table(0.02, 0.11))]),
+        conductivity_provenance: provenance(Mark::Remembered, "a paper on aerogel blankets"),
+        emissivity: table(0.9, 0.7),
+        emissivity_provenance: provenance(Mark::Paper, "stated in the paper"),
+    })
+}
+
+fn case() -> Case {
+    let fabric = material("nextel440-bf20", "Nextel 440 BF-20", "Ceramic cloth.", 1800.0);
+    let felt = material("pyrogel3350", "Pyrogel 3350", "A surrogate: the tables are not public.", 1200.0);
+    let barrier = material("akk", "Aluminised Kapton on Kevlar", "A surrogate.", 700.0);
+    let ply = |name: &str, group: &str, material: &Arc<Material>, thickness_m| Ply {
+        name: name.to_owned(),
+        group: group.to_owned(),
+        material: Arc::clone(material),
+        thickness_m,
+    };
+    let plies = vec![
+        ply("OF1", "OF", &fabric, 0.51e-3),
+        ply("OF2", "OF", &fabric, 0.51e-3),
+        ply("INS1", "INS", &felt, 3.0e-3),
+        ply("INS2", "INS", &felt, 3.0e-3),
+        ply("GB", "GB", &barrier, 0.28e-3),
+    ];
+    let layup = Layup { plies, contacts_w_m2_k: vec![Some(500.0), Some(500.0), None, Some(500.0)], origin_m: 0.0 };
+    let sensors = layup.faces_m()[..4]
+        .iter()
+        .enumerate()
+        .map(|(n, &depth_m)| Sensor { name: format!("TC{}", n + 1), depth_m, lag_s: 0.0 })
+        .collect();
+    let factor = |name: &str, group: &str, property, small: f64| Factor {
+        name: name.to_owned(),
+        group: group.to_owned(),
+        property,
+        nominal: 1.0,
+        small: (1.0 - small, 1.0 + small),
+        large: (1.0 - 2.0 * small, 1.0 + 2.0 * small),
+    };
+    let observations = (0..4).map(|sensor| {
+        let times_s: Vec<f64> = instants().into_iter().step_by(2).collect();
+        Observation {
+            sensor,
+            temperatures_k: times_s
+                .iter()
+                .enumerate()
+                .map(|(n, &t)| rise(sensor, t, 0.92) + 2.0 * wobble(n + 997 * sensor) + 0.05 * t)
+                .collect(),
+            sigma_k: vec![2.0; times_s.len()],
+            times_s,
+        }
+    });
+    Case {
+        id: "lcat-2259".to_owned(),
+        name: "LCAT 2259, layup 1".to_owned(),
+        note: "Observations are synthetic: the thermocouple traces of run 2259 are not public. Heat flux and pressure \
+               are those of the paper."
+            .to_owned(),
+        layup,
+        sensors,
+        exposure: Exposure {
+            duration_s: 200.0,
+            initial_k: vec![(0.0, 300.0)],
+            pressure_pa: 8010.0,
+            hot_face: Face::Open(OpenFace {
+                flux_w_m2: Schedule { times_s: vec![0.0, 0.5, 41.0, 41.0], values: vec![0.0, 2.67e5, 2.67e5, 0.0] },
+                recovery_enthalpy_j_kg: Some(12e6),
+                emissivity: Emissivity::Material,
+                ..OpenFace::insulated()
+            }),
+            back_face: Face::Open(OpenFace { film_w_m2_k: 15.0, ..OpenFace::insulated() }),
+        },
+        factors: vec![
+            factor("f_eps_OF", "OF", Property::Emissivity, 0.05),
+            factor("f_k_OF", "OF", Property::Conductivity, 0.25),
+            factor("f_cp_OF", "OF", Property::HeatCapacity, 0.1),
+            factor("f_k_INS", "INS", Property::Conductivity, 0.25),
+            factor("f_cp_INS", "INS", Property::HeatCapacity, 0.1),
+            factor("f_rho_INS", "INS", Property::Density, 0.1),
+            factor("f_cp_GB", "GB", Property::HeatCapacity, 0.1),
+        ],
+        observations: observations.collect(),
+        estimate: Estimate {
+            factors: vec![3, 4],
+            sensors: vec![3],
+            window_s: Some((0.0, 80.0)),
+            start: vec![1.1, 0.9],
+            bounds: Bounds::Small,
+        },
+        resolution: Resolution { cells: 64, first_step_s: 0.01, growth: 0.05, largest_step_s: 0.5, every_s: 0.5 },
+    }
+}
+
+/// K per unit of a factor: a weight a factor and sensor, shaped by the rise and its delay.
+fn slope(factor: usize, sensor: usize, time_s: f64) -> f64 {
+    const WEIGHTS: [[f64; 4]; 7] = [
+        [-0.25, -0.22, -0.15, -0.10],
+        [0.02, 0.08, 0.12, 0.10],
+        [-0.06, -0.06, -0.04, -0.03],
+        [-0.05, -0.05, 0.15, 0.32],
+        [-0.01, -0.02, -0.12, -0.22],
+        [-0.01, -0.02, -0.12, -0.22],
+        [0.0, 0.0, -0.02, -0.08],
+    ];
+    let late = 1.0 + 0.4 * ((time_s - 60.0 - 8.0 * factor as f64) / 40.0).tanh();
+    WEIGHTS[factor][sensor] * (rise(sensor, time_s, 1.0) - 300.0) * late
+}
+
+fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
+    let deviations: Vec<f64> = case.factors.iter().map(|f| (f.small.1 - f.small.0) / 4.0).collect();
+    let spread = |sensor: usize| {
+        let trace = &nominal.temperatures_k[sensor];
+        let effects: Vec<Vec<f64>> = (0..deviations.len())
+            .map(|f| instants().iter().map(|&t| deviations[f] * slope(f, sensor, t)).collect())
+            .collect();
+        let deviation_k: Vec<f64> =
+            (0..INSTANTS).map(|n| effects.iter().map(|effect| effect[n] * effect[n]).sum::<f64>().sqrt()).collect();
+        let at = |z: f64| -> Vec<f64> { trace.iter().zip(&deviation_k).map(|(t, d)| t + z * d).collect() };
+        let correlations: Vec<Vec<f64>> = effects
+            .iter()
+            .map(|effect| effect.iter().zip(&deviation_k).map(|(e, d)| if *d > 0.0 { e / d } else { 0.0 }).collect())
+            .collect();
+        Spread {
+            mean_k: trace.clone(),
+            low_k: at(-3.5),
+            high_k: at(3.5),
+            percentiles_k: [at(-1.96), at(-0.674), at(0.0), at(0.674), at(1.96)],
+            shares: correlations.iter().map(|row| row.iter().map(|r| r * r).collect()).collect(),
+            correlations,
+            deviation_k,
+        }
+    };
+    let spreads: Vec<Spread> = (0..4).map(spread).collect();
+    let peaks = (0..4).map(|sensor| {
+        let (nominal, at) = (nominal.peaks[sensor], (2.0 * nominal.peaks[sensor].time_s) as usize);
+        let around = |value: f64, d: f64| [-1.96, -0.674, 0.0, 0.674, 1.96].map(|z| value + z * d);
+        PeakSpread {
+            nominal,
+            mean_k: nominal.temperature_k + 1.0,
+            deviation_k: spreads[sensor].deviation_k[at],
+            percentiles_k: around(nominal.temperature_k, spreads[sensor].deviation_k[at]),
+            percentiles_s: around(nominal.time_s, 1.5),
+            correlations: spreads[sensor].correlations.iter().map(|row| row[at]).collect(),
+        }
+    });
+    Uncertainty {
+        seed: 1,
+        sampling: "normal",
+        asked: 5000,
+        ok: 4997,
+        failures: vec![Failure {
+            reason: "a temperature left the range of a table".to_owned(),
+            members: 3,
+            first: 1204,
+        }],
+        instants_s: instants(),
+        peaks: peaks.collect(),
+        spreads,
+    }
+}
+
+fn set(factors: Vec<usize>, correlation: Vec<Vec<f64>>, condition_number: f64) -> Identifiability {
+    let n = factors.len();
+    Identifiability {
+        factors,
+        magnitude_k: (0..n).map(|i| 31.0 / (1.0 + i as f64)).collect(),
+        standard_errors: (0..n)
+            .map(|i| if n > 5 && i == 5 { f64::INFINITY } else { 0.004 * (1.0 + i as f64) })
+            .collect(),
+        alignment: correlation.clone(),
+        correlation,
+        condition_number,
+        rank: n.min(6),
+        weakest: "the product f_cp_INS · f_rho_INS alone acts".to_owned(),
+    }
+}
+
+fn sensitivity() -> Sensitivity {
+    let wide = (0..7).map(|i| {
+        (0..7)
+            .map(|j| match (i, j) {
+                _ if i == j => 1.0,
+                (4, 5) | (5, 4) => 1.0,
+                _ => 0.93 * wobble(i.min(j) * 7 + i.max(j)),
+            })
+            .collect()
+    });
+    Sensitivity {
+        method: "difference",
+        step: 0.01,
+        instants_s: instants(),
+        derivatives_k: (0..7)
+            .map(|f| (0..4).map(|s| instants().iter().map(|&t| slope(f, s, t)).collect()).collect())
+            .collect(),
+        all: set((0..7).collect(), wide.collect(), 2160.0),
+        proposed: set(vec![0, 3], vec![vec![1.0, -0.41], vec![-0.41, 1.0]], 3.2),
+        reduction: vec![
+            "f_rho_INS left out: it acts as f_cp_INS does (alignment 1.000)".to_owned(),
+            "f_cp_GB left out: its largest effect is 2.1 K".to_owned(),
+        ],
+    }
+}
+
+fn estimated(before: Nominal) -> Estimated {
+    let axis =
+        |low: f64, high: f64| -> Vec<f64> { (0..31).map(|n| low + (high - low) * f64::from(n) / 30.0).collect() };
+    let (x, y) = (axis(0.75, 1.25), axis(0.9, 1.1));
+    let objective = |k: f64, c: f64| {
+        let (along, across) = (k - 0.97 + (c - 1.02), k - 0.97 - (c - 1.02));
+        900.0 + 9e5 * across * across + 1.2e4 * along * along
+    };
+    let path = [(1.1, 0.9), (1.02, 0.96), (0.985, 1.01), (0.972, 1.018), (0.97, 1.02)];
+    Estimated {
+        factors: vec![3, 4],
+        sensors: vec![3],
+        window_s: (0.0, 80.0),
+        bounds: vec![(0.75, 1.25), (0.9, 1.1)],
+        start: vec![1.1, 0.9],
+        values: vec![0.97, 1.02],
+        standard_errors: vec![0.012, 0.015],
+        intervals: vec![(0.946, 0.994), (0.99, 1.05)],
+        at_bound: vec![false, false],
+        identifiability: set(vec![3, 4], vec![vec![1.0, 0.993], vec![0.993, 1.0]], 17.0),
+        objective_k2: (objective(1.1, 0.9), objective(0.97, 1.02)),
+        path: path
+            .iter()
+            .enumerate()
+            .map(|(n, &(k, c))| Turn {
+                values: vec![k, c],
+                objective_k2: objective(k, c),
+                damping: 10_f64.powi(-(n as i32)),
+            })
+            .collect(),
+        marches: 46,
+        termination: "the objective no longer falls".to_owned(),
+        converged: true,
+        advice: "Nothing to do.".to_owned(),
+        before,
+        after: nominal(0.93),
+        misfits: vec![(misfit(26.0), misfit(3.1))],
+        residuals: vec![(0..81).map(|n| (f64::from(n), 2.5 * wobble(n as usize) + 0.03 * f64::from(n))).unzip()],
+        autocorrelation: 0.62,
+        effective_samples: 19.0,
+        samples: 81,
+        landscape: Some(Landscape {
+            objective_k2: y.iter().map(|&c| x.iter().map(|&k| objective(k, c)).collect()).collect(),
+            x,
+            y,
+        }),
+    }
+}
+
+pub fn outcomes() -> Outcomes {
+    let (case, nominal) = (case(), nominal(1.0));
+    Outcomes {
+        uncertainty: uncertainty(&case, &nominal),
+        sensitivity: sensitivity(),
+        estimated: estimated(nominal.clone()),
+        backend: Backend { name: "AMD EPYC, 2 threads".to_owned(), kind: "cpu", precision: Precision::F64 },
+        nominal,
+        case,
+    }
+}

@@ -1,0 +1,235 @@
+//! The case as it was marched, and how.
+
+use super::super::{Story, words};
+use super::table::{list, paragraph, table};
+use crate::case::material::{Mark, Provenance};
+use crate::case::{Case, Conductivity, Emissivity, Exposure, Face, Material, OpenFace, Schedule};
+
+/// Layup, sensors, materials, exposure and factors.
+pub(super) fn described(case: &Case) -> String {
+    layup(case) + &sensors(case) + &materials(case) + &exposure(&case.exposure) + &factors(case)
+}
+
+fn millimetres(length_m: f64) -> String {
+    words::trimmed(format!("{:.3}", 1e3 * length_m))
+}
+
+fn layup(case: &Case) -> String {
+    let depths = case.layup.faces_m();
+    let rows: Vec<Vec<String>> = (case.layup.plies.iter().zip(depths).enumerate())
+        .map(|(index, (ply, depth_m))| {
+            let contact = case.layup.contacts_w_m2_k.get(index);
+            vec![
+                ply.name.clone(),
+                ply.group.clone(),
+                ply.material.name.clone(),
+                millimetres(ply.thickness_m),
+                millimetres(depth_m),
+                contact
+                    .map_or("–".to_owned(), |contact| contact.map_or("perfect".to_owned(), |h| words::grouped(h, 0))),
+            ]
+        })
+        .collect();
+    let head = ["Ply", "Group", "Material", "Thickness, mm", "Lower face at, mm", "Contact below, W/m²/K"];
+    table("Layup, from the hot face to the back face", &head, &rows)
+}
+
+fn sensors(case: &Case) -> String {
+    let faces = case.layup.faces_m();
+    let rows: Vec<Vec<String>> = (case.sensors.iter())
+        .map(|sensor| {
+            let plies = &case.layup.plies;
+            let on = faces.iter().position(|face_m| *face_m == sensor.depth_m);
+            let within = faces.iter().position(|face_m| *face_m > sensor.depth_m);
+            let place = match (on, within) {
+                (Some(above), Some(below)) => format!("between {} and {}", plies[above].name, plies[below].name),
+                (Some(above), None) => format!("back face of {}", plies[above].name),
+                (None, Some(0)) if sensor.depth_m <= case.layup.origin_m => format!("hot face of {}", plies[0].name),
+                (None, Some(ply)) => format!("within {}", plies[ply].name),
+                (None, None) => String::new(),
+            };
+            let lag = words::trimmed(format!("{:.3}", sensor.lag_s));
+            vec![sensor.name.clone(), millimetres(sensor.depth_m), place, lag]
+        })
+        .collect();
+    table("Sensors", &["Sensor", "Depth, mm", "Where", "Lag, s"], &rows)
+}
+
+fn materials(case: &Case) -> String {
+    let mut seen: Vec<&Material> = Vec::new();
+    for ply in &case.layup.plies {
+        if seen.iter().all(|material| material.id != ply.material.id) {
+            seen.push(&ply.material);
+        }
+    }
+    let rows: Vec<Vec<String>> = seen
+        .iter()
+        .flat_map(|material| {
+            let range = |(low_k, high_k): (f64, f64)| {
+                if low_k.is_finite() && high_k.is_finite() {
+                    format!("{} to {} K", words::grouped(low_k, 0), words::grouped(high_k, 0))
+                } else {
+                    "constant".to_owned()
+                }
+            };
+            let conductivity = match &material.conductivity {
+                Conductivity::Tables(tables) => {
+                    let known = tables.first().map_or((f64::NAN, f64::NAN), |(_, table)| table.range_k());
+                    format!("{}, {}", range(known), words::counted(tables.len(), "pressure"))
+                }
+                Conductivity::Parts(parts) => format!("solid, gas and radiation; {}", range(parts.range_k)),
+            };
+            let density = format!("{} kg/m³", words::significant(material.density_kg_m3, 4));
+            [
+                ("density", density, &material.density_provenance),
+                ("heat capacity", range(material.heat_capacity.range_k()), &material.heat_capacity_provenance),
+                ("conductivity", conductivity, &material.conductivity_provenance),
+                ("emissivity", range(material.emissivity.range_k()), &material.emissivity_provenance),
+            ]
+            .map(|(property, known, provenance)| source_row(material, property, known, provenance))
+        })
+        .collect();
+    let notes: Vec<String> = (seen.iter())
+        .filter(|material| !material.note.is_empty())
+        .map(|material| format!("{}: {}", material.name, material.note))
+        .collect();
+    let head = ["Material", "Property", "Known", "How", "± (1 σ)", "Source"];
+    table("Materials and where their properties come from", &head, &rows) + &list(&notes)
+}
+
+fn source_row(material: &Material, property: &str, known: String, provenance: &Provenance) -> Vec<String> {
+    let mark = match provenance.mark {
+        Mark::Read => "read in a public source",
+        Mark::Remembered => "remembered, unverified",
+        Mark::Estimated => "estimated",
+        Mark::Paper => "stated in the paper",
+    };
+    vec![
+        material.name.clone(),
+        property.to_owned(),
+        known,
+        mark.to_owned(),
+        words::percent(provenance.relative_uncertainty),
+        provenance.source.clone(),
+    ]
+}
+
+fn exposure(exposure: &Exposure) -> String {
+    let start = match exposure.initial_k.as_slice() {
+        [(_, uniform_k)] => format!("Starts at {} throughout.", words::kelvin(*uniform_k)),
+        points => {
+            let coldest = points.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
+            let hottest = points.iter().map(|point| point.1).fold(f64::NEG_INFINITY, f64::max);
+            format!("Starts between {} and {} over depth.", words::kelvin(coldest), words::kelvin(hottest))
+        }
+    };
+    let said = [
+        format!(
+            "{} of exposure at a gas pressure of {} kPa. {start}",
+            words::seconds(exposure.duration_s),
+            words::significant(1e-3 * exposure.pressure_pa, 3)
+        ),
+        format!("Hot face: {}.", face(&exposure.hot_face)),
+        format!("Back face: {}.", face(&exposure.back_face)),
+    ];
+    "<h3>Exposure</h3>\n".to_owned() + &list(&said)
+}
+
+fn face(face: &Face) -> String {
+    let open = match face {
+        Face::Held(schedule) => return format!("temperature held at {}", reach(schedule, 1.0, "K")),
+        Face::Open(open) => open,
+    };
+    let terms = terms(open);
+    if terms.is_empty() { "insulated".to_owned() } else { terms.join("; ") }
+}
+
+/// The terms of an open face that are not zero.
+fn terms(open: &OpenFace) -> Vec<String> {
+    let acts = |schedule: &Schedule| schedule.values.iter().any(|value| *value != 0.0);
+    let mut terms = Vec::new();
+    if acts(&open.flux_w_m2) {
+        let corrected = open.recovery_enthalpy_j_kg.map_or("as given".to_owned(), |enthalpy| {
+            format!(
+                "corrected for a hot wall with a recovery enthalpy of {} MJ/kg",
+                words::significant(1e-6 * enthalpy, 3)
+            )
+        });
+        terms.push(format!("heat flux of {}, {corrected}", reach(&open.flux_w_m2, 1e-4, "W/cm²")));
+    }
+    if acts(&open.radiant_w_m2) {
+        terms.push(format!("radiant heat flux of {}", reach(&open.radiant_w_m2, 1e-4, "W/cm²")));
+    }
+    if open.film_w_m2_k != 0.0 {
+        let gas = reach(&open.gas_k, 1.0, "K");
+        terms.push(format!("film of {} W/m²/K to gas at {gas}", words::significant(open.film_w_m2_k, 3)));
+    }
+    let emissivity = match open.emissivity {
+        Emissivity::Material => Some("the emissivity of the material".to_owned()),
+        Emissivity::Constant(0.0) => None,
+        Emissivity::Constant(constant) => Some(format!("an emissivity of {}", words::significant(constant, 3))),
+    };
+    if let Some(emissivity) = emissivity {
+        terms.push(format!("radiation to {} with {emissivity}", words::kelvin(open.surroundings_k)));
+    }
+    terms
+}
+
+/// The range of a schedule: `26.7 W/cm²`, `0 to 26.7 W/cm²`.
+fn reach(schedule: &Schedule, scale: f64, unit: &str) -> String {
+    let low = schedule.values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = schedule.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let said = |value: f64| words::trimmed(words::significant(scale * value, 4));
+    if low == high { format!("{} {unit}", said(high)) } else { format!("{} to {} {unit}", said(low), said(high)) }
+}
+
+fn factors(case: &Case) -> String {
+    let rows: Vec<Vec<String>> = (case.factors.iter())
+        .map(|factor| {
+            let bounds = |(low, high): (f64, f64)| format!("{low:.2} to {high:.2}");
+            vec![
+                factor.name.clone(),
+                words::meaning(factor),
+                words::trimmed(format!("{:.4}", factor.nominal)),
+                bounds(factor.small),
+                bounds(factor.large),
+            ]
+        })
+        .collect();
+    table("Factors", &["Factor", "Scales", "Nominal", "Small bounds", "Large bounds"], &rows)
+}
+
+/// How the numbers of this page were found, shortly.
+pub(super) fn method(story: &Story) -> String {
+    let mut out = paragraph(
+        "One-dimensional conduction through the plies, properties over temperature and pressure, contact conductance \
+         between plies, and at each face the terms listed under Exposure. Factors multiply the properties and \
+         exposures they are named for.",
+    );
+    if story.uncertainty.is_some() {
+        out += &paragraph(
+            "Uncertainty: every member draws all factors within their small bounds and is marched in full. A factor's \
+             correlation with a temperature is Pearson's; its share is the squared correlation over the sum of all. \
+             Shares take effects to be linear and factors to be independent.",
+        );
+    }
+    if story.sensitivity.is_some() {
+        out += &paragraph(
+            "Sensitivity: derivatives by central differences about the nominal factors. The condition number is that \
+             of the sensitivities weighted by the measurement and scaled to unit columns; standard errors are those \
+             of linear least squares (Beck & Arnold, Parameter Estimation in Engineering and Science, 1977).",
+        );
+    }
+    if story.estimated.is_some() {
+        out += &paragraph(
+            "Estimation: the Levenberg-Marquardt method (Levenberg 1944; Marquardt 1963; Özışık & Orlande, Inverse \
+             Heat Transfer, 2000) within the bounds. Standard errors and intervals hold for a model without error and \
+             residuals that are noise; where the warnings say otherwise they are too small.",
+        );
+    }
+    out + &paragraph(
+        "\"The paper\" whose figures are named is \"Flexible Thermal Protection System Physics-Based Modeling for \
+         Temperature Profile Predictions\". Its property tables and thermocouple traces are not public: what stands \
+         in for them is marked where it is used.",
+    )
+}

@@ -1,0 +1,167 @@
+//! The page: one file that needs no other and no network.
+//!
+//! Each figure is there twice: as a chart that plotly.js (from the `plotly` crate, MIT licence) draws when it
+//! comes into view, and as the still that is printed and that stands in where scripts do not run.
+
+mod case;
+mod sections;
+mod table;
+
+use super::figure::Figure;
+use super::{Story, backend_words, chart, findings, warnings, words};
+use serde_json::json;
+use table::{escaped, list, paragraph};
+
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+
+/// A section of the page: its anchor, its title and what is in it.
+struct Section {
+    anchor: &'static str,
+    title: &'static str,
+    content: String,
+}
+
+/// The page as text; `stills` are the figures as SVG, one a figure.
+pub(super) fn page(story: &Story, figures: &[Figure], stills: &[String]) -> String {
+    let sections = sections::all(story, figures, stills);
+    let links: String =
+        sections.iter().map(|section| format!("<a href=\"#{}\">{}</a>\n", section.anchor, section.title)).collect();
+    let body: String = sections
+        .iter()
+        .map(|section| {
+            format!("<section id=\"{}\">\n<h2>{}</h2>\n{}</section>\n", section.anchor, section.title, section.content)
+        })
+        .collect();
+    let charts: Vec<serde_json::Value> = figures.iter().map(chart::draw).collect();
+    // Inside a script element only `<` can end it.
+    let charts = json!(charts).to_string().replace('<', "\\u003c");
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en-GB\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n\
+         <noscript><style>.chart {{ display: none; }} .still {{ display: block; }}</style></noscript>\n</head>\n<body>\n\
+         {header}<nav aria-label=\"Sections\">\n{links}</nav>\n<main>\n{summary}{body}</main>\n\
+         {plotly}\n<script type=\"application/json\" id=\"charts\">{charts}</script>\n\
+         <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+        title = escaped(&format!("{}: {}", story.case.name, story.command)),
+        header = header(story),
+        summary = summary(story),
+        plotly = plotly(),
+    )
+}
+
+/// plotly.js in a script element: the first of the two that the crate hands out, the second being MathJax,
+/// which nothing here needs.
+fn plotly() -> String {
+    let sources = plotly::Plot::offline_js_sources();
+    let end = "</script>";
+    let length = sources.find(end).map_or(sources.len(), |at| at + end.len());
+    sources[..length].to_owned()
+}
+
+fn header(story: &Story) -> String {
+    let case = story.case;
+    let mut facts = vec![
+        format!("bondline {} {}", story.version, story.command),
+        format!("case {}", case.id),
+        backend_words(story.backend),
+    ];
+    facts.extend(story.seed.map(|seed| format!("seed {seed}")));
+    facts.extend(story.uncertainty.map(|outcome| words::counted(outcome.asked, "member")));
+    if let Some(march) = story.nominal_march() {
+        facts.push(format!("{} steps, {} cells", words::count(march.steps), words::count(march.cells)));
+    }
+    let seconds = story.seconds;
+    let took = [("planning", seconds.plan_s), ("marching", seconds.march_s), ("reducing", seconds.reduce_s)];
+    let took: Vec<String> =
+        took.iter().map(|(what, spent_s)| format!("{what} {} s", words::significant(*spent_s, 2))).collect();
+    facts.push(took.join(", "));
+    let facts: String = facts.iter().map(|fact| format!("<li>{}</li>\n", escaped(fact))).collect();
+    format!(
+        "<header>\n<h1>{}</h1>\n<ul class=\"facts\">\n{facts}</ul>\n{}</header>\n",
+        escaped(&case.name),
+        note(story)
+    )
+}
+
+/// What the analyst must know of the data, loudly where they are not what they stand for.
+fn note(story: &Story) -> String {
+    let case = story.case;
+    let lower = case.note.to_lowercase();
+    let loud = lower.contains("synthetic") || lower.contains("surrogate");
+    let mut out = String::new();
+    if !case.note.is_empty() {
+        let class = if loud { "note loud" } else { "note" };
+        out.push_str(&format!("<div class=\"{class}\">\n{}</div>\n", paragraph(&case.note)));
+    }
+    let stand_ins: Vec<&str> = warnings::surrogates(case).iter().map(|material| material.name.as_str()).collect();
+    if !stand_ins.is_empty() {
+        let said = format!("Surrogate properties stand in for those of {}.", words::listed(&stand_ins));
+        out.push_str(&format!("<div class=\"note loud\">\n{}</div>\n", paragraph(&said)));
+    }
+    out
+}
+
+fn summary(story: &Story) -> String {
+    let rows: String = findings::all(story)
+        .iter()
+        .map(|finding| format!("<dt>{}</dt>\n<dd>{}</dd>\n", escaped(finding.about), escaped(&finding.said)))
+        .collect();
+    let doubts = warnings::all(story);
+    let warned = if doubts.is_empty() {
+        "<p class=\"calm\">No warnings.</p>\n".to_owned()
+    } else {
+        let title = words::counted(doubts.len(), "warning");
+        format!("<div class=\"warnings\" role=\"note\">\n<h3>{title}</h3>\n{}</div>\n", list(&doubts))
+    };
+    format!("<section id=\"summary\">\n<h2>Summary</h2>\n<dl class=\"findings\">\n{rows}</dl>\n{warned}</section>\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{figures, fixture, svg};
+    use super::*;
+
+    fn made(outcomes: &fixture::Outcomes) -> String {
+        let story = outcomes.story("study");
+        let figures = figures::all(&story);
+        let stills: Vec<String> = figures.iter().map(|figure| svg::draw(figure).expect("it draws")).collect();
+        page(&story, &figures, &stills)
+    }
+
+    /// The page without plotly.js, which is not ours to judge.
+    fn own(outcomes: &fixture::Outcomes) -> String {
+        made(outcomes).replace(&plotly(), "")
+    }
+
+    #[test]
+    fn the_page_loads_nothing_from_anywhere() {
+        let page = own(&fixture::outcomes());
+        for reference in ["src=", "href=\"http", "@import", "url(", "<link"] {
+            assert!(!page.contains(reference), "the page refers to something: {reference}");
+        }
+        assert!(plotly().len() > 1_000_000 && plotly().matches("<script").count() == 1, "plotly.js alone is wanted");
+    }
+
+    #[test]
+    fn a_hostile_name_stays_text() {
+        let mut outcomes = fixture::outcomes();
+        let hostile = "</script><script>alert(1)</script>";
+        outcomes.case.name = hostile.to_owned();
+        outcomes.case.sensors[0].name = hostile.to_owned();
+        outcomes.case.factors[0].name = hostile.to_owned();
+        outcomes.case.note = hostile.to_owned();
+        assert!(!own(&outcomes).contains("<script>alert"));
+    }
+
+    #[test]
+    fn synthetic_data_and_warnings_are_said_at_the_top() {
+        let page = own(&fixture::outcomes());
+        let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text:?} on the page"));
+        let nominal = place("<section id=\"nominal\"");
+        assert!(place("Observations are synthetic") < nominal);
+        assert!(place("correlate by 0.993") < nominal);
+        assert!(place("The residuals are not noise") < nominal);
+    }
+}

@@ -1,0 +1,273 @@
+//! The answers, a section each: tables and figures.
+
+use super::super::figure::Figure;
+use super::super::findings::{ranked, sentence};
+use super::super::{Story, words};
+use super::table::{escaped, list, paragraph, table};
+use super::{Section, case};
+use crate::study::estimate::Estimated;
+use crate::study::nominal::{Misfit, Nominal};
+use crate::study::sensitivity::{Identifiability, Sensitivity};
+use crate::study::uncertainty::Uncertainty;
+
+/// The sections in reading order; each figure goes where its file name belongs.
+pub(super) fn all(story: &Story, figures: &[Figure], stills: &[String]) -> Vec<Section> {
+    let drawn: Vec<Drawn> = figures
+        .iter()
+        .zip(stills)
+        .enumerate()
+        .map(|(index, (figure, still))| Drawn { of: section_of(figure), html: drawn(index, figure, still) })
+        .collect();
+    let shown = |of: &str| -> String {
+        let html: String = drawn.iter().filter(|drawn| drawn.of == of).map(|drawn| drawn.html.as_str()).collect();
+        if html.is_empty() { html } else { format!("<div class=\"figures\">\n{html}</div>\n") }
+    };
+    let mut sections = Vec::new();
+    let mut add = |anchor, title, content| sections.push(Section { anchor, title, content });
+    if let Some(outcome) = story.nominal {
+        add("nominal", "Nominal", nominal(story, outcome) + &shown("nominal"));
+    }
+    if let Some(outcome) = story.uncertainty {
+        add("uncertainty", "Uncertainty", uncertainty(story, outcome) + &shown("uncertainty"));
+    }
+    if let Some(outcome) = story.sensitivity {
+        add("sensitivity", "Sensitivity", sensitivity(story, outcome) + &shown("sensitivity"));
+    }
+    if let Some(outcome) = story.estimated {
+        add("estimation", "Estimation", estimation(story, outcome) + &shown("estimation"));
+    }
+    add("case", "Case", case::described(story.case) + &shown("case"));
+    add("method", "Method", case::method(story));
+    sections
+}
+
+/// A figure's markup and the section it belongs to.
+struct Drawn {
+    of: &'static str,
+    html: String,
+}
+
+fn section_of(figure: &Figure) -> &'static str {
+    match figure.id.split('-').next().unwrap_or_default() {
+        "nominal" => "nominal",
+        "spread" | "shares" | "peaks" => "uncertainty",
+        "sensitivity" | "alignment" | "proposed" => "sensitivity",
+        "hot" => "case",
+        _ => "estimation",
+    }
+}
+
+fn drawn(index: usize, figure: &Figure, still: &str) -> String {
+    let tag = if figure.number.is_empty() {
+        String::new()
+    } else {
+        format!(" <span class=\"tag\">{}</span>", escaped(&figure.number))
+    };
+    format!(
+        "<figure>\n<h3>{title}{tag}</h3>\n<div class=\"chart\" data-chart=\"{index}\" role=\"img\" aria-label=\"{title}\"></div>\n\
+         <div class=\"still\">{still}</div>\n<figcaption>{caption}</figcaption>\n</figure>\n",
+        title = escaped(&figure.title),
+        caption = escaped(&figure.caption),
+    )
+}
+
+fn nominal(story: &Story, outcome: &Nominal) -> String {
+    let rows: Vec<Vec<String>> = (story.case.sensors.iter().zip(&outcome.peaks))
+        .map(|(sensor, peak)| {
+            vec![
+                sensor.name.clone(),
+                format!("{:.2}", 1e3 * sensor.depth_m),
+                words::grouped(peak.temperature_k, 1),
+                words::grouped(peak.temperature_k - 273.15, 1),
+                format!("{:.1}", peak.time_s),
+            ]
+        })
+        .collect();
+    let misfits: Vec<Vec<String>> = story
+        .case
+        .observations
+        .iter()
+        .zip(&outcome.misfits)
+        .map(|(seen, misfit)| {
+            let mut row = vec![story.case.sensors[seen.sensor].name.clone()];
+            row.extend(misfit_cells(misfit));
+            row
+        })
+        .collect();
+    let balance = outcome.balance;
+    let heat = |joules: f64| format!("{:.3}", 1e-6 * joules);
+    let balances = vec![vec![
+        "energy".to_owned(),
+        heat(balance.hot_in_j_m2),
+        heat(balance.hot_out_j_m2),
+        heat(balance.back_in_j_m2),
+        heat(balance.back_out_j_m2),
+        heat(balance.stored_j_m2),
+        words::significant(balance.residual(), 2),
+    ]];
+    table("Peaks", &["Sensor", "Depth, mm", "Peak, K", "Peak, °C", "At, s"], &rows)
+        + &table(
+            "Prediction less measurement over the trusted window",
+            &["Sensor", "Root mean square, K", "On average, K", "At worst, K", "Then, s", "Samples"],
+            &misfits,
+        )
+        + &table(
+            "Heat through the faces and stored, MJ/m²",
+            &["Balance", "In, hot", "Out, hot", "In, back", "Out, back", "Stored", "Residual, relative"],
+            &balances,
+        )
+}
+
+fn misfit_cells(misfit: &Misfit) -> [String; 5] {
+    [
+        format!("{:.1}", misfit.rms_k),
+        words::signed(misfit.bias_k, 1),
+        words::signed(misfit.worst_k, 1),
+        format!("{:.1}", misfit.worst_time_s),
+        words::count(misfit.samples),
+    ]
+}
+
+fn uncertainty(story: &Story, outcome: &Uncertainty) -> String {
+    let case = story.case;
+    let rows: Vec<Vec<String>> = (case.sensors.iter().zip(&outcome.peaks).enumerate())
+        .map(|(index, (sensor, peak))| {
+            let blame: Vec<String> = ranked(case, outcome, index)
+                .into_iter()
+                .flatten()
+                .take(3)
+                .filter(|(_, share)| *share >= 0.05)
+                .map(|(factor, share)| format!("{} {}", case.factors[factor].name, words::percent(share)))
+                .collect();
+            vec![
+                sensor.name.clone(),
+                words::grouped(peak.nominal.temperature_k, 0),
+                words::grouped(peak.mean_k, 0),
+                words::significant(peak.deviation_k, 2),
+                format!("{} to {}", words::grouped(peak.percentiles_k[0], 0), words::grouped(peak.percentiles_k[4], 0)),
+                format!("{:.1} to {:.1}", peak.percentiles_s[0], peak.percentiles_s[4]),
+                blame.join(", "),
+            ]
+        })
+        .collect();
+    let failures: Vec<Vec<String>> = outcome
+        .failures
+        .iter()
+        .map(|failure| vec![failure.reason.clone(), words::count(failure.members), words::count(failure.first)])
+        .collect();
+    let drawn = format!(
+        "{} drawn ({} sampling, seed {}), of which {} arrived.",
+        words::counted(outcome.asked, "member"),
+        outcome.sampling,
+        outcome.seed,
+        words::count(outcome.ok)
+    );
+    let head = ["Sensor", "Nominal, K", "Mean, K", "± (1 σ), K", "95 % within, K", "95 % at, s", "Mostly due to"];
+    paragraph(&drawn)
+        + &table("Peak temperatures of the members", &head, &rows)
+        + &table("Members that failed", &["Reason", "Members", "The first"], &failures)
+}
+
+fn sensitivity(story: &Story, outcome: &Sensitivity) -> String {
+    let case = story.case;
+    let proposed = &outcome.proposed;
+    let all = &outcome.all;
+    let error = |set: &Identifiability, place: Option<usize>| {
+        place.map_or("–".to_owned(), |place| words::significant(set.standard_errors[place], 2))
+    };
+    let rows: Vec<Vec<String>> = (all.factors.iter().enumerate())
+        .map(|(place, &index)| {
+            let factor = &case.factors[index];
+            vec![
+                factor.name.clone(),
+                words::meaning(factor),
+                words::significant(0.01 * all.magnitude_k[place], 2),
+                error(all, Some(place)),
+                error(proposed, proposed.factors.iter().position(|&other| other == index)),
+            ]
+        })
+        .collect();
+    let names: Vec<&str> = proposed.factors.iter().map(|&factor| case.factors[factor].name.as_str()).collect();
+    let said = [
+        format!(
+            "All {} together: condition number {}, rank {}; the weakest direction: {}.",
+            words::counted(all.factors.len(), "factor"),
+            words::significant(all.condition_number, 3),
+            all.rank,
+            sentence(&all.weakest)
+        ),
+        format!(
+            "Proposed for estimation: {} (condition number {}).",
+            words::listed(&names),
+            words::significant(proposed.condition_number, 3)
+        ),
+    ];
+    let reduction = if outcome.reduction.is_empty() {
+        String::new()
+    } else {
+        "<h3>How the set was found</h3>\n".to_owned() + &list(&outcome.reduction)
+    };
+    let how = format!("Derivatives by {}, relative step {}.", outcome.method, words::significant(outcome.step, 2));
+    let head = ["Factor", "Scales", "Effect of 1 %, K (rms)", "Standard error, all", "Standard error, proposed"];
+    list(&said) + &table("What the data say of each factor", &head, &rows) + &reduction + &paragraph(&how)
+}
+
+fn estimation(story: &Story, outcome: &Estimated) -> String {
+    let case = story.case;
+    let rows: Vec<Vec<String>> = (outcome.factors.iter().enumerate())
+        .map(|(place, &index)| {
+            let factor = &case.factors[index];
+            let ((low, high), (least, most)) = (outcome.intervals[place], outcome.bounds[place]);
+            let bounded = if outcome.at_bound[place] { "reached" } else { "" };
+            vec![
+                factor.name.clone(),
+                words::meaning(factor),
+                format!("{:.3}", outcome.start[place]),
+                format!("{:.4}", outcome.values[place]),
+                words::significant(outcome.standard_errors[place], 2),
+                if low.is_finite() && high.is_finite() {
+                    format!("{low:.3} to {high:.3}")
+                } else {
+                    "unbounded".to_owned()
+                },
+                format!("{least:.2} to {most:.2} {bounded}").trim_end().to_owned(),
+            ]
+        })
+        .collect();
+    let misfits: Vec<Vec<String>> = (story.fitted(outcome).zip(&outcome.misfits))
+        .flat_map(|(seen, (before, after))| {
+            [("before", before), ("after", after)].map(|(when, misfit)| {
+                let mut row = vec![format!("{} {when}", case.sensors[seen.sensor].name)];
+                row.extend(misfit_cells(misfit));
+                row
+            })
+        })
+        .collect();
+    let said = [
+        format!("How it ended: {}. {}", sentence(&outcome.termination), outcome.advice),
+        format!(
+            "The sum of squared residuals went from {} K² to {} K².",
+            words::significant(outcome.objective_k2.0, 4),
+            words::significant(outcome.objective_k2.1, 4)
+        ),
+        format!(
+            "The condition number is {}; the weakest direction: {}.",
+            words::significant(outcome.identifiability.condition_number, 3),
+            sentence(&outcome.identifiability.weakest)
+        ),
+        format!(
+            "Neighbouring residuals correlate by {}: {} carry the information of {}.",
+            words::significant(outcome.autocorrelation, 2),
+            words::counted(outcome.samples, "sample"),
+            words::significant(outcome.effective_samples, 2)
+        ),
+    ];
+    let head = ["Factor", "Scales", "Start", "Estimate", "± (1 σ)", "95 % within", "Bounds"];
+    table("Estimates", &head, &rows)
+        + &table(
+            "Prediction less measurement over the fitted window",
+            &["Sensor", "Root mean square, K", "On average, K", "At worst, K", "Then, s", "Samples"],
+            &misfits,
+        )
+        + &list(&said)
+}

@@ -1,0 +1,273 @@
+//! The material database as text for a terminal of eighty columns.
+
+mod braille;
+
+use crate::case::error::CaseError;
+use crate::case::library::known;
+use crate::case::material::{Mark, Parts, Provenance};
+use crate::case::{Conductivity, Material, OutOfRange, Table};
+use braille::{Curve, chart};
+use std::path::Path;
+
+const WIDTH: usize = 78;
+/// Pressures of the tables and curves: sea level and the two runs of the arc jet.
+const PRESSURES_PA: [(f64, &str); 3] = [(101_325.0, "1 atm"), (8010.0, "8.01 kPa"), (3100.0, "3.1 kPa")];
+const AMBIENT_K: f64 = 300.0;
+
+/// One line a material: density, conductivity at one atmosphere, heat capacity and emissivity at 300 K, and the marks
+/// of these four.
+///
+/// # Errors
+/// A material that is built in does not hold.
+pub fn list() -> Result<String, CaseError> {
+    let heads = ["ρ", "k", "c_p", "ε", "kg/m³", "W/m/K", "J/kg/K"];
+    let [density, k, cp, emissivity, density_unit, k_unit, cp_unit] = heads;
+    let mut text = format!("{:<45}{density:>6}{k:>8}{cp:>7}{emissivity:>6}  marks\n", "material");
+    text += &format!("{:<16}{:<29}{density_unit:>6}{k_unit:>8}{cp_unit:>7}\n", "", "at 300 K and 1 atm");
+    for id in known() {
+        let material = Material::named(id)?;
+        let k: f64 = material.conductivity.parts(AMBIENT_K, PRESSURES_PA[0].0).iter().sum();
+        let (cp, emissivity) = (material.heat_capacity.at(AMBIENT_K), material.emissivity.at(AMBIENT_K));
+        let marks: String = provenances(&material).map(|provenance| letter(provenance.mark)).into_iter().collect();
+        let name = shortened(&material.name, 28);
+        let density = material.density_kg_m3;
+        text += &format!("{id:<16}{name:<29}{density:>6.0}{k:>8.4}{cp:>7.0}{emissivity:>6.2}  {marks}\n");
+    }
+    text += "marks of ρ, k, c_p, ε: r read, m remembered, e estimated, p of the paper\n";
+    Ok(text)
+}
+
+/// All that is known of a material, with curves.
+pub fn show(material: &Material) -> String {
+    let mut text = format!("{}: {}\n{}\n", material.id, material.name, wrapped(&material.note, ""));
+    text += &heading("density, kg/m³", &material.density_provenance);
+    text += &format!("  {}\n\n", material.density_kg_m3);
+
+    text += &heading("conductivity, W/m/K", &material.conductivity_provenance);
+    text += &match &material.conductivity {
+        Conductivity::Parts(parts) => of_parts(parts, &material.conductivity),
+        Conductivity::Tables(tables) => of_tables(tables),
+    };
+    text += &conductivity_curves(&material.conductivity);
+
+    text += &heading("heat capacity, J/kg/K", &material.heat_capacity_provenance);
+    text += &of_table(&material.heat_capacity, 0);
+    text += &curve(&material.heat_capacity, 0);
+
+    text += &heading("emissivity", &material.emissivity_provenance);
+    text += &of_table(&material.emissivity, 2);
+    text += &curve(&material.emissivity, 2);
+    text
+}
+
+/// What is wrong with a material file, or that nothing is and what it says.
+///
+/// # Errors
+/// Every fault of the file.
+pub fn check(path: &Path) -> Result<String, CaseError> {
+    let material = Material::load(path)?;
+    let k: f64 = material.conductivity.parts(AMBIENT_K, PRESSURES_PA[0].0).iter().sum();
+    let (low, high) = material.conductivity.range_k();
+    let range = if low.is_finite() { format!("known from {low} to {high} K") } else { "constant".to_owned() };
+    Ok(format!(
+        "{}: ok\n  {}, {} kg/m³\n  at 300 K and 1 atm: k {k:.4} W/m/K ({range}), c_p {:.0} J/kg/K, ε {:.2}\n",
+        path.display(),
+        material.name,
+        material.density_kg_m3,
+        material.heat_capacity.at(AMBIENT_K),
+        material.emissivity.at(AMBIENT_K),
+    ))
+}
+
+fn provenances(material: &Material) -> [&Provenance; 4] {
+    [
+        &material.density_provenance,
+        &material.conductivity_provenance,
+        &material.heat_capacity_provenance,
+        &material.emissivity_provenance,
+    ]
+}
+
+fn letter(mark: Mark) -> char {
+    match mark {
+        Mark::Read => 'r',
+        Mark::Remembered => 'm',
+        Mark::Estimated => 'e',
+        Mark::Paper => 'p',
+    }
+}
+
+/// The property, how far it is to be trusted, and its source.
+fn heading(property: &str, provenance: &Provenance) -> String {
+    let spread = 200.0 * provenance.relative_uncertainty;
+    let trust = format!("{}, ±{spread:.0} % at 95 %", provenance.mark.word());
+    let space = WIDTH.saturating_sub(property.chars().count());
+    format!("{property}{trust:>space$}\n{}\n", wrapped(&provenance.source, "  "))
+}
+
+fn of_parts(parts: &Parts, conductivity: &Conductivity) -> String {
+    let mut formula = format!("k = {}", parts.solid_w_m_k);
+    if parts.solid_exponent != 0.0 {
+        formula += &format!(" (T/300 K)^{}", parts.solid_exponent);
+    }
+    for (share, length_m) in &parts.pores {
+        formula += &format!(" + {share} k_air(T, p; {} µm)", (length_m * 1e9).round() / 1e3);
+    }
+    if let Some(extinction_1_m) = parts.extinction_1_m {
+        formula += &format!(" + 16 σ T³/(3 · {extinction_1_m:.0}/m)");
+    }
+    let columns = PRESSURES_PA.map(|(_, name)| format!("{:>9}", name.replace(' ', ""))).concat();
+    let mut text = format!("  {formula}\n\n{:24}{:^27}{:^27}", "", "gas at", "k at").trim_end().to_owned();
+    text += &format!("\n{:>6}{:>8}{:>10}{columns}{columns}\n", "T, K", "solid", "radiation");
+    for temperature_k in temperatures(parts.range_k) {
+        let at = PRESSURES_PA.map(|(pressure_pa, _)| conductivity.parts(temperature_k, pressure_pa));
+        text += &format!("{temperature_k:>6.0}{:>8.4}{:>10.4}", at[0][0], at[0][2]);
+        text += &at.map(|part| format!("{:>9.4}", part[1])).concat();
+        text += &at.map(|part| format!("{:>9.4}", part.iter().sum::<f64>())).concat();
+        text += "\n";
+    }
+    text + "\n"
+}
+
+/// Round temperatures within a range, a dozen at most.
+fn temperatures((low, high): (f64, f64)) -> Vec<f64> {
+    const ROUND: [f64; 12] = [300.0, 400.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0, 1200.0, 1400.0, 1600.0, 1800.0];
+    ROUND.into_iter().filter(|temperature_k| (low..=high).contains(temperature_k)).collect()
+}
+
+fn of_tables(tables: &[(f64, Table)]) -> String {
+    match tables {
+        [(_, table)] => of_table(table, 4),
+        _ => {
+            tables.iter().map(|(pressure_pa, table)| format!("  at {pressure_pa} Pa\n{}", of_table(table, 4))).collect()
+        }
+    }
+}
+
+/// Two rows, temperature and value, as many columns as fit.
+fn of_table(table: &Table, digits: usize) -> String {
+    if let [value] = table.values.as_slice() {
+        return format!("  {value:.digits$} at every temperature\n\n");
+    }
+    let mut text = String::new();
+    for (temperatures_k, values) in table.temperatures_k.chunks(10).zip(table.values.chunks(10)) {
+        let row = |cells: &mut dyn Iterator<Item = String>| cells.map(|cell| format!("{cell:>7}")).collect::<String>();
+        text += &format!("  T, K{}\n", row(&mut temperatures_k.iter().map(|t| format!("{t:.0}"))));
+        text += &format!("      {}\n", row(&mut values.iter().map(|v| format!("{v:.digits$}"))));
+    }
+    let outside = match table.outside {
+        OutOfRange::Clamp => "held constant",
+        OutOfRange::Extrapolate => "continued in straight lines",
+        OutOfRange::Refuse => "an error",
+    };
+    text + &format!("  outside: {outside}\n\n")
+}
+
+fn curve(table: &Table, digits: usize) -> String {
+    let (low, high) = table.range_k();
+    if !low.is_finite() {
+        return String::new();
+    }
+    let points = sampled((low, high), |temperature_k| table.at(temperature_k));
+    let curves = [Curve { name: String::new(), points }];
+    chart(&curves, false, "temperature, K", |value| format!("{value:.digits$}")) + "\n"
+}
+
+/// One curve a pressure, or the one there is where pressure does not matter.
+fn conductivity_curves(conductivity: &Conductivity) -> String {
+    let range_k = conductivity.range_k();
+    if !range_k.0.is_finite() {
+        return String::new();
+    }
+    let with_pressure = match conductivity {
+        Conductivity::Parts(parts) => !parts.pores.is_empty(),
+        Conductivity::Tables(tables) => tables.len() > 1,
+    };
+    let pressures = if with_pressure { &PRESSURES_PA[..] } else { &[(PRESSURES_PA[0].0, "")] };
+    let total = |pressure_pa| move |temperature_k| conductivity.parts(temperature_k, pressure_pa).iter().sum::<f64>();
+    let curves: Vec<Curve> = pressures
+        .iter()
+        .map(|&(pressure_pa, name)| Curve { name: name.to_owned(), points: sampled(range_k, total(pressure_pa)) })
+        .collect();
+    chart(&curves, true, "temperature, K", |value| format!("{value:.3}")) + "\n"
+}
+
+fn sampled((low, high): (f64, f64), at: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    const STEPS: usize = 116;
+    let along = |step: usize| low + (high - low) * step as f64 / STEPS as f64;
+    (0..=STEPS).map(along).map(|temperature_k| (temperature_k, at(temperature_k))).collect()
+}
+
+/// Words in lines of the width, each line indented.
+fn wrapped(words: &str, indent: &str) -> String {
+    let mut text = String::new();
+    let mut column = 0;
+    for word in words.split_whitespace() {
+        let length = word.chars().count();
+        if column == 0 || column + 1 + length > WIDTH {
+            text += if column == 0 { "" } else { "\n" };
+            text += indent;
+            column = indent.len();
+        } else {
+            text += " ";
+            column += 1;
+        }
+        text += word;
+        column += length;
+    }
+    text + "\n"
+}
+
+fn shortened(name: &str, width: usize) -> String {
+    if name.chars().count() <= width {
+        return name.to_owned();
+    }
+    name.chars().take(width - 1).chain(['…']).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(id: &str) -> String {
+        show(&Material::named(id).unwrap_or_else(|error| panic!("{error}")))
+    }
+
+    #[test]
+    fn the_database_fits_a_terminal_of_eighty_columns() {
+        let list = list().unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(list.lines().count(), known().len() + 3);
+        let texts: Vec<String> = known().into_iter().map(shown).chain([list]).collect();
+        for line in texts.iter().flat_map(|text| text.lines()) {
+            assert!(line.chars().count() <= 80, "{} columns: {line}", line.chars().count());
+        }
+    }
+
+    #[test]
+    fn a_porous_insulator_shows_its_parts_its_source_and_a_curve_a_pressure() {
+        let text = shown("pyrogel3350");
+        for expected in
+            ["estimated, ±30 %", "0.93 k_air(T, p; 0.12 µm)", "product sheets", " 1 atm\n", " 8.01 kPa\n", "⠉"]
+        {
+            assert!(text.contains(expected), "{expected}: {text}");
+        }
+    }
+
+    #[test]
+    fn a_material_file_at_fault_is_told_by_line_and_one_that_holds_is_ok() {
+        let folder = std::env::temp_dir().join(format!("bondline-check-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder for temporary files");
+        let path = folder.join("mine.toml");
+        let whole = include_str!("../../data/materials/akk.toml");
+        std::fs::write(&path, whole).expect("a file in a temporary folder");
+        let ok = check(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert!(ok.contains("mine.toml: ok") && ok.contains("k 0.1000 W/m/K (constant)"), "{ok}");
+        let spoiled = whole.replace("0.10 W/m/K", "0.10 W/m").replace("400, 500", "500, 400");
+        std::fs::write(&path, spoiled).expect("a file in a temporary folder");
+        let error = check(&path).expect_err("two faults").to_string();
+        assert!(error.contains("mine.toml:12:29: temperature 400 K does not rise above 500 K"), "{error}");
+        assert!(error.contains("mine.toml:20:9: wrong dimension: expected a conductivity"), "{error}");
+        assert!(error.ends_with("2 faults"), "{error}");
+        std::fs::remove_dir_all(&folder).expect("the folder made above");
+    }
+}

@@ -1,0 +1,130 @@
+//! Outcomes made visible: the page, the figures, the files and the screen. It computes nothing: every number
+//! shown was found by a study.
+//!
+//! [`write`] puts a [`Story`] into a folder; [`summary::screen`] says it in a terminal.
+
+mod chart;
+pub mod figure;
+pub mod figures;
+pub mod files;
+mod findings;
+#[cfg(test)]
+mod fixture;
+mod html;
+pub mod materials;
+pub mod summary;
+mod svg;
+mod warnings;
+mod words;
+
+use crate::case::{Case, Observation};
+use crate::march::{Backend, Precision};
+use crate::study::estimate::Estimated;
+use crate::study::nominal::Nominal;
+use crate::study::sensitivity::Sensitivity;
+use crate::study::uncertainty::Uncertainty;
+use files::{OutputFolder, record, tables};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// All that a report tells: a case, the answers at hand, and who found them.
+#[derive(Clone, Copy, Debug)]
+pub struct Story<'a> {
+    pub case: &'a Case,
+    /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`.
+    pub command: &'a str,
+    pub version: &'a str,
+    pub backend: &'a Backend,
+    /// Of the random draws; `None` where none were made.
+    pub seed: Option<u64>,
+    pub seconds: Seconds,
+    pub nominal: Option<&'a Nominal>,
+    pub uncertainty: Option<&'a Uncertainty>,
+    pub sensitivity: Option<&'a Sensitivity>,
+    pub estimated: Option<&'a Estimated>,
+}
+
+/// Where the time went before the report, s.
+#[derive(Clone, Copy, Debug)]
+pub struct Seconds {
+    pub plan_s: f64,
+    pub march_s: f64,
+    pub reduce_s: f64,
+    /// When the command began: the total is counted from here.
+    pub began: Instant,
+}
+
+/// Why a report could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    #[error("{path:?} holds the case {found:?}, not {wanted:?}; choose another --out or give --force")]
+    OtherCase { path: PathBuf, found: String, wanted: String },
+    #[error("{path:?} is not a folder")]
+    NotAFolder { path: PathBuf },
+    #[error("{doing} {path:?}: {source}")]
+    Io { doing: &'static str, path: PathBuf, source: std::io::Error },
+    #[error("figure {id}: {message}")]
+    Figure { id: String, message: String },
+    #[error("table {name}: {message}")]
+    Table { name: &'static str, message: String },
+    #[error("{path:?}: {message}")]
+    Parquet { path: PathBuf, message: String },
+    #[error("summary: {0}")]
+    Summary(#[from] serde_json::Error),
+}
+
+impl<'a> Story<'a> {
+    /// The march at the nominal factors, whichever study made it.
+    pub fn nominal_march(&self) -> Option<&'a Nominal> {
+        self.nominal.or(self.estimated.map(|outcome| &outcome.before))
+    }
+
+    /// The deepest sensor: the bondline, where there is one.
+    fn bondline(&self) -> Option<usize> {
+        let sensors = &self.case.sensors;
+        (0..sensors.len()).max_by(|&a, &b| sensors[a].depth_m.total_cmp(&sensors[b].depth_m))
+    }
+
+    /// The observations an estimate was fitted to, in the order of its misfits and residuals.
+    fn fitted(&self, outcome: &'a Estimated) -> impl Iterator<Item = &'a Observation> {
+        self.case.observations.iter().filter(|seen| outcome.sensors.contains(&seen.sensor))
+    }
+}
+
+/// `cpu f64, AMD EPYC, 2 threads`.
+fn backend_words(backend: &Backend) -> String {
+    format!("{} {}, {}", backend.kind, precision_words(backend.precision), backend.name)
+}
+
+fn precision_words(precision: Precision) -> &'static str {
+    match precision {
+        Precision::F32 => "f32",
+        Precision::F64 => "f64",
+    }
+}
+
+/// Put the whole report into a folder: `report.html`, `figures/*.svg`, the tables, and last `summary.json`.
+///
+/// Everything is made in memory first, so that a fault leaves the folder as it was.
+///
+/// # Errors
+/// When a figure cannot be drawn or the folder cannot be written.
+pub fn write(story: &Story, folder: &OutputFolder) -> Result<Vec<PathBuf>, ReportError> {
+    let began = Instant::now();
+    let figures = figures::all(story);
+    let mut stills = Vec::with_capacity(figures.len());
+    for figure in &figures {
+        let still = svg::draw(figure).map_err(|message| ReportError::Figure { id: figure.id.clone(), message })?;
+        stills.push(still);
+    }
+    let page = html::page(story, &figures, &stills);
+    let mut files: Vec<(String, Vec<u8>)> = tables::all(story)?;
+    for (figure, still) in figures.iter().zip(stills) {
+        files.push((format!("figures/{}.svg", figure.id), still.into_bytes()));
+    }
+    files.push(("report.html".to_owned(), page.into_bytes()));
+    let names: Vec<String> = files.iter().map(|(name, _)| name).chain(folder.claimed()).cloned().collect();
+    let summary = record::summary(story, began.elapsed().as_secs_f64(), &names)?;
+    files.push((files::SUMMARY.to_owned(), summary.into_bytes()));
+    folder.write(&files)
+}

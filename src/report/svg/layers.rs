@@ -1,0 +1,209 @@
+//! Each kind of layer, and the legend beside them.
+
+use super::super::figure::{Figure, Ink, Layer, Stroke, diverging, rising};
+use super::super::words;
+use super::{Area, Chart, Drawn, FINE, INK, contour, font, plotted, px, spx};
+use plotters::element::DashedPathElement;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// What stands beside a name in the legend.
+pub(super) struct Entry {
+    name: String,
+    colour: RGBColor,
+    key: Key,
+}
+
+enum Key {
+    Line(Stroke),
+    Dot,
+    Patch(f64),
+}
+
+/// The legend of a figure, top to bottom; piles read as they lie, the last part on top.
+pub(super) fn legend(figure: &Figure) -> Vec<Entry> {
+    let mut entries = Vec::new();
+    for layer in &figure.layers {
+        match layer {
+            Layer::Line { name, ink, stroke, .. } => entries.push(entry_of(name, *ink, Key::Line(*stroke))),
+            Layer::Points { name, ink, .. } => entries.push(entry_of(name, *ink, Key::Dot)),
+            Layer::Band { name, ink, opacity, .. } => entries.push(entry_of(name, *ink, Key::Patch(*opacity))),
+            Layer::Window { name, .. } => entries.push(entry_of(name, WINDOW, Key::Patch(WINDOW_OPACITY))),
+            Layer::Whiskers { name, ink, .. } => entries.push(entry_of(name, *ink, Key::Patch(1.0))),
+            Layer::Shares { parts, .. } => {
+                entries.extend(parts.iter().rev().map(|part| entry_of(&part.name, part.ink, Key::Patch(PILED))));
+            }
+            Layer::Contours { name, levels, .. } => {
+                entries.push(Entry { name: name.clone(), colour: WHITE, key: Key::Patch(0.0) });
+                for (place, level) in levels.iter().enumerate().rev() {
+                    let colour = level_colour(place, levels.len());
+                    entries.push(Entry { name: words::significant(*level, 2), colour, key: Key::Line(Stroke::Solid) });
+                }
+            }
+            Layer::Cells { .. } => {}
+        }
+    }
+    entries.retain(|entry| !entry.name.is_empty());
+    entries
+}
+
+const WINDOW: Ink = Ink::Series(4);
+const WINDOW_OPACITY: f64 = 0.12;
+const PILED: f64 = 0.85;
+/// Characters that the legend has room for.
+const NAME: usize = 20;
+
+fn entry_of(name: &str, ink: Ink, key: Key) -> Entry {
+    Entry { name: name.to_owned(), colour: colour(ink), key }
+}
+
+fn colour(ink: Ink) -> RGBColor {
+    rgb(ink.rgb())
+}
+
+fn rgb((red, green, blue): (u8, u8, u8)) -> RGBColor {
+    RGBColor(red, green, blue)
+}
+
+fn level_colour(place: usize, levels: usize) -> RGBColor {
+    rgb(rising(place as f64 / levels.saturating_sub(1).max(1) as f64))
+}
+
+/// Draw one line of the legend with its left end at `x` and its middle at `y`.
+pub(super) fn entry(entry: &Entry, x: i32, y: i32, side: &Area) -> Drawn {
+    let middle = x + spx(14);
+    match entry.key {
+        Key::Line(stroke) => {
+            let ends = [(x, y), (x + spx(28), y)];
+            match dashes(stroke) {
+                None => side.draw(&PathElement::new(ends, entry.colour.stroke_width(px(2))))?,
+                Some((dash, gap)) => {
+                    let style = entry.colour.stroke_width(px(2));
+                    side.draw(&DashedPathElement::new(ends, dash, gap, style))?;
+                }
+            }
+        }
+        Key::Dot => side.draw(&Circle::new((middle, y), px(4), entry.colour.filled()))?,
+        Key::Patch(opacity) => {
+            let corners = [(x, y - spx(7)), (x + spx(28), y + spx(7))];
+            side.draw(&Rectangle::new(corners, entry.colour.mix(opacity).filled()))?;
+        }
+    }
+    let anchored = font(14).color(&INK).pos(Pos::new(HPos::Left, VPos::Center));
+    side.draw(&Text::new(words::short(&entry.name, NAME), (x + spx(36), y), anchored))
+}
+
+/// Length of a dash and of the gap after it, drawn units.
+fn dashes(stroke: Stroke) -> Option<(i32, i32)> {
+    match stroke {
+        Stroke::Solid => None,
+        Stroke::Dashed => Some((spx(8), spx(5))),
+        Stroke::Dotted => Some((spx(2), spx(4))),
+    }
+}
+
+/// Draw one layer.
+pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) -> Drawn {
+    let at = |x: f64, y: f64| (plotted(&figure.x, x), plotted(&figure.y, y));
+    match layer {
+        Layer::Line { ink, stroke, x, y, .. } => {
+            let style = colour(*ink).stroke_width(px(2));
+            for run in runs(x.iter().zip(y).map(|(x, y)| at(*x, *y))) {
+                match dashes(*stroke) {
+                    None => chart.plotting_area().draw(&PathElement::new(run, style))?,
+                    Some((dash, gap)) => {
+                        chart.plotting_area().draw(&DashedPathElement::new(run, dash, gap, style))?;
+                    }
+                }
+            }
+        }
+        Layer::Points { ink, x, y, error, .. } => {
+            let paint = colour(*ink);
+            for (index, (x, y)) in x.iter().zip(y).enumerate().filter(|(_, (x, y))| x.is_finite() && y.is_finite()) {
+                if let Some(error) = error.get(index) {
+                    let bar = [at(*x, y - error), at(*x, y + error)];
+                    chart.plotting_area().draw(&PathElement::new(bar, paint.mix(0.6).stroke_width(FINE)))?;
+                }
+                let size = if error.is_empty() { px(4) } else { px(2) + FINE / 2 };
+                chart.plotting_area().draw(&Circle::new(at(*x, *y), size, paint.filled()))?;
+            }
+        }
+        Layer::Band { ink, opacity, x, low, high, .. } => {
+            let outline: Vec<(f64, f64)> =
+                x.iter().zip(high).chain(x.iter().zip(low).rev()).map(|(x, y)| at(*x, *y)).collect();
+            let solid: Vec<(f64, f64)> = outline.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
+            chart.plotting_area().draw(&Polygon::new(solid, colour(*ink).mix(*opacity).filled()))?;
+        }
+        Layer::Shares { x, parts } => {
+            let mut floor = vec![0.0; x.len()];
+            for part in parts {
+                let top: Vec<f64> =
+                    floor.iter().zip(&part.values).map(|(floor, value)| floor + value.max(0.0)).collect();
+                let lower = x.iter().zip(&floor).rev();
+                let outline: Vec<(f64, f64)> = x.iter().zip(&top).chain(lower).map(|(x, y)| at(*x, *y)).collect();
+                chart.plotting_area().draw(&Polygon::new(outline, colour(part.ink).mix(PILED).filled()))?;
+                floor = top;
+            }
+        }
+        Layer::Window { from, to, .. } => {
+            let up = chart.y_range();
+            let across = chart.x_range();
+            let corners = [(from.max(across.start), up.start), (to.min(across.end), up.end)];
+            chart.plotting_area().draw(&Rectangle::new(corners, colour(WINDOW).mix(WINDOW_OPACITY).filled()))?;
+        }
+        Layer::Cells { values } => cells(values, chart)?,
+        Layer::Contours { x, y, values, levels, .. } => {
+            let logarithms: Vec<Vec<f64>> = values.iter().map(|row| row.iter().map(|v| v.log10()).collect()).collect();
+            for (place, level) in levels.iter().enumerate() {
+                let style = level_colour(place, levels.len()).stroke_width(px(1) + FINE / 2);
+                for [from, to] in contour::pieces(x, y, &logarithms, level.log10()) {
+                    chart.plotting_area().draw(&PathElement::new([from, to], style))?;
+                }
+            }
+        }
+        Layer::Whiskers { ink, percentiles, .. } => {
+            let paint = colour(*ink);
+            for (index, [low, quarter, median, three_quarters, high]) in percentiles.iter().enumerate() {
+                let place = index as f64;
+                let thin = [at(place, *low), at(place, *high)];
+                let box_ = [at(place - 0.12, *quarter), at(place + 0.12, *three_quarters)];
+                let middle = [at(place - 0.12, *median), at(place + 0.12, *median)];
+                chart.plotting_area().draw(&PathElement::new(thin, paint.stroke_width(px(2))))?;
+                chart.plotting_area().draw(&Rectangle::new(box_, paint.filled()))?;
+                chart.plotting_area().draw(&PathElement::new(middle, WHITE.stroke_width(px(2))))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn cells<'a>(values: &[Vec<f64>], chart: &mut Chart<'a>) -> Drawn {
+    let crowd = values.len().max(6) as u32;
+    let anchored = font((90 / crowd).clamp(9, 14)).pos(Pos::new(HPos::Center, VPos::Center));
+    for (row, line) in values.iter().enumerate() {
+        for (column, value) in line.iter().enumerate() {
+            let (x, y) = (column as f64, row as f64);
+            let corners = [(x - 0.49, y - 0.49), (x + 0.49, y + 0.49)];
+            let paint = if value.is_finite() { rgb(diverging(*value)) } else { RGBColor(0xEE, 0xEE, 0xEE) };
+            chart.plotting_area().draw(&Rectangle::new(corners, paint.filled()))?;
+            let text = if value.is_finite() { format!("{value:.2}").replace('-', "−") } else { "–".to_owned() };
+            let ink = if value.abs() > 0.75 { WHITE } else { INK };
+            chart.plotting_area().draw(&Text::new(text, (x, y), anchored.color(&ink)))?;
+        }
+    }
+    Ok(())
+}
+
+/// The unbroken runs of a curve with gaps.
+fn runs(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
+    let mut runs = vec![Vec::new()];
+    for (x, y) in points {
+        if x.is_finite() && y.is_finite() {
+            runs.last_mut().expect("a run is open from the start").push((x, y));
+        } else {
+            runs.push(Vec::new());
+        }
+    }
+    runs.retain(|run| run.len() > 1);
+    runs
+}

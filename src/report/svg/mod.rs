@@ -1,0 +1,160 @@
+//! A figure as a still: SVG text, for papers and for print.
+//!
+//! Drawn through plotters, whose SVG backend rounds to whole units: the picture is drawn four times as large
+//! and shown at its size, so that curves keep a quarter of a pixel.
+
+mod contour;
+mod layers;
+mod ticks;
+
+use super::figure::{Axis, Figure, Layer, Scale};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use ticks::Ruler;
+
+/// Units drawn to one unit shown.
+const FINE: u32 = 4;
+/// Size shown, pixels.
+const WIDTH: u32 = 900;
+const HEIGHT: u32 = 520;
+/// Width of the column of the legend, pixels.
+const LEGEND: u32 = 190;
+const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
+const RULE: RGBColor = RGBColor(0xDD, 0xDD, 0xDD);
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Ruler, Ruler>>;
+type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+
+/// The figure as an SVG document of 900 × 520.
+///
+/// # Errors
+/// When plotters refuses, in words.
+pub fn draw(figure: &Figure) -> Result<String, String> {
+    let mut text = String::new();
+    {
+        let root = SVGBackend::with_string(&mut text, (WIDTH * FINE, HEIGHT * FINE)).into_drawing_area();
+        compose(figure, &root).and_then(|()| root.present()).map_err(|error| error.to_string())?;
+    }
+    let drawn = format!("width=\"{}\" height=\"{}\"", WIDTH * FINE, HEIGHT * FINE);
+    let shown = format!("width=\"{WIDTH}\" height=\"{HEIGHT}\" role=\"img\"");
+    Ok(text.replacen(&drawn, &shown, 1))
+}
+
+fn compose(figure: &Figure, root: &Area) -> Drawn {
+    root.fill(&WHITE)?;
+    let entries = layers::legend(figure);
+    let width = WIDTH - if entries.is_empty() { 20 } else { LEGEND };
+    let (plot, side) = root.split_horizontally(px(width));
+    let title = ("sans-serif", f64::from(px(17)) * 1.24, FontStyle::Bold).into_text_style(root).color(&INK);
+    plot.draw(&Text::new(figure.title.clone(), (spx(20), spx(14)), title))?;
+    let (x, y) = frame(figure);
+    let mut chart = ChartBuilder::on(&plot)
+        .margin_top(px(44))
+        .margin_left(px(8))
+        .margin_right(px(14))
+        .margin_bottom(px(10))
+        .x_label_area_size(px(56))
+        .y_label_area_size(px(label_width(&figure.y)))
+        .build_cartesian_2d(Ruler::new(&figure.x, x), Ruler::new(&figure.y, y))?;
+    mesh(figure, &mut chart)?;
+    for layer in &figure.layers {
+        layers::draw(layer, figure, &mut chart)?;
+    }
+    for (row, entry) in entries.iter().enumerate() {
+        layers::entry(entry, spx(8), spx(60 + 24 * row as u32), &side)?;
+    }
+    Ok(())
+}
+
+/// The stretch of each axis, in plotted units (logarithms on a log axis), with air around the curves.
+fn frame(figure: &Figure) -> ((f64, f64), (f64, f64)) {
+    let (x, y) = figure.extent();
+    let stretch = |axis: &Axis, (low, high): (f64, f64), air: f64| {
+        let (low, high) = (plotted(axis, low), plotted(axis, high));
+        let (low, high) = if low.is_finite() && high.is_finite() { (low, high) } else { (0.0, 1.0) };
+        let reach = if high > low { high - low } else { low.abs().max(1.0) };
+        if axis.range.is_some() { (low, high) } else { (low - air * reach, high + air * reach) }
+    };
+    let surface = figure.layers.iter().any(|layer| matches!(layer, Layer::Contours { .. }));
+    let (across, up) = if surface { (0.0, 0.0) } else { (0.03, 0.05) };
+    // Rows of a table read downwards.
+    let (low, high) = stretch(&figure.y, y, up);
+    let down = matches!(figure.y.scale, Scale::Names(_));
+    (stretch(&figure.x, x, across), if down { (high, low) } else { (low, high) })
+}
+
+/// A value in plotted units.
+fn plotted(axis: &Axis, value: f64) -> f64 {
+    if axis.scale == Scale::Log { value.log10() } else { value }
+}
+
+fn mesh(figure: &Figure, chart: &mut Chart) -> Drawn {
+    let mut mesh = chart.configure_mesh();
+    mesh.light_line_style(TRANSPARENT)
+        .bold_line_style(RULE.stroke_width(FINE))
+        .axis_style(RGBColor(0x99, 0x99, 0x99).stroke_width(FINE))
+        .label_style(font(14).color(&INK))
+        .axis_desc_style(font(15).color(&INK))
+        .set_all_tick_mark_size(spx(4))
+        .x_desc(figure.x.label.clone())
+        .y_desc(figure.y.label.clone());
+    if matches!(figure.x.scale, Scale::Names(_)) {
+        mesh.disable_x_mesh();
+    }
+    if matches!(figure.y.scale, Scale::Names(_)) {
+        mesh.disable_y_mesh();
+    }
+    mesh.draw()
+}
+
+/// Room for the labels of the vertical axis, pixels.
+fn label_width(axis: &Axis) -> u32 {
+    match &axis.scale {
+        Scale::Names(names) => 24 + 8 * names.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(30) as u32,
+        Scale::Linear | Scale::Log | Scale::Whole => 76,
+    }
+}
+
+/// Pixels in drawn units.
+fn px(shown: u32) -> u32 {
+    shown * FINE
+}
+
+/// Pixels in drawn units, as a coordinate.
+fn spx(shown: u32) -> i32 {
+    (shown * FINE) as i32
+}
+
+/// A font by its size in pixels; plotters writes sizes divided by 1.24.
+fn font(shown: u32) -> TextStyle<'static> {
+    ("sans-serif", f64::from(shown * FINE) * 1.24).into_text_style(&(WIDTH * FINE, HEIGHT * FINE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{figures, fixture};
+    use super::*;
+
+    #[test]
+    fn every_figure_of_a_study_draws_with_its_title_and_without_a_value_that_is_no_number() {
+        let outcomes = fixture::outcomes();
+        for figure in figures::all(&outcomes.story("study")) {
+            let svg = draw(&figure).expect("a figure of the fixture draws");
+            assert!(svg.contains("<svg") && svg.contains("</svg>"), "{} is no picture", figure.id);
+            assert!(svg.contains("width=\"900\" height=\"520\""), "{} has another size", figure.id);
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{} draws what is no number", figure.id);
+            let title = figure.title.replace('\'', "&apos;");
+            assert!(svg.contains(&title), "{} lacks its title", figure.id);
+        }
+    }
+
+    #[test]
+    fn a_name_that_looks_like_markup_stays_a_name() {
+        let mut outcomes = fixture::outcomes();
+        outcomes.case.sensors[0].name = "<script>".to_owned();
+        let figure = &figures::all(&outcomes.story("predict"))[0];
+        let svg = draw(figure).expect("it draws");
+        assert!(!svg.contains("<script>") && svg.contains("&lt;script&gt;"));
+    }
+}

@@ -1,0 +1,233 @@
+//! What an analyst should doubt before using an outcome.
+
+use super::{Story, words};
+use crate::case::{Case, Conductivity, Emissivity, Face, Material};
+use crate::study::estimate::Estimated;
+use crate::study::nominal::Nominal;
+use crate::study::sensitivity::Identifiability;
+use crate::traces::Arrival;
+
+/// A march whose heat in, out and stored differ by more than this share of what moved is not trusted.
+const BALANCE: f64 = 1e-3;
+/// Tables that begin at room temperature are often left by a few kelvin, over which no property changes.
+const EXCURSION_K: f64 = 10.0;
+/// Two estimates that correlate beyond this cannot be told apart in practice (Beck & Arnold, *Parameter
+/// Estimation*, 1977, draw the line at 0.9).
+const CORRELATION: f64 = 0.95;
+/// Beyond this a per cent of model error may be tens of per cent of an estimate (the range 30 to 100 marks
+/// strong dependence in Belsley, Kuh & Welsch, *Regression Diagnostics*, 1980).
+const CONDITION: f64 = 50.0;
+/// Residuals whose neighbours correlate so are a pattern, not noise.
+const AUTOCORRELATION: f64 = 0.5;
+
+/// Every reason for doubt in a story, each a sentence or two.
+pub fn all(story: &Story) -> Vec<String> {
+    let mut doubts = Vec::new();
+    if let Some(nominal) = story.nominal_march() {
+        march(story.case, nominal, "nominal", &mut doubts);
+    }
+    if let Some(outcome) = story.uncertainty {
+        for failure in &outcome.failures {
+            doubts.push(format!(
+                "{} of {} failed ({}), the first being member {}; they are left out of every statistic.",
+                words::count(failure.members),
+                words::counted(outcome.asked, "member"),
+                failure.reason,
+                words::count(failure.first)
+            ));
+        }
+    }
+    if let Some(outcome) = story.sensitivity
+        && outcome.proposed.condition_number > CONDITION
+    {
+        doubts.push(format!(
+            "Even the proposed set is ill-conditioned (condition number {}): the weakest direction: {}.",
+            words::significant(outcome.proposed.condition_number, 3),
+            outcome.proposed.weakest
+        ));
+    }
+    if let Some(outcome) = story.estimated {
+        estimate(story.case, outcome, &mut doubts);
+        march(story.case, &outcome.after, "fitted", &mut doubts);
+    }
+    let fitted = story.estimated.map(|outcome| &outcome.after);
+    let marches: Vec<&Nominal> = story.nominal_march().into_iter().chain(fitted).collect();
+    excursions(story.case, &marches, &mut doubts);
+    doubts
+}
+
+/// The materials of a layup whose figures stand in for others, once each.
+pub fn surrogates(case: &Case) -> Vec<&Material> {
+    let mut found: Vec<&Material> = Vec::new();
+    for ply in &case.layup.plies {
+        let stands_in = ply.material.note.to_lowercase().contains("surrogate");
+        if stands_in && found.iter().all(|material| material.id != ply.material.id) {
+            found.push(&ply.material);
+        }
+    }
+    found
+}
+
+fn march(case: &Case, outcome: &Nominal, which: &str, doubts: &mut Vec<String>) {
+    match &outcome.arrival {
+        Arrival::Done => {}
+        Arrival::Strayed { time_s } => doubts.push(format!(
+            "The {which} march ran away at {}: nothing after that can be used.",
+            words::seconds(*time_s)
+        )),
+        Arrival::LeftTable { ply, temperature_k } => doubts.push(format!(
+            "The {which} march left a property table of ply {} at {}, and that table refuses to be left.",
+            case.layup.plies[*ply].name,
+            words::kelvin(*temperature_k)
+        )),
+    }
+    let residual = outcome.balance.residual();
+    if residual.abs() > BALANCE {
+        doubts.push(format!(
+            "The energy of the {which} march does not balance: {} of the heat that moved is unaccounted for, where \
+             {} is the limit. Refine the steps or the cells.",
+            words::significant(residual, 2),
+            words::significant(BALANCE, 1)
+        ));
+    }
+}
+
+/// Plies that met temperatures, in any of the marches, for which a property was not measured.
+fn excursions(case: &Case, marches: &[&Nominal], doubts: &mut Vec<String>) {
+    for (index, ply) in case.layup.plies.iter().enumerate() {
+        let met = marches.iter().filter_map(|march| march.extremes_k.get(index));
+        let Some((coldest_k, hottest_k)) = met.copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { continue };
+        for (met_k, beyond) in [(hottest_k, "above"), (coldest_k, "below")] {
+            let unknown: Vec<(&str, f64)> = known(case, index)
+                .into_iter()
+                .map(|(property, (low_k, high_k))| (property, if beyond == "above" { high_k } else { low_k }))
+                .filter(|(_, bound_k)| match beyond {
+                    "above" => met_k > bound_k + EXCURSION_K,
+                    _ => met_k < bound_k - EXCURSION_K,
+                })
+                .collect();
+            if !unknown.is_empty() {
+                let properties: Vec<String> = unknown
+                    .iter()
+                    .map(|(property, bound_k)| format!("{property} {beyond} {}", words::kelvin(*bound_k)))
+                    .collect();
+                doubts.push(format!(
+                    "Ply {} met {}, but these of {} are not known there: {}.",
+                    ply.name,
+                    words::kelvin(met_k),
+                    ply.material.name,
+                    words::listed(&properties)
+                ));
+            }
+        }
+    }
+}
+
+/// The properties of a ply that act, and the temperatures between which each is known, K.
+fn known(case: &Case, index: usize) -> Vec<(&'static str, (f64, f64))> {
+    let material = &case.layup.plies[index].material;
+    let conductivity = match &material.conductivity {
+        Conductivity::Tables(tables) => tables
+            .iter()
+            .map(|(_, table)| table.range_k())
+            .reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))
+            .unwrap_or((f64::NEG_INFINITY, f64::INFINITY)),
+        Conductivity::Parts(parts) => parts.range_k,
+    };
+    let mut known = vec![("conductivity", conductivity), ("heat capacity", material.heat_capacity.range_k())];
+    let radiates = |face: &Face| matches!(face, Face::Open(open) if open.emissivity == Emissivity::Material);
+    let (hot, back) = (index == 0, index + 1 == case.layup.plies.len());
+    if (hot && radiates(&case.exposure.hot_face)) || (back && radiates(&case.exposure.back_face)) {
+        known.push(("emissivity", material.emissivity.range_k()));
+    }
+    known
+}
+
+fn estimate(case: &Case, outcome: &Estimated, doubts: &mut Vec<String>) {
+    if !outcome.converged {
+        doubts.push(format!("The estimate did not converge ({}). {}", outcome.termination, outcome.advice));
+    }
+    for (index, &factor) in outcome.factors.iter().enumerate() {
+        let (low, high) = outcome.bounds[index];
+        if outcome.at_bound[index] {
+            doubts.push(format!(
+                "{} stands on its bound at {:.3} (allowed {low:.2} to {high:.2}): the data want it beyond, or the \
+                 model lacks something.",
+                case.factors[factor].name, outcome.values[index]
+            ));
+        }
+    }
+    identifiability(case, &outcome.identifiability, doubts);
+    if outcome.autocorrelation > AUTOCORRELATION {
+        doubts.push(format!(
+            "The residuals are not noise: neighbours correlate by {}, so {} carry the information of {}. The model \
+             lacks something, and the intervals are too narrow.",
+            words::significant(outcome.autocorrelation, 2),
+            words::counted(outcome.samples, "sample"),
+            words::significant(outcome.effective_samples, 2)
+        ));
+    }
+}
+
+fn identifiability(case: &Case, set: &Identifiability, doubts: &mut Vec<String>) {
+    let name = |index: usize| case.factors[set.factors[index]].name.as_str();
+    for row in 0..set.correlation.len() {
+        for column in 0..row {
+            let correlation = set.correlation[row][column];
+            if correlation.abs() > CORRELATION {
+                doubts.push(format!(
+                    "The estimates of {} and {} correlate by {}: what one gains the other gives, and neither stands \
+                     alone.",
+                    name(column),
+                    name(row),
+                    words::significant(correlation, 3)
+                ));
+            }
+        }
+    }
+    if set.condition_number > CONDITION {
+        doubts.push(format!(
+            "The estimate is ill-conditioned (condition number {}): the weakest direction: {}.",
+            words::significant(set.condition_number, 3),
+            set.weakest
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture;
+    use super::*;
+
+    /// How many doubts of a study say this.
+    fn saying(outcomes: &fixture::Outcomes, text: &str) -> usize {
+        all(&outcomes.story("study")).iter().filter(|doubt| doubt.contains(text)).count()
+    }
+
+    #[test]
+    fn each_fault_of_an_estimate_is_doubted_once_and_a_sound_one_not_at_all() {
+        let mut outcomes = fixture::outcomes();
+        assert_eq!(saying(&outcomes, "correlate by 0.993"), 1);
+        assert_eq!(saying(&outcomes, "not noise"), 1);
+        for fault in ["bound", "converge", "ill-conditioned", "balance", "ran away"] {
+            assert_eq!(saying(&outcomes, fault), 0, "{fault}");
+        }
+        outcomes.estimated.at_bound[0] = true;
+        outcomes.estimated.converged = false;
+        outcomes.estimated.identifiability.condition_number = 400.0;
+        outcomes.estimated.after.arrival = Arrival::Strayed { time_s: 12.0 };
+        outcomes.nominal.balance.back_out_j_m2 *= 1.2;
+        for fault in ["bound", "converge", "ill-conditioned", "balance", "ran away"] {
+            assert_eq!(saying(&outcomes, fault), 1, "{fault}");
+        }
+    }
+
+    #[test]
+    fn a_ply_hotter_than_its_tables_is_doubted_and_one_within_them_is_not() {
+        let mut outcomes = fixture::outcomes();
+        assert_eq!(saying(&outcomes, "Ply INS1"), 1);
+        assert_eq!(saying(&outcomes, "Ply INS2"), 0);
+        outcomes.estimated.after.extremes_k[3].1 = 1250.0;
+        assert_eq!(saying(&outcomes, "Ply INS2"), 1);
+    }
+}

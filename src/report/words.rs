@@ -1,0 +1,158 @@
+//! How numbers and names are said to an analyst.
+
+use crate::case::{Factor, Property};
+
+/// 0 °C, K.
+const ICE_K: f64 = 273.15;
+
+/// A temperature in both scales: `873 K (600 °C)`.
+pub fn kelvin(temperature_k: f64) -> String {
+    if temperature_k.is_finite() {
+        format!("{} K ({} °C)", grouped(temperature_k, 0), grouped(temperature_k - ICE_K, 0))
+    } else {
+        "unknown".to_owned()
+    }
+}
+
+/// A time: `78 s`, `78.5 s`.
+pub fn seconds(time_s: f64) -> String {
+    format!("{} s", trimmed(grouped(time_s, 1)))
+}
+
+/// A number with this many significant digits, thousands grouped: `2,160`, `0.993`, `1.2e-6`.
+pub fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !value.is_finite() {
+        return if value.is_nan() { "unknown".to_owned() } else { "unbounded".to_owned() };
+    }
+    let magnitude = value.abs().log10().floor();
+    if !(-4.0..7.0).contains(&magnitude) {
+        return format!("{value:.*e}", digits.saturating_sub(1));
+    }
+    // The range above keeps the magnitude a small whole number.
+    let decimals = (digits as f64 - 1.0 - magnitude).max(0.0) as usize;
+    let unit = 10_f64.powf(magnitude + 1.0 - digits as f64);
+    grouped((value / unit).round() * unit, decimals)
+}
+
+/// A change that may go either way: `+12.0`, `-0.3`.
+pub fn signed(value: f64, decimals: usize) -> String {
+    let text = grouped(value, decimals);
+    if value > 0.0 && text.contains(|c: char| ('1'..='9').contains(&c)) { format!("+{text}") } else { text }
+}
+
+/// A share of one in per cent: `62 %`.
+pub fn percent(share: f64) -> String {
+    if share.is_finite() { format!("{} %", grouped(100.0 * share, 0)) } else { "unknown".to_owned() }
+}
+
+/// A whole number, thousands grouped: `5,000`.
+pub fn count(number: usize) -> String {
+    group(&number.to_string())
+}
+
+/// A number and its noun: `1 member`, `5,000 members`.
+pub fn counted(number: usize, noun: &str) -> String {
+    format!("{} {noun}{}", count(number), if number == 1 { "" } else { "s" })
+}
+
+/// Names in a sentence: `a, b and c`.
+pub fn listed<S: AsRef<str>>(names: &[S]) -> String {
+    match names {
+        [] => "none".to_owned(),
+        [one] => one.as_ref().to_owned(),
+        [first @ .., last] => {
+            let first: Vec<&str> = first.iter().map(AsRef::as_ref).collect();
+            format!("{} and {}", first.join(", "), last.as_ref())
+        }
+    }
+}
+
+/// What a factor scales: `conductivity of INS`.
+pub fn meaning(factor: &Factor) -> String {
+    let property = match factor.property {
+        Property::Conductivity => "conductivity",
+        Property::ConductivitySolid => "solid part of the conductivity",
+        Property::ConductivityGas => "gas part of the conductivity",
+        Property::ConductivityRadiative => "radiative part of the conductivity",
+        Property::HeatCapacity => "heat capacity",
+        Property::Density => "density",
+        Property::Emissivity => "emissivity",
+        Property::Thickness => "thickness",
+        Property::Heating => "heating of the hot face",
+        Property::Contact => "contact conductance",
+        Property::Loss => "losses from the back face",
+    };
+    if factor.group.is_empty() { property.to_owned() } else { format!("{property} of {}", factor.group) }
+}
+
+/// A number with this many decimals, thousands grouped.
+pub fn grouped(value: f64, decimals: usize) -> String {
+    if !value.is_finite() {
+        return if value.is_nan() { "unknown".to_owned() } else { "unbounded".to_owned() };
+    }
+    let text = format!("{:.*}", decimals, value.abs());
+    let (whole, fraction) = text.split_once('.').map_or((text.as_str(), ""), |(whole, fraction)| (whole, fraction));
+    let negative = value < 0.0 && text.contains(|c: char| ('1'..='9').contains(&c));
+    let point = if fraction.is_empty() { "" } else { "." };
+    format!("{}{}{point}{fraction}", if negative { "-" } else { "" }, group(whole))
+}
+
+/// Drops zeros after the decimal point, and the point when nothing follows it.
+pub fn trimmed(text: String) -> String {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// A text of at most this many characters, an ellipsis where it was cut.
+pub fn short(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.to_owned();
+    }
+    text.chars().take(most - 1).chain(['…']).collect()
+}
+
+fn group(digits: &str) -> String {
+    let mut out = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_temperature_is_said_in_both_scales() {
+        assert_eq!(kelvin(873.15), "873 K (600 °C)");
+        assert_eq!(kelvin(1480.0), "1,480 K (1,207 °C)");
+        assert_eq!(kelvin(f64::NAN), "unknown");
+    }
+
+    #[test]
+    fn numbers_keep_their_significant_digits_and_no_more() {
+        assert_eq!(significant(2160.4, 3), "2,160");
+        assert_eq!(significant(98_283.0, 2), "98,000");
+        assert_eq!(significant(0.99312, 3), "0.993");
+        assert_eq!(significant(1.234e-7, 2), "1.2e-7");
+        assert_eq!(significant(f64::INFINITY, 3), "unbounded");
+        assert_eq!(signed(-0.04, 1), "0.0");
+        assert_eq!(signed(12.0, 1), "+12.0");
+        assert_eq!(seconds(78.0), "78 s");
+        assert_eq!(seconds(78.46), "78.5 s");
+        assert_eq!(seconds(0.0), "0 s");
+    }
+
+    #[test]
+    fn names_are_listed_as_in_a_sentence() {
+        assert_eq!(listed::<&str>(&[]), "none");
+        assert_eq!(listed(&["a"]), "a");
+        assert_eq!(listed(&["a", "b", "c"]), "a, b and c");
+    }
+}
