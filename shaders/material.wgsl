@@ -29,6 +29,16 @@ fn conductivity(spot: Spot, table: u32, scale: PlyScale) -> real {
     return sum;
 }
 
+fn conductivity_slope(spot: Spot, table: u32, scale: PlyScale) -> real {
+    let columns = PARTS + 2u;
+    var sum = scale.solid * slope(spot, columns, table);
+    if PARTS == 3u {
+        sum = sum + scale.gas * slope(spot, columns, table + 1u);
+        sum = sum + scale.radiative * slope(spot, columns, table + 2u);
+    }
+    return sum;
+}
+
 fn heat_capacity(spot: Spot, table: u32, scale: PlyScale) -> real {
     return scale.density_kg_m3 * look_up(spot, PARTS + 2u, table + PARTS);
 }
@@ -40,4 +50,13 @@ fn conductance_within(conductivity: real, next: real, half_over_next_1_m: real) 
 fn conductance_across(conductivity: real, below_m: real, next: real, above_m: real, contact_m2_k_w: real) -> real {
     let both = conductivity * next;
     return both / (below_m * next + above_m * conductivity + contact_m2_k_w * both);
+}
+
+fn gain_across(conductance: real, conductivity: real, length_m: real) -> real {
+    let share = conductance / conductivity;
+    return share * share * length_m;
+}
+
+fn flux_slope(conductance: real, gain_1_m: real, conductivity_slope: real, drop: real) -> real {
+    return max(conductance + gain_1_m * conductivity_slope * drop, 0.0);
 }

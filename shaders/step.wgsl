@@ -21,6 +21,7 @@ var<private> coldest: array<real, PLIES>;
 var<private> hottest: array<real, PLIES>;
 var<private> strayed: u32;
 var<private> conductivities: Column;
+var<private> slopes: Column;
 var<private> conductances: Column;
 var<private> capacities: Column;
 var<private> evaluated: Column;
@@ -67,17 +68,21 @@ fn hold(step: u32) {
     }
 }
 
-fn properties() {
+fn properties(stage: u32) {
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
             let at = spot(temperatures[i].high + first[i]);
             conductivities[i] = conductivity(at, ply.table, ply_scales[p]);
+            slopes[i] = conductivity_slope(at, ply.table, ply_scales[p]);
             evaluated[i] = cells[i].width_m * heat_capacity(at, ply.table, ply_scales[p]);
         }
         for (var i = ply.first_cell; i < ply.end_cell - 1u; i++) {
             conductances[i] =
                 conductance_within(conductivities[i], conductivities[i + 1u], cells[i].half_over_next_1_m);
+            if stage == 0u {
+                incline(i, cells[i].half_over_next_1_m, cells[i].half_over_next_1_m);
+            }
         }
         if p > 0u {
             let i = ply.first_cell - 1u;
@@ -88,8 +93,19 @@ fn properties() {
                 cells[i + 1u].above_m,
                 contact_scales[p - 1u],
             );
+            if stage == 0u {
+                let above = gain_across(conductances[i], conductivities[i], cells[i].below_m);
+                let below = gain_across(conductances[i], conductivities[i + 1u], cells[i + 1u].above_m);
+                incline(i, above, below);
+            }
         }
     }
+}
+
+fn incline(i: u32, above_1_m: real, below_1_m: real) {
+    let drop = difference(temperatures[i], temperatures[i + 1u]);
+    lower[i] = flux_slope(conductances[i], above_1_m, slopes[i], drop);
+    upper[i] = flux_slope(conductances[i], below_1_m, slopes[i + 1u], -drop);
 }
 
 fn staged(cell: u32) -> Pair {
@@ -134,9 +150,10 @@ fn imbalance(hot: Drive, back: Drive) -> Ends {
 fn advance(step: u32) {
     hold(step);
     var start: Ends;
-    var onward: array<real, 2>;
+    var onward: array<vec2<real>, 2>;
+    var by_schedule: vec2<real>;
     for (var stage = 0u; stage < run.stages; stage++) {
-        properties();
+        properties(stage);
         if stage == 0u {
             look(step);
             note(step);
@@ -147,11 +164,13 @@ fn advance(step: u32) {
         }
         let ends = imbalance(drives[4u * step + stage], drives[4u * step + 2u + stage]);
         if stage == 0u {
-            onward = array<real, 2>(conductances[0], conductances[LAST_CELL - 1u]);
             start = ends;
-            assemble(step, start);
+            onward[0] = vec2<real>(lower[0], upper[0]);
+            onward[1] = vec2<real>(upper[LAST_CELL - 1u], lower[LAST_CELL - 1u]);
+            by_schedule = driven(step, start);
+            assemble(step, start, by_schedule);
         } else {
-            correct(step);
+            correct(step, by_schedule);
         }
         substitute(&lower, &diagonal, &upper, &second);
         if stage == 0u {
@@ -170,18 +189,28 @@ fn rise(face: u32, step: u32) -> real {
     return drives[4u * step + 2u * face + 1u].held_k - drives[4u * step + 2u * face].held_k;
 }
 
-fn assemble(step: u32, start: Ends) {
+fn driven(step: u32, start: Ends) -> vec2<real> {
+    let gamma = real(GAMMA);
+    let hot = through(0u, drives[4u * step + 1u], 0u, 1u, 0u);
+    let back = through(1u, drives[4u * step + 3u], LAST_CELL, LAST_CELL - 1u, 2u);
+    return vec2<real>(gamma * (hot.flux - start.hot.flux), gamma * (back.flux - start.back.flux));
+}
+
+fn assemble(step: u32, start: Ends, driven: vec2<real>) {
     let gamma = real(GAMMA);
     let per_length = 1.0 / lengths[step];
-    conductances[LAST_CELL] = 0.0;
-    var above = real(0.0);
+    lower[LAST_CELL] = 0.0;
+    upper[LAST_CELL] = 0.0;
+    var arriving = real(0.0);
+    var returned = real(0.0);
     for (var i = 0u; i <= LAST_CELL; i++) {
-        let below = conductances[i];
+        let leaving = lower[i];
         capacities[i] = evaluated[i];
-        lower[i] = -(gamma * above);
-        upper[i] = -(gamma * below);
-        diagonal[i] = capacities[i] * per_length + gamma * (above + below);
-        above = below;
+        diagonal[i] = capacities[i] * per_length + gamma * (returned + leaving);
+        returned = upper[i];
+        lower[i] = -(gamma * arriving);
+        upper[i] = -(gamma * returned);
+        arriving = leaving;
     }
     for (var face = 0u; face < run.faces; face++) {
         let cell = face * LAST_CELL;
@@ -189,14 +218,14 @@ fn assemble(step: u32, start: Ends) {
         let held = faces[face].held;
         let free = 1.0 - held;
         diagonal[cell] = held + free * (diagonal[cell] - gamma * slope);
-        second[cell] = held * rise(face, step) + free * second[cell];
+        second[cell] = held * rise(face, step) + free * (second[cell] + driven[face]);
         lower[cell] = free * lower[cell];
         upper[cell] = free * upper[cell];
     }
     factorise(&lower, &diagonal, &upper);
 }
 
-fn correct(step: u32) {
+fn correct(step: u32, driven: vec2<real>) {
     let per_length = 1.0 / lengths[step];
     for (var i = 0u; i <= LAST_CELL; i++) {
         let weight = capacities[i] / evaluated[i];
@@ -207,15 +236,15 @@ fn correct(step: u32) {
         let cell = face * LAST_CELL;
         let held = faces[face].held;
         let free = 1.0 - held;
-        second[cell] = free * second[cell] - held * rise(face, step);
+        second[cell] = free * (second[cell] - driven[face]) - held * rise(face, step);
     }
 }
 
-fn account(face: u32, step: u32, start: FaceFlux, end: FaceFlux, onward: real, cell: u32, neighbour: u32) {
+fn account(face: u32, step: u32, start: FaceFlux, end: FaceFlux, onward: vec2<real>, cell: u32, neighbour: u32) {
     let sum = first[cell] + second[cell];
     let beside = first[neighbour] + second[neighbour];
     let held = faces[face].held;
-    let implicit = start.slope * sum + held * onward * (sum - beside);
+    let implicit = start.slope * sum + held * (onward.x * sum - onward.y * beside);
     let half_length = 0.5 * lengths[step];
     let amount = half_length * (start.flux + end.flux + real(GAMMA) * implicit);
     heat[2u * face] = advanced(heat[2u * face], max(amount, 0.0));

@@ -8,3 +8,4 @@ pub mod plan;
 pub mod report;
 pub mod study;
 pub mod traces;
+pub mod verify;

@@ -3,3 +3,4 @@
 mod shaders; // naga: kernels, layouts, twins of names
 mod support; // tolerances with their reasons, cases
 mod twins; // each WGSL function against its Rust twin, on the device
+mod verification; // every row of the verification suite, and that a row can fail

@@ -6,7 +6,10 @@ use bondline::march::gpu::shader;
 use bondline::physics::Real;
 use bondline::physics::compensated::{Pair, advanced, difference, two_sum};
 use bondline::physics::faces::{FaceScale, face_flux};
-use bondline::physics::material::{PlyScale, conductance_across, conductance_within, conductivity, heat_capacity};
+use bondline::physics::material::{
+    PlyScale, conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across,
+    heat_capacity,
+};
 use bondline::physics::reading::{followed, reading};
 use bondline::physics::table::{integral, look_up, slope, spot};
 use bondline::physics::tridiagonal::{factorise, substitute};
@@ -155,13 +158,21 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
         },
         Probe {
             body: "let s = spot(x[0]); let scale = PlyScale(x[1], x[2], x[3], x[4]);
-                   y[0] = conductivity(s, 0u, scale); y[1] = heat_capacity(s, 0u, scale);",
+                   y[0] = conductivity(s, 0u, scale); y[1] = heat_capacity(s, 0u, scale);
+                   y[2] = conductivity_slope(s, 0u, scale);",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5), (80.0, 1200.0)],
-            outputs: 2,
+            outputs: 3,
             twin: &|x, tables, y| {
                 let s = spot(x[0]);
                 let scale = PlyScale { solid: x[1], gas: x[2], radiative: x[3], density_kg_m3: x[4] };
-                put(y, &[conductivity(tables, s, 3, 0, scale), heat_capacity(tables, s, 3, 0, scale)]);
+                put(
+                    y,
+                    &[
+                        conductivity(tables, s, 3, 0, scale),
+                        heat_capacity(tables, s, 3, 0, scale),
+                        conductivity_slope(tables, s, 3, 0, scale),
+                    ],
+                );
             },
         },
         Probe {
@@ -172,6 +183,12 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             twin: &|x, _, y| {
                 put(y, &[conductance_within(x[0], x[1], x[2]), conductance_across(x[0], x[3], x[1], x[4], x[5])]);
             },
+        },
+        Probe {
+            body: "y[0] = gain_across(x[0], x[1], x[2]); y[1] = flux_slope(x[0], x[3], x[4], x[5]);",
+            inputs: vec![(1.0, 1e3), k, (1e-5, 1e-4), (5e3, 5e4), (-1e-4, 1e-3), (-50.0, 50.0)],
+            outputs: 2,
+            twin: &|x, _, y| put(y, &[gain_across(x[0], x[1], x[2]), flux_slope(x[0], x[3], x[4], x[5])]),
         },
         Probe {
             body: "let q = face_flux(Drive(x[0], x[1], x[2], 0.0), Face(x[3], x[4], x[5], 0.0),

@@ -1,7 +1,7 @@
 //! Properties of a ply as one member scales them, and conductance from node to node.
 
 use super::Real;
-use super::table::{Spot, look_up};
+use super::table::{Spot, look_up, slope};
 use crate::plan::layout::{Bulk, Ply};
 
 /// What one member's factors make of a ply. A thickness factor f stretches the ply; on the unstretched
@@ -41,6 +41,24 @@ pub fn conductivity<R: Real>(tables: &[R::Scalar], spot: Spot<R>, parts: usize, 
     sum
 }
 
+/// Slope of the conductivity at a spot of a ply's table, W/m/K².
+#[inline(always)]
+pub fn conductivity_slope<R: Real>(
+    tables: &[R::Scalar],
+    spot: Spot<R>,
+    parts: usize,
+    table: usize,
+    scale: PlyScale<R>,
+) -> R {
+    let columns = parts + 2;
+    let mut sum = scale.solid * slope(tables, spot, columns, table);
+    if parts == 3 {
+        sum = sum + scale.gas * slope(tables, spot, columns, table + 1);
+        sum = sum + scale.radiative * slope(tables, spot, columns, table + 2);
+    }
+    sum
+}
+
 /// Heat capacity at a spot of a ply's table, J/m³/K.
 #[inline(always)]
 pub fn heat_capacity<R: Real>(
@@ -68,4 +86,20 @@ pub fn conductance_within<R: Real>(conductivity: R, next: R, half_over_next_1_m:
 pub fn conductance_across<R: Real>(conductivity: R, below_m: R, next: R, above_m: R, contact_m2_k_w: R) -> R {
     let both = conductivity * next;
     both / (below_m * next + above_m * conductivity + contact_m2_k_w * both)
+}
+
+/// What the conductance across an interface gains by a node's conductivity, 1/m: its half cell's share of the
+/// resistance, `G² l/k²`. Within a ply the gain is half over the distance.
+#[inline(always)]
+pub fn gain_across<R: Real>(conductance: R, conductivity: R, length_m: R) -> R {
+    let share = conductance / conductivity;
+    share * share * length_m
+}
+
+/// Slope of the flux from a node to its neighbour by the node's temperature, W/m²/K, with the conductivity's
+/// own slope: without it a step is second order only while cells are coarse (1.5 beyond), and jumps of
+/// temperature on fine cells run away. Never negative, so that no pivot vanishes.
+#[inline(always)]
+pub fn flux_slope<R: Real>(conductance: R, gain_1_m: R, conductivity_slope: R, drop: R) -> R {
+    (conductance + gain_1_m * conductivity_slope * drop).max(R::constant(0.0))
 }

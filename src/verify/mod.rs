@@ -1,0 +1,145 @@
+//! Does the march solve the equation it says it solves?
+//!
+//! Four questions, a group of rows each: does it meet exact solutions, does its error vanish at the order
+//! it claims, does it agree with other people's codes and does heat in less heat out equal heat stored. A
+//! row names its reference and where its tolerance comes from; tolerances are those of the references,
+//! never of the march. [`compare`] asks the fifth: do two marches agree with each other?
+//!
+//! The references are closed forms evaluated here ([`exact`]) and published figures re-typed under
+//! `data/verification`. Cylinders and spheres are out of scope, as the march is planar.
+
+pub mod exact;
+pub mod orders;
+pub mod problem;
+pub mod problems;
+mod reference;
+
+use crate::ensemble::Ensemble;
+use crate::march::{March, MarchError};
+use crate::plan::Plan;
+use std::fmt::Write as _;
+
+/// A kind of evidence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// Closed forms.
+    Exact,
+    /// Observed orders of accuracy in space and time.
+    Orders,
+    /// Other people's codes and standards.
+    Codes,
+    /// Heat in less heat out less heat stored.
+    Balance,
+}
+
+impl Group {
+    pub const ALL: [Self; 4] = [Self::Exact, Self::Orders, Self::Codes, Self::Balance];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Orders => "orders",
+            Self::Codes => "codes",
+            Self::Balance => "balance",
+        }
+    }
+}
+
+/// One comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    pub group: Group,
+    pub case: String,
+    pub reference: String,
+    pub quantity: String,
+    /// Largest difference; infinite or no number where the march did not arrive.
+    pub difference: f64,
+    pub tolerance: f64,
+    /// Of difference and tolerance.
+    pub unit: String,
+    pub source_of_tolerance: String,
+}
+
+impl Row {
+    /// Whether the difference is within the tolerance; what is no number is not.
+    pub fn pass(&self) -> bool {
+        self.difference <= self.tolerance
+    }
+}
+
+/// Every row of some groups, in their order.
+///
+/// # Errors
+/// As [`March::march`].
+pub fn rows(march: &mut dyn March, groups: &[Group]) -> Result<Vec<Row>, MarchError> {
+    let mut rows = Vec::new();
+    for &group in groups {
+        match group {
+            Group::Exact | Group::Codes => {
+                for problem in problems::all().iter().filter(|problem| problem.group == group) {
+                    rows.extend(problem.rows(march)?);
+                }
+            }
+            Group::Orders => rows.extend(orders::orders(march)?),
+            Group::Balance => rows.extend(orders::balances(march)?),
+        }
+    }
+    Ok(rows)
+}
+
+/// Rows as text: a line for the figures and, indented under it, one for where they come from.
+pub fn table(rows: &[Row]) -> String {
+    let width = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).chars().count()).max().unwrap_or(0);
+    let (case_width, quantity_width) = (width(|row| &row.case), width(|row| &row.quantity));
+    let mut text = String::new();
+    let mut group = None;
+    for row in rows {
+        if group != Some(row.group) {
+            group = Some(row.group);
+            let _ = writeln!(text, "{}", row.group.name());
+        }
+        let verdict = if row.pass() { "pass" } else { "FAIL" };
+        let _ = writeln!(
+            text,
+            "  {verdict}  {:case_width$}  {:quantity_width$}  {:9.2e}  within {:7.1e} {}",
+            row.case, row.quantity, row.difference, row.tolerance, row.unit
+        );
+        let _ = writeln!(text, "        {}; tolerance: {}", row.reference, row.source_of_tolerance);
+    }
+    let failed = rows.iter().filter(|row| !row.pass()).count();
+    let _ = writeln!(text, "{} of {} pass", rows.len() - failed, rows.len());
+    text
+}
+
+/// Largest difference between two marches of an ensemble, over every member, sensor and instant, K.
+///
+/// Infinite where a member arrived in one march and not in the other, or a temperature is no number.
+///
+/// # Errors
+/// As [`March::march`].
+pub fn compare(
+    one: &mut dyn March,
+    other: &mut dyn March,
+    plan: &Plan,
+    ensemble: &Ensemble,
+) -> Result<f64, MarchError> {
+    let capacity = one.capacity(plan).min(other.capacity(plan)).max(1);
+    let mut worst_k = 0.0;
+    let mut first = 0;
+    while first < ensemble.len() {
+        let next = (first + capacity).min(ensemble.len());
+        let (a, b) = (one.march(plan, ensemble, first..next)?, other.march(plan, ensemble, first..next)?);
+        if a.arrivals != b.arrivals || a.temperatures_k.len() != b.temperatures_k.len() {
+            return Ok(f64::INFINITY);
+        }
+        for (a_k, b_k) in a.temperatures_k.iter().zip(&b.temperatures_k) {
+            let off_k = (a_k - b_k).abs();
+            if off_k.is_nan() {
+                return Ok(f64::INFINITY);
+            }
+            worst_k = off_k.max(worst_k);
+        }
+        first = next;
+    }
+    Ok(worst_k)
+}

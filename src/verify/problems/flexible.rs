@@ -1,0 +1,64 @@
+//! A flexible heat shield like those flown: the case of every day, for orders and balances.
+
+use crate::case::{Case, Emissivity, Estimate, Exposure, Face, Layup, OpenFace, Ply, Resolution, Schedule, Sensor};
+use crate::verify::problem::{clamped, material};
+
+/// The resolution a case file gets that names none.
+pub const DEFAULT: Resolution =
+    Resolution { cells: 96, first_step_s: 5e-3, growth: 0.05, largest_step_s: 0.5, every_s: 1.0 };
+
+/// Two plies of ceramic fabric, two of aerogel felt and a gas barrier, with contacts, under a heat flux that
+/// a hot wall lessens and that ends at 41 s; radiating before, cooled behind. Estimated properties, smooth
+/// enough that a table's corners hide no order.
+pub fn layup() -> Case {
+    let at_k: Vec<f64> = (0..=68).map(|i| 300.0 + 20.0 * f64::from(i)).collect();
+    let over = |value: &dyn Fn(f64) -> f64| clamped(at_k.clone(), at_k.iter().map(|&t| value(t / 300.0)).collect());
+    let fabric = material(998.0, over(&|t| 760.0 * t.powf(0.33)), over(&|t| 0.083 * t.powf(0.35)));
+    let felt = material(170.0, over(&|t| 890.0 * t.powf(0.2)), over(&|t| 0.0073 * t.powf(0.3) + 0.0022 * t.powi(3)));
+    let barrier = material(886.0, over(&|t| 1250.0 * t.powf(0.5)), over(&|_| 0.1));
+    let plies: Vec<Ply> = [
+        ("OF1", &fabric, 0.51e-3),
+        ("OF2", &fabric, 0.51e-3),
+        ("INS1", &felt, 3e-3),
+        ("INS2", &felt, 3e-3),
+        ("GB", &barrier, 0.14e-3),
+    ]
+    .into_iter()
+    .map(|(name, material, thickness_m)| Ply {
+        name: name.to_owned(),
+        group: name.trim_end_matches(['1', '2']).to_owned(),
+        material: material.clone(),
+        thickness_m,
+    })
+    .collect();
+    let layup = Layup { contacts_w_m2_k: vec![Some(500.0); plies.len() - 1], plies, origin_m: 0.0 };
+    let sensors = layup.faces_m().into_iter().take(4).enumerate();
+    let sensors = sensors.map(|(i, depth_m)| Sensor { name: format!("TC{}", i + 1), depth_m, lag_s: 0.0 }).collect();
+    Case {
+        id: "flexible".to_owned(),
+        name: "flexible layup".to_owned(),
+        note: String::new(),
+        layup,
+        sensors,
+        exposure: Exposure {
+            duration_s: 200.0,
+            initial_k: vec![(0.0, 300.0)],
+            pressure_pa: 8010.0,
+            hot_face: Face::Open(OpenFace {
+                flux_w_m2: Schedule { times_s: vec![0.0, 0.5, 41.0, 41.2], values: vec![0.0, 267e3, 267e3, 0.0] },
+                recovery_enthalpy_j_kg: Some(12e6),
+                emissivity: Emissivity::Constant(0.7),
+                ..OpenFace::insulated()
+            }),
+            back_face: Face::Open(OpenFace {
+                film_w_m2_k: 15.0,
+                emissivity: Emissivity::Constant(0.85),
+                ..OpenFace::insulated()
+            }),
+        },
+        factors: Vec::new(),
+        observations: Vec::new(),
+        estimate: Estimate::default(),
+        resolution: DEFAULT,
+    }
+}

@@ -1,0 +1,142 @@
+//! Layers of constant properties in perfect contact.
+
+use super::{CELSIUS_K, CODES_WITHIN_1_K, TALBOT};
+use crate::verify::Group::{Codes, Exact};
+use crate::verify::problem::{Check, Measure, Point, Problem, Setting, constant, convected, heated, held, insulated};
+use crate::verify::reference;
+
+pub fn problems() -> Vec<Problem> {
+    vec![three_layers(), copper_on_iron(), insulated_steel(), insulated_steel_at_rest()]
+}
+
+/// Numerical inversions of the Laplace transform state their numbers to 1e-4 relative.
+const RELATIVE: &str = "1e-4 of what drives the problem, the reference's own acceptance";
+
+fn three_layers() -> Problem {
+    const FILE: &str = include_str!("../../../data/verification/three_layers_flux.csv");
+    Problem::new(
+        Exact,
+        "three layers, constant flux",
+        Setting {
+            plies: vec![
+                (constant(0.15, 1.36e6), 0.00102),
+                (constant(0.035, 1.1e5), 0.0254),
+                (constant(0.2, 1.6e6), 0.0005),
+            ],
+            start_k: 300.0,
+            hot_face: heated(5e3),
+            back_face: insulated(),
+            cells: 1500,
+            first_step_s: 1e-3,
+            growth: 0.01,
+        },
+        vec![Check {
+            reference: TALBOT,
+            quantity: "6 depths, 1 to 1200 s",
+            points: reference::points(FILE, "Talbot", 0.0),
+            tolerance: 1e-4,
+            measure: Measure::ShareOf(1942.0),
+            source_of_tolerance: RELATIVE,
+        }],
+    )
+}
+
+/// TMAP8 ver-1fc. It starts at zero, where the march would fall below absolute zero by rounding: the
+/// equation is linear, so all of it is lifted by 300 K.
+fn copper_on_iron() -> Problem {
+    const EXACT_PROFILE: &str = include_str!("../../../data/verification/copper_iron_exact_profile.csv");
+    const CODES_PROFILE: &str = include_str!("../../../data/verification/copper_iron_codes_profile.csv");
+    const TRACE: &str = include_str!("../../../data/verification/copper_iron_trace.csv");
+    let start_k = 300.0;
+    let check = |reference, quantity, points| Check {
+        reference,
+        quantity,
+        points,
+        tolerance: 1.0,
+        measure: Measure::Kelvin,
+        source_of_tolerance: CODES_WITHIN_1_K,
+    };
+    let exact = |quantity, points| Check {
+        tolerance: 1e-4,
+        measure: Measure::ShareOf(600.0),
+        source_of_tolerance: RELATIVE,
+        ..check(TALBOT, quantity, points)
+    };
+    Problem::new(
+        Codes,
+        "copper on iron, faces held",
+        Setting {
+            plies: vec![(constant(401.0, 3.4392e6), 0.4), (constant(80.2, 3.5179e6), 0.4)],
+            start_k,
+            hot_face: held(start_k + 600.0),
+            back_face: held(start_k),
+            cells: 1200,
+            first_step_s: 1e-2,
+            growth: 0.01,
+        },
+        vec![
+            exact("15 depths, 150 s", reference::points(EXACT_PROFILE, "Talbot", start_k)),
+            exact("9 cm, 5 to 150 s", reference::points(TRACE, "Talbot", start_k)),
+            check("TMAP7 or ABAQUS, first", "19 depths, 150 s", reference::points(CODES_PROFILE, "first", start_k)),
+            check("TMAP7 or ABAQUS, second", "19 depths, 150 s", reference::points(CODES_PROFILE, "second", start_k)),
+            check("TMAP7", "9 cm, 70 to 150 s", reference::points(TRACE, "TMAP7", start_k)),
+            check("ABAQUS", "9 cm, 70 to 150 s", reference::points(TRACE, "ABAQUS", start_k)),
+        ],
+    )
+}
+
+/// Steel of 10 mm between two layers of insulation of 20 mm, gas at 480 °C before it and at 20 °C behind.
+fn steel_setting(growth: f64) -> Setting {
+    let insulation = constant(0.2, 200.0 * 1000.0);
+    Setting {
+        plies: vec![(insulation.clone(), 0.02), (constant(50.0, 7500.0 * 500.0), 0.01), (insulation, 0.02)],
+        start_k: CELSIUS_K + 20.0,
+        hot_face: convected(10.0, CELSIUS_K + 480.0),
+        back_face: convected(10.0, CELSIUS_K + 20.0),
+        cells: 400,
+        first_step_s: 1.0,
+        growth,
+    }
+}
+
+fn insulated_steel() -> Problem {
+    // On the two interfaces FDS prints a mean over cells that conduct 250 to 1, 1.9 °C off the exact wall.
+    let is_within_a_layer = |point: &Point| point.depth_m != 0.02 && point.depth_m != 0.03;
+    const FILE: &str = include_str!("../../../data/verification/fds_insulated_steel_plate.csv");
+    Problem::new(
+        Codes,
+        "insulated steel plate, 10 h",
+        steel_setting(0.01),
+        vec![Check {
+            reference: "FDS insulated_steel_plate (NIST)",
+            quantity: "16 depths, 36000 s",
+            points: reference::points(FILE, "FDS", CELSIUS_K).into_iter().filter(is_within_a_layer).collect(),
+            tolerance: 0.02,
+            measure: Measure::Kelvin,
+            source_of_tolerance: "the 0.02 °C by which FDS misses the wall at rest, still approached at 10 h",
+        }],
+    )
+}
+
+/// 460 K over two films of 0.1, two layers of insulation of 0.1 and a plate of 0.0002 m²K/W.
+fn insulated_steel_at_rest() -> Problem {
+    let flux_w_m2 = 460.0 / 0.4002;
+    let after = |depth_m: f64, resistance_m2_k_w: f64| Point {
+        depth_m,
+        time_s: 200e3,
+        temperature_k: CELSIUS_K + 480.0 - flux_w_m2 * resistance_m2_k_w,
+    };
+    Problem::new(
+        Exact,
+        "insulated steel plate, at rest",
+        steel_setting(0.05),
+        vec![Check {
+            reference: "resistances in series",
+            quantity: "faces and interfaces",
+            points: vec![after(0.0, 0.1), after(0.02, 0.2), after(0.03, 0.2002), after(0.05, 0.3002)],
+            tolerance: 1e-6,
+            measure: Measure::ShareOf(460.0),
+            source_of_tolerance: "a finite volume scheme is exact at rest but for its approach",
+        }],
+    )
+}

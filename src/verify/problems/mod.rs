@@ -1,0 +1,28 @@
+//! The problems, by family.
+
+pub mod flexible;
+mod layered;
+pub mod nonlinear;
+mod radiating;
+mod slab;
+
+use super::problem::Problem;
+
+/// Where the tolerance of a closed form comes from.
+const REFINED: &str = "grid and clock refined until 1e-6 of what drives the problem is met";
+
+const CARSLAW_3_3: &str = "Carslaw and Jaeger 1959, §3.3";
+const CARSLAW_3_8: &str = "Carslaw and Jaeger 1959, §3.8";
+const CARSLAW_3_10: &str = "Carslaw and Jaeger 1959, §3.10";
+const TALBOT: &str = "Laplace inversion in 30 digits";
+const MOL: &str = "method of lines, converged";
+const CODES_WITHIN_1_K: &str = "1 K covers the codes' own distance from the exact solution";
+const CELSIUS_K: f64 = 273.15;
+
+/// Every problem, the simplest first.
+pub fn all() -> Vec<Problem> {
+    [slab::problems(), layered::problems(), nonlinear::problems(), radiating::problems()]
+        .into_iter()
+        .flatten()
+        .collect()
+}

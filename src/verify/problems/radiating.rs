@@ -1,0 +1,290 @@
+//! Radiating faces, and bodies that a standard prescribes.
+
+use super::{CELSIUS_K, MOL};
+use crate::case::{Emissivity, Face, OpenFace, Schedule};
+use crate::verify::Group::{Codes, Exact};
+use crate::verify::problem::{
+    Check, Measure, Point, Problem, Setting, clamped, constant, convected, held, insulated, material, points,
+};
+use crate::verify::{exact, reference};
+use std::f64::consts::PI;
+
+pub fn problems() -> Vec<Problem> {
+    vec![cooling(), heating(), nafems_t2(), nafems_t3(), sfpe_case_1(), sfpe_case_2(), kaowool()]
+}
+
+/// So conductive that a plate of a few millimetres is lumped: its Biot number is under 1e-6.
+const LUMPED_W_M_K: f64 = 1e6;
+
+fn plate(thickness_m: f64, capacity_j_m3_k: f64, start_k: f64, hot_face: OpenFace) -> Setting {
+    Setting {
+        plies: vec![(constant(LUMPED_W_M_K, capacity_j_m3_k), thickness_m)],
+        start_k,
+        hot_face: Face::Open(hot_face),
+        back_face: insulated(),
+        cells: 4,
+        first_step_s: 1e-4,
+        growth: 0.002,
+    }
+}
+
+const LUMPED_SOURCE: &str = "1e-5 of the start, the reference's own acceptance";
+
+/// A plate of 2 mm, 2700 kg/m³ and 900 J/kg/K from 1200 K before surroundings of 300 K.
+fn cooling() -> Problem {
+    let (emissivity, surroundings_k, start_k) = (0.9, 300.0, 1200.0);
+    let radiating = OpenFace { emissivity: Emissivity::Constant(emissivity), surroundings_k, ..OpenFace::insulated() };
+    let reached = |temperature_k: f64| Point {
+        depth_m: 0.0,
+        time_s: exact::cooling_time_s(4860.0, emissivity, surroundings_k, start_k, temperature_k),
+        temperature_k,
+    };
+    Problem::new(
+        Exact,
+        "plate, cooling by radiation",
+        plate(0.002, 2700.0 * 900.0, start_k, radiating),
+        vec![Check {
+            reference: "integral of dT/(T⁴ − T_s⁴)",
+            quantity: "1199 to 301 K",
+            points: [1199.0, 1100.0, 1000.0, 800.0, 600.0, 500.0, 400.0, 350.0, 310.0, 301.0].map(reached).to_vec(),
+            tolerance: 1e-5,
+            measure: Measure::ShareOf(start_k),
+            source_of_tolerance: LUMPED_SOURCE,
+        }],
+    )
+}
+
+/// The same plate from 300 K under 50 kW/m² absorbed, which it radiates to nothing.
+fn heating() -> Problem {
+    let (emissivity, flux_w_m2, start_k) = (0.9, 50e3, 300.0);
+    let radiating = OpenFace {
+        flux_w_m2: Schedule::constant(flux_w_m2),
+        emissivity: Emissivity::Constant(emissivity),
+        surroundings_k: 0.0,
+        ..OpenFace::insulated()
+    };
+    let reached = |temperature_k: f64| Point {
+        depth_m: 0.0,
+        time_s: exact::heating_time_s(4860.0, emissivity, flux_w_m2, start_k, temperature_k),
+        temperature_k,
+    };
+    Problem::new(
+        Exact,
+        "plate, heating against radiation",
+        plate(0.002, 2700.0 * 900.0, start_k, radiating),
+        vec![Check {
+            reference: "integral of dT/(T_e⁴ − T⁴)",
+            quantity: "310 to 990 K",
+            points: [310.0, 400.0, 500.0, 600.0, 700.0, 800.0, 900.0, 950.0, 980.0, 990.0].map(reached).to_vec(),
+            tolerance: 1e-5,
+            measure: Measure::ShareOf(start_k),
+            source_of_tolerance: LUMPED_SOURCE,
+        }],
+    )
+}
+
+/// Steady bar of 0.1 m held at 1000 K that radiates to 300 K; the heat capacity is free.
+fn nafems_t2() -> Problem {
+    let (conductivity_w_m_k, thickness_m, held_k, emissivity, surroundings_k) = (55.6, 0.1, 1000.0, 0.98, 300.0);
+    let end = |temperature_k| vec![Point { depth_m: thickness_m, time_s: 30e3, temperature_k }];
+    let end_k = exact::radiating_end_k(conductivity_w_m_k / thickness_m, held_k, emissivity, surroundings_k);
+    let check = |reference, temperature_k, tolerance, source_of_tolerance| Check {
+        reference,
+        quantity: "radiating end, at rest",
+        points: end(temperature_k),
+        tolerance,
+        measure: Measure::Kelvin,
+        source_of_tolerance,
+    };
+    Problem::new(
+        Codes,
+        "NAFEMS T2, radiating bar",
+        Setting {
+            plies: vec![(constant(conductivity_w_m_k, 3.6e6), thickness_m)],
+            start_k: held_k,
+            hot_face: held(held_k),
+            back_face: Face::Open(OpenFace {
+                emissivity: Emissivity::Constant(emissivity),
+                surroundings_k,
+                ..OpenFace::insulated()
+            }),
+            cells: 50,
+            first_step_s: 1.0,
+            growth: 0.02,
+        },
+        vec![
+            check("NAFEMS benchmarks, Rev. 3, 1990", 927.0, 0.05, "the target is printed to 0.1 K"),
+            check("root of the end's balance", end_k, 1e-5, "a finite volume scheme is exact at rest"),
+        ],
+    )
+}
+
+/// Bar of 0.1 m from 0 °C, one end at 100 sin(πt/40 s) °C and the other at 0 °C.
+fn nafems_t3() -> Problem {
+    let (thickness_m, amplitude_k, frequency_1_s) = (0.1, 100.0, PI / 40.0);
+    let (conductivity_w_m_k, capacity_j_m3_k) = (35.0, 7200.0 * 440.5);
+    let per_second = conductivity_w_m_k / capacity_j_m3_k / (thickness_m * thickness_m);
+    let times_s: Vec<f64> = (0..=4000).map(|i| 0.02 * f64::from(i)).collect();
+    let face_k = times_s.iter().map(|t| CELSIUS_K + amplitude_k * (frequency_1_s * t).sin()).collect();
+    let series_k = |depth_m: f64, time_s: f64| {
+        let wave = exact::held_sine(frequency_1_s / per_second, per_second * time_s, depth_m / thickness_m);
+        CELSIUS_K + amplitude_k * wave
+    };
+    Problem::new(
+        Codes,
+        "NAFEMS T3, sinusoidal face",
+        Setting {
+            plies: vec![(constant(conductivity_w_m_k, capacity_j_m3_k), thickness_m)],
+            start_k: CELSIUS_K,
+            hot_face: Face::Held(Schedule { times_s, values: face_k }),
+            back_face: held(CELSIUS_K),
+            cells: 3000,
+            first_step_s: 0.02,
+            growth: 0.1,
+        },
+        vec![
+            Check {
+                reference: "NAFEMS benchmarks, Rev. 3, 1990",
+                quantity: "20 mm, 32 s",
+                points: vec![Point { depth_m: 0.02, time_s: 32.0, temperature_k: CELSIUS_K + 36.60 }],
+                tolerance: 0.005,
+                measure: Measure::Kelvin,
+                source_of_tolerance: "the target is printed to 0.01 °C",
+            },
+            Check {
+                reference: "Duhamel's series",
+                quantity: "6 depths, 8 to 80 s",
+                points: points(&[0.01, 0.02, 0.03, 0.05, 0.07, 0.09], &[8.0, 16.0, 24.0, 32.0, 40.0, 80.0], series_k),
+                tolerance: 1e-6,
+                measure: Measure::ShareOf(amplitude_k),
+                source_of_tolerance: "lines of 0.02 s follow the sine to 3e-7; refined until 1e-6 is met",
+            },
+        ],
+    )
+}
+
+const SFPE_SOURCE: &str = "figures printed to 0.1 °C, up to 0.1 °C over the lumped equation";
+
+/// Both checks of a lumped steel plate: the standard's figures, and the equation integrated.
+fn sfpe_checks(series: &str, start_k: f64, rate_k_s: impl Fn(f64, f64) -> f64) -> Vec<Check> {
+    const FILE: &str = include_str!("../../../data/verification/sfpe_s02.csv");
+    let printed = reference::points(FILE, series, CELSIUS_K);
+    let integrated = printed
+        .iter()
+        .map(|point| Point { temperature_k: exact::lumped_k(start_k, point.time_s, &rate_k_s), ..*point })
+        .collect();
+    let check = |reference, points, tolerance, source_of_tolerance| Check {
+        reference,
+        quantity: "plate",
+        points,
+        tolerance,
+        measure: Measure::Kelvin,
+        source_of_tolerance,
+    };
+    vec![
+        check("SFPE S.02", printed, 0.15, SFPE_SOURCE),
+        check("lumped equation, Runge–Kutta", integrated, 1e-2, "the lumped equation, printed to 0.01 °C"),
+    ]
+}
+
+/// Half of a steel plate of 40 mm in the fire of ISO 834, by film and radiation from the gas.
+fn sfpe_case_1() -> Problem {
+    let (thickness_m, capacity_j_m3_k, emissivity, film_w_m2_k) = (0.02, 7850.0 * 520.0, 0.7, 25.0);
+    let start_k = CELSIUS_K + 20.0;
+    let gas_k = |time_s: f64| start_k + 345.0 * (8.0 * time_s / 60.0 + 1.0).log10();
+    let times_s: Vec<f64> = (0..=3600).map(|i| 0.5 * f64::from(i)).collect();
+    let schedule = |value: &dyn Fn(f64) -> f64| Schedule {
+        times_s: times_s.clone(),
+        values: times_s.iter().map(|&t| value(t)).collect(),
+    };
+    let fire = OpenFace {
+        film_w_m2_k,
+        gas_k: schedule(&gas_k),
+        // Surroundings are constant in a case, so a fire that follows the gas is an incident flux before nothing.
+        radiant_w_m2: schedule(&|t| exact::black_w_m2(gas_k(t))),
+        emissivity: Emissivity::Constant(emissivity),
+        surroundings_k: 0.0,
+        ..OpenFace::insulated()
+    };
+    let rate_k_s = |time_s: f64, temperature_k: f64| {
+        let radiated_w_m2 = exact::black_w_m2(gas_k(time_s)) - exact::black_w_m2(temperature_k);
+        (film_w_m2_k * (gas_k(time_s) - temperature_k) + emissivity * radiated_w_m2) / (capacity_j_m3_k * thickness_m)
+    };
+    Problem::new(
+        Codes,
+        "SFPE S.02 case 1, plate in a fire",
+        Setting { first_step_s: 0.5, ..plate(thickness_m, capacity_j_m3_k, start_k, fire) },
+        sfpe_checks("case 1", start_k, rate_k_s),
+    )
+}
+
+/// Steel plate of 10 mm under 50 kW/m², its other side adiabatic; it radiates to nothing.
+fn sfpe_case_2() -> Problem {
+    let (thickness_m, capacity_j_m3_k, emissivity, film_w_m2_k) = (0.01, 7850.0 * 560.0, 0.9, 12.0);
+    let (incident_w_m2, start_k) = (50e3, CELSIUS_K + 20.0);
+    let heated = OpenFace {
+        radiant_w_m2: Schedule::constant(incident_w_m2),
+        film_w_m2_k,
+        gas_k: Schedule::constant(start_k),
+        emissivity: Emissivity::Constant(emissivity),
+        surroundings_k: 0.0,
+        ..OpenFace::insulated()
+    };
+    let rate_k_s = |_, temperature_k: f64| {
+        let radiated_w_m2 = incident_w_m2 - exact::black_w_m2(temperature_k);
+        (emissivity * radiated_w_m2 + film_w_m2_k * (start_k - temperature_k)) / (capacity_j_m3_k * thickness_m)
+    };
+    Problem::new(
+        Codes,
+        "SFPE S.02 case 2, plate under a flux",
+        plate(thickness_m, capacity_j_m3_k, start_k, heated),
+        sfpe_checks("case 2", start_k, rate_k_s),
+    )
+}
+
+/// Ceramic-fibre board of 28.6 mm under a cone heater, with the maker's properties and the measured flux.
+fn kaowool() -> Problem {
+    const FILE: &str = include_str!("../../../data/verification/kaowool_nominal.csv");
+    let celsius = |degrees: &[f64]| degrees.iter().map(|t| CELSIUS_K + t).collect::<Vec<_>>();
+    let board = material(
+        256.0,
+        clamped(celsius(&[26.85, 226.85, 526.85, 626.85, 1326.85]), vec![765.3, 1021.1, 1212.8, 1171.1, 1283.4]),
+        clamped(celsius(&[260.0, 538.0, 816.0, 1093.0]), vec![0.0576, 0.085, 0.125, 0.183]),
+    );
+    let shares = [0.940, 0.960, 0.983, 0.995, 0.999, 1.0];
+    let starts_s = [0.0, 10.0, 60.0, 120.0, 180.0, 240.0];
+    let ends_s = [10.0, 60.0, 120.0, 180.0, 240.0, 1200.0];
+    let radiant_w_m2 = Schedule {
+        times_s: starts_s.iter().zip(&ends_s).flat_map(|(&start_s, &end_s)| [start_s, end_s]).collect(),
+        values: shares.iter().flat_map(|share| [50e3 * share; 2]).collect(),
+    };
+    let room_k = 293.0;
+    Problem::new(
+        Codes,
+        "Kaowool PM, 50 kW/m²",
+        Setting {
+            plies: vec![(board, 0.0286)],
+            start_k: room_k,
+            hot_face: Face::Open(OpenFace {
+                radiant_w_m2,
+                film_w_m2_k: 8.0,
+                gas_k: Schedule::constant(room_k),
+                emissivity: Emissivity::Constant(0.95),
+                surroundings_k: room_k,
+                ..OpenFace::insulated()
+            }),
+            back_face: convected(10.0, room_k),
+            cells: 300,
+            first_step_s: 1e-2,
+            growth: 0.02,
+        },
+        vec![Check {
+            reference: MOL,
+            quantity: "5.72 and 11.44 mm, 1200 s",
+            points: reference::points(FILE, "converged", 0.0),
+            tolerance: 0.5,
+            measure: Measure::Kelvin,
+            source_of_tolerance: "start, gas and walls of 290 to 293 K move it by 0.4 K; printed to 0.1 K",
+        }],
+    )
+}
