@@ -19,7 +19,7 @@ pub fn ladder(damping: f64) -> [f64; 4] {
 
 /// The damping about which to try again when all of a ladder has failed, so that its first rung follows on.
 pub fn beyond(rungs: &[f64; 4]) -> f64 {
-    100.0 * rungs[4-1]
+    100.0 * rungs[4 - 1]
 }
 
 /// What is known about a point: the residuals taken as straight, `r + J ΔP`, kept as `R ΔP + Qᵀr` with `J = QR`,

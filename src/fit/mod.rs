@@ -213,11 +213,25 @@ fn descend<P: LeastSquares>(
         // nothing they are all as good, and the point would drift.
         let pick = match std::env::var("PICK").unwrap_or_default().as_str() {
             "B" => objectives.iter().position(|&o| o < near.objective),
-            "C" => objectives.iter().zip(&trials).position(|(&o, t)| near.objective - o > 0.25 * near.promise(t) && o < near.objective).or(objectives.iter().rposition(as_good)),
-            "E" => objectives.iter().position(|&o| near.objective - o > 0.0 && near.objective - o >= 0.5 * (near.objective - best)),
-            "F" => objectives.iter().position(|&o| near.objective - o > 0.0 && near.objective - o >= 0.25 * (near.objective - best)),
-            "G" => objectives.iter().position(|&o| near.objective - o > 0.0 && near.objective - o >= 0.1 * (near.objective - best)),
-            "D" => objectives.iter().zip(&trials).position(|(&o, t)| near.objective - o > 0.01 * near.promise(t) && o < near.objective).or(objectives.iter().rposition(as_good)),
+            "C" => objectives
+                .iter()
+                .zip(&trials)
+                .position(|(&o, t)| near.objective - o > 0.25 * near.promise(t) && o < near.objective)
+                .or(objectives.iter().rposition(as_good)),
+            "E" => objectives
+                .iter()
+                .position(|&o| near.objective - o > 0.0 && near.objective - o >= 0.5 * (near.objective - best)),
+            "F" => objectives
+                .iter()
+                .position(|&o| near.objective - o > 0.0 && near.objective - o >= 0.25 * (near.objective - best)),
+            "G" => objectives
+                .iter()
+                .position(|&o| near.objective - o > 0.0 && near.objective - o >= 0.1 * (near.objective - best)),
+            "D" => objectives
+                .iter()
+                .zip(&trials)
+                .position(|(&o, t)| near.objective - o > 0.01 * near.promise(t) && o < near.objective)
+                .or(objectives.iter().rposition(as_good)),
             _ => objectives.iter().rposition(as_good),
         };
         match pick {

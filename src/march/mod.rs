@@ -1,5 +1,6 @@
 //! Who carries the ensemble.
 
+pub mod choose;
 pub mod cpu;
 pub mod gpu;
 

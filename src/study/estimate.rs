@@ -213,8 +213,7 @@ fn objectives(
     let mut last = None;
     march_all(march, plan, &ensemble, &mut |traces| {
         for member in 0..traces.members() {
-            let squares =
-                samples.iter().map(|s| (traces.trace(member, s.sensor)[s.instant] - s.measured_k).powi(2));
+            let squares = samples.iter().map(|s| (traces.trace(member, s.sensor)[s.instant] - s.measured_k).powi(2));
             let is_done = traces.arrivals[member] == Arrival::Done;
             objectives_k2.push(if is_done { squares.sum() } else { f64::NAN });
         }

@@ -141,10 +141,7 @@ pub fn uncertainty(
         sampling: sampling.kind.name(),
         asked: members,
         ok: tally.members(),
-        failures: failures
-            .into_iter()
-            .map(|(reason, (first, members))| Failure { reason, members, first })
-            .collect(),
+        failures: failures.into_iter().map(|(reason, (first, members))| Failure { reason, members, first }).collect(),
         instants_s: plan.instants_s.clone(),
         spreads: spreads.collect(),
         peaks: peaks.collect(),

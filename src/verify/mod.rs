@@ -3,7 +3,7 @@
 //! Four questions, a group of rows each: does it meet exact solutions, does its error vanish at the order
 //! it claims, does it agree with other people's codes and does heat in less heat out equal heat stored. A
 //! row names its reference and where its tolerance comes from; tolerances are those of the references,
-//! never of the march. [`compare`] asks the fifth: do two marches agree with each other?
+//! never of the march. [`twins`] asks the fifth: do two marches agree with each other?
 //!
 //! The references are closed forms evaluated here ([`exact`]) and published figures re-typed under
 //! `data/verification`. Cylinders and spheres are out of scope, as the march is planar.
@@ -13,6 +13,7 @@ pub mod orders;
 pub mod problem;
 pub mod problems;
 mod reference;
+pub mod twins;
 
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
@@ -30,10 +31,12 @@ pub enum Group {
     Codes,
     /// Heat in less heat out less heat stored.
     Balance,
+    /// Marches against each other.
+    Twins,
 }
 
 impl Group {
-    pub const ALL: [Self; 4] = [Self::Exact, Self::Orders, Self::Codes, Self::Balance];
+    pub const ALL: [Self; 5] = [Self::Exact, Self::Orders, Self::Codes, Self::Balance, Self::Twins];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -41,6 +44,7 @@ impl Group {
             Self::Orders => "orders",
             Self::Codes => "codes",
             Self::Balance => "balance",
+            Self::Twins => "twins",
         }
     }
 }
@@ -67,11 +71,11 @@ impl Row {
     }
 }
 
-/// Every row of some groups, in their order.
+/// Every row of some groups, in their order: `march` against references, `marches` against the processor.
 ///
 /// # Errors
 /// As [`March::march`].
-pub fn rows(march: &mut dyn March, groups: &[Group]) -> Result<Vec<Row>, MarchError> {
+pub fn rows(march: &mut dyn March, marches: &mut [Box<dyn March>], groups: &[Group]) -> Result<Vec<Row>, MarchError> {
     let mut rows = Vec::new();
     for &group in groups {
         match group {
@@ -82,6 +86,7 @@ pub fn rows(march: &mut dyn March, groups: &[Group]) -> Result<Vec<Row>, MarchEr
             }
             Group::Orders => rows.extend(orders::orders(march)?),
             Group::Balance => rows.extend(orders::balances(march)?),
+            Group::Twins => rows.extend(twins::twins(marches)?),
         }
     }
     Ok(rows)

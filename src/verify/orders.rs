@@ -5,7 +5,7 @@
 //! successive resolutions.
 
 use super::problem::{Check, Measure, Problem, Setting, insulated, points};
-use super::problems::flexible::{self, DEFAULT};
+use super::problems::flexible;
 use super::problems::nonlinear::{
     KIRCHHOFF_DIFFUSIVITY_M2_S, KIRCHHOFF_SLOPE_1_K, KIRCHHOFF_START_K, kirchhoff_material,
 };
@@ -119,16 +119,16 @@ fn cosine(cells: usize, step_s: f64, wave_s: f64) -> Problem {
 
 /// The default resolution with so many times the cells.
 fn gridded(times: usize) -> Resolution {
-    Resolution { cells: times * DEFAULT.cells, ..DEFAULT }
+    Resolution { cells: times * Resolution::default().cells, ..Resolution::default() }
 }
 
 /// The default resolution with so many times the steps.
 fn clocked(times: f64) -> Resolution {
     Resolution {
-        first_step_s: DEFAULT.first_step_s / times,
-        growth: DEFAULT.growth / times,
-        largest_step_s: DEFAULT.largest_step_s / times,
-        ..DEFAULT
+        first_step_s: Resolution::default().first_step_s / times,
+        growth: Resolution::default().growth / times,
+        largest_step_s: Resolution::default().largest_step_s / times,
+        ..Resolution::default()
     }
 }
 

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 #[track_caller]
 fn passes(group: Group) {
-    let rows = rows(&mut Cpu::new(Precision::F64), &[group]).expect("the processor does not fail");
+    let rows = rows(&mut Cpu::new(Precision::F64), &mut [], &[group]).expect("the processor does not fail");
     assert!(!rows.is_empty(), "no rows in {}", group.name());
     assert!(rows.iter().all(|row| row.pass()), "\n{}", table(&rows));
 }

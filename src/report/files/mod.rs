@@ -7,6 +7,8 @@ pub mod tables;
 pub use members::{MembersFile, Row, TracesFile};
 
 use super::ReportError;
+use crate::case::Case;
+use crate::study::twin::Twin;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
@@ -98,6 +100,28 @@ impl OutputFolder {
         }
         Ok(paths)
     }
+}
+
+/// Write the observations of a twin as a case reads them: `time_s`, then `TC1_K` … to a microkelvin.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn measured(path: &Path, case: &Case, twin: &Twin) -> Result<(), ReportError> {
+    let mut text = String::from("time_s");
+    for sensor in &case.sensors {
+        text += &format!(",{}_K", sensor.name);
+    }
+    text.push('\n');
+    for (instant, time_s) in twin.instants_s.iter().enumerate() {
+        text += &time_s.to_string();
+        for trace in &twin.measured_k {
+            text += &format!(",{:.6}", trace[instant]);
+        }
+        text.push('\n');
+    }
+    let partial = partial(path);
+    fs::write(&partial, text).map_err(io("writing", &partial))?;
+    fs::rename(&partial, path).map_err(io("renaming to", path))
 }
 
 /// The temporary name of a file, beside it so that renaming stays within one file system.

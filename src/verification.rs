@@ -1,0 +1,75 @@
+//! `bondline verify`: the table.
+
+use crate::asked;
+use crate::cli::On;
+use crate::ending::{Ending, Failure, input};
+use bondline::march::choose::{self, Kind};
+use bondline::march::cpu::Cpu;
+use bondline::march::gpu::Gpu;
+use bondline::march::gpu::device::{self, Device};
+use bondline::march::{March, Precision};
+use bondline::plan::Plan;
+use bondline::verify::{Group, problems::flexible, rows, table};
+use serde_json::json;
+
+/// March every problem and print the table. The march asked for meets the references; every march there is
+/// meets the processor in double precision.
+pub fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Ending, Failure> {
+    let groups: Vec<Group> = match group {
+        None => Group::ALL.to_vec(),
+        Some(name) => {
+            let found = Group::ALL.into_iter().filter(|group| group.name() == name).collect::<Vec<_>>();
+            if found.is_empty() {
+                let names = Group::ALL.map(Group::name).join(", ");
+                return Err(input(format!("--group {name:?}: no such group; there are {names}")));
+            }
+            found
+        }
+    };
+    if !on.sets.is_empty() {
+        return Err(input("--set changes a case, and verify has its own"));
+    }
+    let mut choice = asked::choice(on);
+    if choice.kind == Kind::Auto {
+        choice.kind = Kind::Cpu;
+    }
+    choice.precision = choice.precision.or(Some(Precision::F64));
+    let mut march = choose::open(&choice, &Plan::new(&flexible::layup()), 1)?;
+    let mut marches: Vec<Box<dyn March>> = vec![Box::new(Cpu::new(Precision::F32))];
+    let mut note = String::new();
+    if groups.contains(&Group::Twins) {
+        match device::find(on.device.as_deref()) {
+            Ok(adapter) => {
+                marches.push(Box::new(Gpu::new(Device::open(adapter.clone(), false)?, Precision::F32)?));
+                if adapter.has_f64 {
+                    marches.push(Box::new(Gpu::new(Device::open(adapter, false)?, Precision::F64)?));
+                }
+            }
+            Err(error) => note = format!("no device was compared: {error}\n"),
+        }
+    }
+    let rows = rows(march.as_mut(), &mut marches, &groups)?;
+    let failed = rows.iter().filter(|row| !row.pass()).count();
+    let text = if as_json {
+        let values: Vec<_> = rows
+            .iter()
+            .map(|row| {
+                json!({
+                    "group": row.group.name(),
+                    "case": row.case,
+                    "reference": row.reference,
+                    "quantity": row.quantity,
+                    "difference": row.difference,
+                    "tolerance": row.tolerance,
+                    "unit": row.unit,
+                    "source_of_tolerance": row.source_of_tolerance,
+                    "pass": row.pass(),
+                })
+            })
+            .collect();
+        format!("{:#}\n", json!({ "rows": values, "passed": rows.len() - failed, "failed": failed }))
+    } else {
+        format!("{}{note}", table(&rows))
+    };
+    Ok(Ending { text, why: (failed > 0).then(|| format!("{failed} of {} rows fail", rows.len())) })
+}
