@@ -68,3 +68,10 @@ pub struct Resolution {
     /// Interval between the instants of the traces, s; observations add instants of their own.
     pub every_s: f64,
 }
+
+impl Default for Resolution {
+    /// What a case file gets that names none.
+    fn default() -> Self {
+        Self { cells: 160, first_step_s: 0.005, growth: 0.02, largest_step_s: 0.5, every_s: 1.0 }
+    }
+}

@@ -5,7 +5,7 @@
 //! successive resolutions.
 
 use super::problem::{Check, Measure, Problem, Setting, insulated, points};
-use super::problems::flexible::{self, DEFAULT};
+use super::problems::flexible;
 use super::problems::nonlinear::{
     KIRCHHOFF_DIFFUSIVITY_M2_S, KIRCHHOFF_SLOPE_1_K, KIRCHHOFF_START_K, kirchhoff_material,
 };
@@ -119,16 +119,18 @@ fn cosine(cells: usize, step_s: f64, wave_s: f64) -> Problem {
 
 /// The default resolution with so many times the cells.
 fn gridded(times: usize) -> Resolution {
-    Resolution { cells: times * DEFAULT.cells, ..DEFAULT }
+    let default = Resolution::default();
+    Resolution { cells: times * default.cells, ..default }
 }
 
 /// The default resolution with so many times the steps.
 fn clocked(times: f64) -> Resolution {
+    let default = Resolution::default();
     Resolution {
-        first_step_s: DEFAULT.first_step_s / times,
-        growth: DEFAULT.growth / times,
-        largest_step_s: DEFAULT.largest_step_s / times,
-        ..DEFAULT
+        first_step_s: default.first_step_s / times,
+        growth: default.growth / times,
+        largest_step_s: default.largest_step_s / times,
+        ..default
     }
 }
 

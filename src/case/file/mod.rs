@@ -263,7 +263,7 @@ fn marched(
 }
 
 fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Resolution> {
-    let standard = Resolution { cells: 160, first_step_s: 0.005, growth: 0.02, largest_step_s: 0.5, every_s: 1.0 };
+    let standard = Resolution::default();
     let Some(written) = top.optional("resolution") else {
         return Ok(standard);
     };

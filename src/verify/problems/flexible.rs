@@ -3,10 +3,6 @@
 use crate::case::{Case, Emissivity, Estimate, Exposure, Face, Layup, OpenFace, Ply, Resolution, Schedule, Sensor};
 use crate::verify::problem::{clamped, material};
 
-/// The resolution a case file gets that names none.
-pub const DEFAULT: Resolution =
-    Resolution { cells: 96, first_step_s: 5e-3, growth: 0.05, largest_step_s: 0.5, every_s: 1.0 };
-
 /// Two plies of ceramic fabric, two of aerogel felt and a gas barrier, with contacts, under a heat flux that
 /// a hot wall lessens and that ends at 41 s; radiating before, cooled behind. Estimated properties, smooth
 /// enough that a table's corners hide no order.
@@ -59,6 +55,6 @@ pub fn layup() -> Case {
         factors: Vec::new(),
         observations: Vec::new(),
         estimate: Estimate::default(),
-        resolution: DEFAULT,
+        resolution: Resolution::default(),
     }
 }
