@@ -1,6 +1,12 @@
 // Systems with one neighbour on each side: twin of src/physics/tridiagonal.rs.
 
+const LEAST = 1e-25;
+
 alias Column = array<real, CELLS>;
+
+fn settled(value: real) -> real {
+    return select(value, 0.0, abs(value) < LEAST);
+}
 
 fn factorise(lower: ptr<private, Column>, diagonal: ptr<private, Column>, upper: ptr<private, Column>) {
     (*diagonal)[0] = 1.0 / (*diagonal)[0];
@@ -19,11 +25,11 @@ fn substitute(
 ) {
     const LAST = CELLS - 1u;
     for (var i = 1u; i <= LAST; i++) {
-        (*side)[i] = (*side)[i] - (*ratios)[i] * (*side)[i - 1u];
+        (*side)[i] = settled((*side)[i] - (*ratios)[i] * (*side)[i - 1u]);
     }
-    (*side)[LAST] = (*side)[LAST] * (*reciprocals)[LAST];
+    (*side)[LAST] = settled((*side)[LAST] * (*reciprocals)[LAST]);
     for (var back = 1u; back <= LAST; back++) {
         let i = LAST - back;
-        (*side)[i] = ((*side)[i] - (*upper)[i] * (*side)[i + 1u]) * (*reciprocals)[i];
+        (*side)[i] = settled(((*side)[i] - (*upper)[i] * (*side)[i + 1u]) * (*reciprocals)[i]);
     }
 }

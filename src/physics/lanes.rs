@@ -57,6 +57,10 @@ macro_rules! lanes {
                 Self(from_fn(|lane| Real::min(self.0[lane], other.0[lane])))
             }
             #[inline(always)]
+            fn settled(self, least: Self) -> Self {
+                Self(from_fn(|lane| Real::settled(self.0[lane], least.0[lane])))
+            }
+            #[inline(always)]
             fn row(self, last: u32) -> [u32; N] {
                 from_fn(|lane| Real::row(self.0[lane], last))
             }

@@ -47,6 +47,8 @@ pub trait Real:
     fn lane(self, lane: usize) -> f64;
     fn max(self, other: Self) -> Self;
     fn min(self, other: Self) -> Self;
+    /// Zero where it is nearer zero than `least`.
+    fn settled(self, least: Self) -> Self;
     /// The row of a table that a non-negative position falls in, at most `last`.
     fn row(self, last: u32) -> Self::Row;
     fn from_row(row: Self::Row) -> Self;
@@ -86,6 +88,10 @@ macro_rules! scalar {
             #[inline(always)]
             fn min(self, other: Self) -> Self {
                 if self < other { self } else { other }
+            }
+            #[inline(always)]
+            fn settled(self, least: Self) -> Self {
+                if self.abs() < least { 0.0 } else { self }
             }
             #[inline(always)]
             fn row(self, last: u32) -> u32 {

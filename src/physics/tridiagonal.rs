@@ -12,6 +12,17 @@
 
 use super::Real;
 
+/// What is nearer zero than this is zero, in K or W/m². Ahead of a front the unknowns fall off by powers until
+/// they are subnormal, which some devices flush and others carry; a rounding that this turns, far below
+/// anything that matters, grows with the front into a last bit.
+const LEAST: f64 = 1e-25;
+
+/// The value, or zero where it is negligible.
+#[inline(always)]
+pub fn settled<R: Real>(value: R) -> R {
+    value.settled(R::constant(LEAST))
+}
+
 /// Turn the lower coefficients into ratios `l/d'` and the diagonal into reciprocals of the pivots `d'`.
 #[inline(always)]
 pub fn factorise<R: Real>(lower: &mut [R], diagonal: &mut [R], upper: &[R]) {
@@ -28,11 +39,11 @@ pub fn factorise<R: Real>(lower: &mut [R], diagonal: &mut [R], upper: &[R]) {
 pub fn substitute<R: Real>(ratios: &[R], reciprocals: &[R], upper: &[R], side: &mut [R]) {
     let last = side.len() - 1;
     for i in 1..=last {
-        side[i] = side[i] - ratios[i] * side[i - 1];
+        side[i] = settled(side[i] - ratios[i] * side[i - 1]);
     }
-    side[last] = side[last] * reciprocals[last];
+    side[last] = settled(side[last] * reciprocals[last]);
     for back in 1..=last {
         let i = last - back;
-        side[i] = (side[i] - upper[i] * side[i + 1]) * reciprocals[i];
+        side[i] = settled((side[i] - upper[i] * side[i + 1]) * reciprocals[i]);
     }
 }

@@ -2,6 +2,15 @@
 
 use super::nominal::{Misfit, Nominal};
 use super::sensitivity::Identifiability;
+use super::thermocouples::{Sample, Thermocouples, samples};
+use crate::case::Case;
+use crate::ensemble::Ensemble;
+use crate::fit::interval::{effective_samples, lag_one, residual_variance, student_95};
+use crate::fit::{Fit, LeastSquares, Options, minimize};
+use crate::march::{March, MarchError, march_all};
+use crate::plan::Plan;
+use crate::traces::{Arrival, Traces};
+use nalgebra::DVector;
 
 /// Estimated factors and how they were found.
 #[derive(Clone, Debug)]
@@ -62,4 +71,174 @@ pub struct Landscape {
     pub y: Vec<f64>,
     /// S in K², `objective_k2[j][i]` at `x[i]`, `y[j]`; NaN where the member failed.
     pub objective_k2: Vec<Vec<f64>>,
+}
+
+/// Why nothing was estimated.
+#[derive(Debug, thiserror::Error)]
+pub enum EstimateError {
+    #[error("nothing to estimate: the case names no factors; give --factors")]
+    NoFactors,
+    #[error("nothing to estimate from: the sensors chosen have no samples between {0} s and {1} s")]
+    NoSamples(f64, f64),
+    #[error(transparent)]
+    March(#[from] MarchError),
+}
+
+/// Values of the factors on each side of a landscape.
+const LANDSCAPE: usize = 25;
+
+/// Estimate the factors that the case names from the sensors and the window it names.
+///
+/// # Errors
+/// When the case names nothing to estimate or to estimate from, or the device fails.
+pub fn estimate(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    options: &Options,
+) -> Result<Estimated, EstimateError> {
+    let window_s = case.estimate.window_s.unwrap_or((0.0, case.exposure.duration_s));
+    let factors = case.estimate.factors.clone();
+    let observed = samples(case, plan);
+    let flat = observed.concat();
+    if factors.is_empty() {
+        return Err(EstimateError::NoFactors);
+    }
+    if flat.is_empty() {
+        return Err(EstimateError::NoSamples(window_s.0, window_s.1));
+    }
+    let nominal: Vec<f64> = factors.iter().map(|&factor| case.factors[factor].nominal).collect();
+    let start = if case.estimate.start.is_empty() { nominal } else { case.estimate.start.clone() };
+
+    let mut problem = Thermocouples::new(case, plan, march, &factors, case.estimate.bounds, flat.clone());
+    let fit = minimize(&mut problem, &DVector::from_vec(start.clone()), options)?;
+    let bounds = problem.bounds().to_vec();
+    let mut marches = problem.marches;
+    let rows: Vec<Vec<f64>> = fit.path.iter().map(|turn| problem.row(turn.point.iter().copied())).collect();
+    let landscape = match bounds[..] {
+        [x, y] => {
+            let plane = plane(x, y);
+            let rows = plane.2.iter().map(|&(x, y)| problem.row([x, y])).collect();
+            marches += plane.2.len();
+            Some((plane, rows))
+        }
+        _ => None,
+    };
+
+    // The whole traces along the path, at the nominal factors, and over the plane of two factors.
+    let nominal = Nominal::of(case, plan, &march.march(plan, &Ensemble::nominal(&case.factors), 0..1)?, 0);
+    let (path_k2, last) = objectives(case, plan, march, rows, &flat)?;
+    let landscape = match landscape {
+        Some(((x, y, _), rows)) => {
+            let (flat_k2, _) = objectives(case, plan, march, rows, &flat)?;
+            Some(Landscape { objective_k2: flat_k2.chunks(x.len()).map(<[f64]>::to_vec).collect(), x, y })
+        }
+        None => None,
+    };
+    let after = Nominal::of(case, plan, &last, last.members() - 1);
+
+    let residuals = residuals(&observed, plan, &after);
+    let autocorrelation = lag_one(&residuals.iter().map(|(_, off_k)| off_k.clone()).collect::<Vec<_>>());
+    let effective = effective_samples(flat.len(), autocorrelation);
+    let judged = judge(case, &fit, &factors, &flat, effective);
+    let values: Vec<f64> = fit.point.iter().copied().collect();
+    let half = student_95(effective - factors.len() as f64);
+    let is_fitted = |seen: usize| {
+        case.estimate.sensors.is_empty() || case.estimate.sensors.contains(&case.observations[seen].sensor)
+    };
+    let fitted = (0..case.observations.len()).filter(|&seen| is_fitted(seen));
+    Ok(Estimated {
+        sensors: fitted.clone().map(|seen| case.observations[seen].sensor).collect(),
+        window_s,
+        start,
+        standard_errors: judged.standard_errors.clone(),
+        intervals: values
+            .iter()
+            .zip(&judged.standard_errors)
+            .map(|(value, error)| (value - half * error, value + half * error))
+            .collect(),
+        at_bound: values.iter().zip(&bounds).map(|(value, (low, high))| value <= low || value >= high).collect(),
+        objective_k2: (path_k2[0], path_k2[path_k2.len() - 1]),
+        path: fit
+            .path
+            .iter()
+            .zip(&path_k2)
+            .map(|(turn, &objective_k2)| Turn {
+                values: turn.point.iter().copied().collect(),
+                objective_k2,
+                damping: turn.damping,
+            })
+            .collect(),
+        marches: marches + path_k2.len() + 1,
+        termination: fit.termination.to_string(),
+        converged: fit.termination.converged(),
+        advice: fit.termination.advice().to_owned(),
+        misfits: fitted.map(|seen| (nominal.misfits[seen], after.misfits[seen])).collect(),
+        before: nominal,
+        after,
+        residuals,
+        autocorrelation,
+        effective_samples: effective,
+        samples: flat.len(),
+        landscape,
+        identifiability: judged,
+        values,
+        bounds,
+        factors,
+    })
+}
+
+/// Values along both sides of a plane between bounds, and its points, row after row.
+type Plane = (Vec<f64>, Vec<f64>, Vec<(f64, f64)>);
+
+fn plane(x: (f64, f64), y: (f64, f64)) -> Plane {
+    let side = |(low, high): (f64, f64)| -> Vec<f64> {
+        (0..LANDSCAPE).map(|i| low + (high - low) * i as f64 / (LANDSCAPE - 1) as f64).collect()
+    };
+    let (x, y) = (side(x), side(y));
+    let points = y.iter().flat_map(|&y| x.iter().map(move |&x| (x, y))).collect();
+    (x, y, points)
+}
+
+/// The paper's S of rows of factors, K², NaN for one that failed; and the traces of the last of them.
+fn objectives(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    rows: Vec<Vec<f64>>,
+    samples: &[Sample],
+) -> Result<(Vec<f64>, Traces), MarchError> {
+    let ensemble = Ensemble::at(case.factors.len(), rows.concat());
+    let mut objectives_k2 = vec![];
+    let mut last = None;
+    march_all(march, plan, &ensemble, &mut |traces| {
+        for member in 0..traces.members() {
+            let squares =
+                samples.iter().map(|s| (traces.trace(member, s.sensor)[s.instant] - s.measured_k).powi(2));
+            let is_done = traces.arrivals[member] == Arrival::Done;
+            objectives_k2.push(if is_done { squares.sum() } else { f64::NAN });
+        }
+        last = Some(traces);
+    })?;
+    Ok((objectives_k2, last.expect("a path has at least its start")))
+}
+
+/// What the data determine at the estimates. Residuals that follow each other are worth fewer samples, and
+/// the errors are those of that many.
+fn judge(case: &Case, fit: &Fit, factors: &[usize], samples: &[Sample], effective: f64) -> Identifiability {
+    let variance = residual_variance(fit.objective, samples.len(), factors.len());
+    let variance = variance * samples.len() as f64 / effective;
+    let values: Vec<f64> = fit.point.iter().copied().collect();
+    Identifiability::of(case, factors, &values, &fit.jacobian, samples, variance)
+}
+
+/// Times and measured less predicted of each observation fitted, within the window.
+fn residuals(observed: &[Vec<Sample>], plan: &Plan, after: &Nominal) -> Vec<(Vec<f64>, Vec<f64>)> {
+    let of = |samples: &Vec<Sample>| {
+        samples
+            .iter()
+            .map(|s| (plan.instants_s[s.instant], s.measured_k - after.temperatures_k[s.sensor][s.instant]))
+            .unzip()
+    };
+    observed.iter().map(of).collect()
 }

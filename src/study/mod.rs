@@ -4,4 +4,6 @@ pub mod estimate;
 pub mod nominal;
 pub mod sensitivity;
 pub mod statistics;
+pub mod thermocouples;
+pub mod twin;
 pub mod uncertainty;

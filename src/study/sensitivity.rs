@@ -1,5 +1,14 @@
 //! What does each factor do to each thermocouple, and which can be estimated together?
 
+use super::thermocouples::{Sample, Thermocouples, samples};
+use crate::case::Case;
+use crate::fit::difference::difference;
+use crate::fit::identify::{Certainty, certainty};
+use crate::fit::subset::{Dropped, Limits, Reason, subset};
+use crate::march::{March, MarchError, Precision};
+use crate::plan::Plan;
+use nalgebra::{DMatrix, DVector};
+
 /// Derivatives of every temperature by every factor, and what they say of estimation.
 #[derive(Clone, Debug)]
 pub struct Sensitivity {
@@ -37,4 +46,157 @@ pub struct Identifiability {
     pub rank: usize,
     /// The direction in which the data say least, in words.
     pub weakest: String,
+}
+
+/// Standard deviation of a reading where the case has no observations, K.
+const SIGMA_K: f64 = 2.0;
+
+/// The relative step of a difference that loses least: the cube root of the error of the traces, as the
+/// truncation grows with its square. In f32 the traces come down in two words.
+pub fn difference_step(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => 1e-3,
+        Precision::F64 => 1e-5,
+    }
+}
+
+/// Derivatives by central differences about the nominal factors: one ensemble of 2n + 1 members.
+///
+/// # Errors
+/// When the device fails.
+pub fn sensitivity(case: &Case, plan: &Plan, march: &mut dyn March, step: f64) -> Result<Sensitivity, MarchError> {
+    let (sensors, instants) = (case.sensors.len(), plan.instants_s.len());
+    let whole: Vec<Sample> = (0..sensors * instants)
+        .map(|i| Sample { sensor: i / instants, instant: i % instants, measured_k: 0.0, sigma_k: 1.0 })
+        .collect();
+    let factors: Vec<usize> = (0..case.factors.len()).collect();
+    let nominal = DVector::from_iterator(factors.len(), case.factors.iter().map(|factor| factor.nominal));
+    let mut problem = Thermocouples::new(case, plan, march, &factors, case.estimate.bounds, whole.clone());
+    let tangent = difference(&mut problem, &nominal, step)?;
+    let derivatives_k = factors.iter().map(|&factor| {
+        let column: Vec<f64> = tangent.jacobian.column(factor).iter().copied().collect();
+        column.chunks(instants).map(<[f64]>::to_vec).collect()
+    });
+
+    let mut judges: Vec<Sample> = samples(case, plan).concat();
+    if judges.is_empty() {
+        judges = whole.into_iter().map(|sample| Sample { sigma_k: SIGMA_K, ..sample }).collect();
+    }
+    let jacobian = DMatrix::from_fn(judges.len(), factors.len(), |i, factor| {
+        tangent.jacobian[(judges[i].sensor * instants + judges[i].instant, factor)] / judges[i].sigma_k
+    });
+    let widths: Vec<f64> = case
+        .factors
+        .iter()
+        .map(|factor| {
+            let (low, high) = factor.bounds(case.estimate.bounds);
+            (high - low) / 4.0
+        })
+        .collect();
+    let reduced = subset(&jacobian, 1.0, &widths, &Limits::default());
+    let values: Vec<f64> = nominal.iter().copied().collect();
+    Ok(Sensitivity {
+        method: "difference",
+        step,
+        instants_s: plan.instants_s.clone(),
+        derivatives_k: derivatives_k.collect(),
+        all: Identifiability::of(case, &factors, &values, &jacobian, &judges, 1.0),
+        proposed: {
+            let values: Vec<f64> = reduced.kept.iter().map(|&factor| values[factor]).collect();
+            Identifiability::of(case, &reduced.kept, &values, &jacobian.select_columns(&reduced.kept), &judges, 1.0)
+        },
+        reduction: reduced.dropped.iter().map(|dropped| loss(case, dropped)).collect(),
+    })
+}
+
+impl Identifiability {
+    /// What a Jacobian, weighted as its samples are, says of factors at their values; `variance` is that of
+    /// the weighted residuals.
+    pub fn of(
+        case: &Case,
+        factors: &[usize],
+        values: &[f64],
+        jacobian: &DMatrix<f64>,
+        samples: &[Sample],
+        variance: f64,
+    ) -> Self {
+        let found = certainty(jacobian, variance);
+        let rows = |matrix: &DMatrix<f64>| -> Vec<Vec<f64>> {
+            matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+        };
+        let magnitude_k = jacobian.column_iter().zip(values).map(|(column, value)| {
+            let squares: f64 =
+                column.iter().zip(samples).map(|(slope, sample)| (slope * sample.sigma_k * value).powi(2)).sum();
+            (squares / samples.len().max(1) as f64).sqrt()
+        });
+        Self {
+            factors: factors.to_vec(),
+            magnitude_k: magnitude_k.collect(),
+            correlation: rows(&found.correlation),
+            alignment: rows(&found.alignment),
+            condition_number: found.condition_number,
+            rank: found.rank,
+            weakest: weakest(case, factors, values, jacobian, samples, &found),
+            standard_errors: found.standard_errors,
+        }
+    }
+}
+
+/// The direction in which the data say least, as changes of factors in per cent and what they do to the data.
+fn weakest(
+    case: &Case,
+    factors: &[usize],
+    values: &[f64],
+    jacobian: &DMatrix<f64>,
+    samples: &[Sample],
+    found: &Certainty,
+) -> String {
+    let name = |place: usize| case.factors[factors[place]].name.as_str();
+    if let Some(place) = found.lengths.iter().position(|&length| length == 0.0) {
+        return format!("the data do not change with {} at all", name(place));
+    }
+    let change = DVector::from_fn(factors.len(), |place, _| found.weakest[place] / found.lengths[place]);
+    let percent: Vec<f64> = change.iter().zip(values).map(|(change, value)| 100.0 * change / value).collect();
+    let Some(lead) = (0..percent.len()).max_by(|&a, &b| percent[a].abs().total_cmp(&percent[b].abs())) else {
+        return "there is nothing to estimate".to_owned();
+    };
+    let scale = 1.0 / percent[lead];
+    let moved = jacobian * &change * scale;
+    let squares: f64 = moved.iter().zip(samples).map(|(moved, sample)| (moved * sample.sigma_k).powi(2)).sum();
+    let moved_k = (squares / samples.len().max(1) as f64).sqrt();
+    let mut order: Vec<usize> = (0..percent.len()).filter(|&place| (scale * percent[place]).abs() >= 0.1).collect();
+    order.sort_by(|&a, &b| percent[b].abs().total_cmp(&percent[a].abs()));
+    let parts: Vec<String> =
+        order.iter().take(4).map(|&place| format!("{} {:+.1} %", name(place), scale * percent[place])).collect();
+    let tail = format!("move the data by {moved_k:.2} K rms together");
+    match order.as_slice() {
+        [only] => format!("{} alone: {} moves the data by {moved_k:.2} K rms", name(*only), parts[0]),
+        [first, second] if (scale * percent[*second] + 1.0).abs() < 0.02 => {
+            format!("only the product {}·{} acts: {} {tail}", name(*first), name(*second), parts.join(" with "))
+        }
+        [first, second] if (scale * percent[*second] - 1.0).abs() < 0.02 => {
+            format!("only the ratio {}:{} acts: {} {tail}", name(*first), name(*second), parts.join(" with "))
+        }
+        _ => format!("{} {tail}", parts.join(", ")),
+    }
+}
+
+/// Why a factor was left out, in words.
+fn loss(case: &Case, dropped: &Dropped) -> String {
+    let name = |factor: usize| case.factors[factor].name.as_str();
+    let left = name(dropped.variable);
+    match dropped.reason {
+        Reason::NoEffect => format!("{left} left out: the data do not change with it"),
+        Reason::Correlation { with, correlation } => {
+            format!("{left} left out: its estimate would be correlated {correlation:+.3} with that of {}", name(with))
+        }
+        Reason::Condition { with, condition_number } => format!(
+            "{left} left out: with {} it makes the set ill-conditioned (condition number {condition_number:.0})",
+            name(with)
+        ),
+        Reason::StandardError { error, width } => format!(
+            "{left} left out: the data would give it a standard error of {error:.3}, no better than the {width:.3} \
+             known beforehand"
+        ),
+    }
 }

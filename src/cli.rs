@@ -1,0 +1,237 @@
+//! What can be typed.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Thermal response of flexible heat shields: predict it, say how uncertain it is, and fit it to thermocouples.
+#[derive(Debug, Parser)]
+#[command(name = "bondline", version, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// March the case at its nominal factors and hold it against its observations
+    Predict(Ask),
+    /// Monte Carlo over the factors: spreads, and the factors' shares in them
+    Uncertainty {
+        #[command(flatten)]
+        ask: Ask,
+        #[command(flatten)]
+        sweep: Sweep,
+        /// What to keep of every member: factors and peaks, or the traces too
+        #[arg(long, value_enum)]
+        keep: Option<Keep>,
+    },
+    /// Derivatives of every temperature by every factor, and which factors can be estimated together
+    Sensitivity {
+        #[command(flatten)]
+        ask: Ask,
+        #[command(flatten)]
+        data: Trusted,
+        /// How to differentiate
+        #[arg(long, value_enum, default_value = "difference")]
+        method: Method,
+        /// Relative step of a difference [default: 1e-5 in f64, 1e-3 in f32]
+        #[arg(long)]
+        step: Option<f64>,
+    },
+    /// Fit factors to the observations by Levenberg-Marquardt
+    Estimate {
+        #[command(flatten)]
+        ask: Ask,
+        #[command(flatten)]
+        data: Trusted,
+        #[command(flatten)]
+        fit: Fit,
+    },
+    /// Predict, uncertainty, sensitivity and estimate in one report
+    Study {
+        #[command(flatten)]
+        ask: Ask,
+        #[command(flatten)]
+        sweep: Sweep,
+        #[command(flatten)]
+        data: Trusted,
+        #[command(flatten)]
+        fit: Fit,
+    },
+    /// Make synthetic observations from known factors
+    Twin {
+        /// Case file, or folder with case.toml
+        case: PathBuf,
+        /// True factors, as NAME=VALUE,...; the others stay nominal
+        #[arg(long, value_delimiter = ',')]
+        truth: Vec<String>,
+        /// Standard deviation of the noise, with its unit
+        #[arg(long, default_value = "0 K")]
+        noise: String,
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// CSV file to write
+        #[arg(long, default_value = "measured.csv")]
+        out: PathBuf,
+        /// Overwrite an existing file
+        #[arg(long)]
+        force: bool,
+        #[command(flatten)]
+        on: On,
+    },
+    /// Vulkan adapters, their limits and self-tests, and what `--backend auto` takes
+    Devices {
+        /// The same as JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// The material database
+    Materials {
+        #[command(subcommand)]
+        look: Materials,
+    },
+    /// Hold the march against exact solutions, other codes and itself
+    Verify {
+        /// The table as JSON
+        #[arg(long)]
+        json: bool,
+        /// Only rows of this group: exact, orders, codes, balance or twins
+        #[arg(long)]
+        group: Option<String>,
+        #[command(flatten)]
+        on: On,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Materials {
+    /// One line a material
+    List,
+    /// Tables, curves and sources of one
+    Show { name: String },
+    /// Find the faults of a material file
+    Check { file: PathBuf },
+}
+
+/// A question about a case.
+#[derive(Debug, Args)]
+pub struct Ask {
+    /// Case file, or folder with case.toml
+    pub case: PathBuf,
+    /// Folder for the report [default: out/<case>/<command>]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Overwrite a folder that holds another case
+    #[arg(long)]
+    pub force: bool,
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub on: On,
+}
+
+/// What marches, and with which changes to the case.
+#[derive(Debug, Args)]
+pub struct On {
+    #[arg(long, value_enum, default_value = "auto")]
+    pub backend: BackendKind,
+    /// [default: f64 on the processor, f32 on a GPU]
+    #[arg(long, value_enum)]
+    pub precision: Option<PrecisionKind>,
+    /// Part of the name of the Vulkan device to take
+    #[arg(long)]
+    pub device: Option<String>,
+    /// Change the case: a factor's nominal value or a key of the file, as NAME=VALUE; may be given often
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub sets: Vec<String>,
+    /// No progress
+    #[arg(long, short)]
+    pub quiet: bool,
+}
+
+/// A sweep over the factors.
+#[derive(Debug, Args)]
+pub struct Sweep {
+    #[arg(short = 'n', long, default_value_t = 5000)]
+    pub members: usize,
+    #[arg(long, value_enum, default_value = "normal")]
+    pub sampling: SamplingKind,
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Failed members that are put up with before the exit code says so [default: one in a hundred]
+    #[arg(long)]
+    pub max_failed: Option<usize>,
+    /// Side constraints to draw between [default: small]
+    #[arg(long, value_enum)]
+    pub spread: Option<BoundsKind>,
+}
+
+/// Which data to trust; the case file says what is not given.
+#[derive(Debug, Args)]
+pub struct Trusted {
+    /// Sensors, as TC3,TC4
+    #[arg(long, value_delimiter = ',')]
+    pub sensors: Vec<String>,
+    /// Start and end in seconds, as 0:80
+    #[arg(long)]
+    pub window: Option<String>,
+    /// Side constraints of the factors
+    #[arg(long, value_enum)]
+    pub bounds: Option<BoundsKind>,
+}
+
+/// What to fit; the case file says what is not given.
+#[derive(Debug, Args)]
+pub struct Fit {
+    /// Factors, as f_k_INS,f_cp_INS
+    #[arg(long, value_delimiter = ',')]
+    pub factors: Vec<String>,
+    /// Where to start, as NAME=VALUE,...; the others start nominal
+    #[arg(long, value_delimiter = ',')]
+    pub start: Vec<String>,
+    /// Iterations at most
+    #[arg(long, default_value_t = 50)]
+    pub patience: usize,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BackendKind {
+    /// A hardware GPU where there is one and the work is worth it, else the processor
+    Auto,
+    Cpu,
+    /// Any Vulkan device, software too
+    Gpu,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PrecisionKind {
+    F32,
+    F64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SamplingKind {
+    Normal,
+    Uniform,
+    Lhs,
+    Sobol,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BoundsKind {
+    Small,
+    Large,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Method {
+    /// Central differences, the paper's
+    Difference,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Keep {
+    Members,
+    Traces,
+}
