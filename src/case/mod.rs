@@ -69,9 +69,8 @@ pub struct Resolution {
     pub every_s: f64,
 }
 
-/// What a case file gets that names none: the worst transient error over the thermocouples of the paper's layup
-/// is then a few tenths of a kelvin, and at the bondline below a tenth.
 impl Default for Resolution {
+    /// What a case file gets that names none.
     fn default() -> Self {
         Self { cells: 160, first_step_s: 0.005, growth: 0.02, largest_step_s: 0.5, every_s: 1.0 }
     }

@@ -100,7 +100,7 @@ fn steel_setting(growth: f64) -> Setting {
 }
 
 fn insulated_steel() -> Problem {
-    // On the two interfaces FDS prints a mean over cells that conduct 250 to 1, 1.9 °C off the exact wall.
+    // Left out: what FDS prints on the two interfaces, 1.9 °C off the wall that all its other values lie on.
     let is_within_a_layer = |point: &Point| point.depth_m != 0.02 && point.depth_m != 0.03;
     const FILE: &str = include_str!("../../../data/verification/fds_insulated_steel_plate.csv");
     Problem::new(
