@@ -1,6 +1,7 @@
 //! bondline
 pub mod case;
 pub mod ensemble;
+pub mod fit;
 pub mod march;
 pub mod plan;
 pub mod study;
