@@ -36,7 +36,8 @@ pub struct Certainty {
 /// What a Jacobian (residual × variable, weighted like the residuals) says about its variables.
 ///
 /// `variance` is that of the residuals: one where they were divided by their true standard deviations, else
-/// [`residual_variance`](super::interval::residual_variance). A Jacobian with numbers that are not finite determines nothing.
+/// [`residual_variance`](super::interval::residual_variance). A Jacobian with numbers that are not finite determines
+/// nothing.
 pub fn certainty(jacobian: &DMatrix<f64>, variance: f64) -> Certainty {
     let n = jacobian.ncols();
     let lengths: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();

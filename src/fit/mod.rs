@@ -15,15 +15,15 @@
 //! ```
 //!
 //! and is found as such, by orthogonal factors: normal equations would square the condition number, and the problems
-//! here are ill-conditioned before that. A step that meets a bound is bent along it ([`damping`]). The paper tries one
-//! damping μ after another; here a ladder of them is tried at once, since a device carries four points in the time of
-//! one, and the best of them is taken.
+//! here are ill-conditioned before that. The bounds belong to the system that is solved; a step is not cut off at them
+//! afterwards. The paper tries one damping μ after another; here a ladder of them is tried at once, since a device
+//! carries four points in the time of one.
 //!
 //! Sources: Levenberg, Q. Appl. Math. 2 (1944); Marquardt, J. SIAM 11 (1963); Moré, Lect. Notes Math. 630 (1978);
 //! Özışık & Orlande, *Inverse Heat Transfer* (2000).
 
-pub mod bounds;
-pub mod damping;
+mod bounds;
+mod damping;
 pub mod difference;
 pub mod identify;
 pub mod interval;
