@@ -19,9 +19,9 @@ use sums::{Sums, centred};
 const OUTPUT_QUANTA: f64 = (1u64 << 20) as f64;
 /// Quanta of a factor in one unit of it.
 const FACTOR_QUANTA: f64 = (1u64 << 40) as f64;
-/// The largest deviation of an output that is counted, K: a sum of squares then stays in range for 2⁵⁵ members.
+/// The largest deviation of an output that is counted, K: a sum of squares then stays in range for 2⁵⁴ members.
 const OUTPUT_REACH: f64 = (1u64 << 16) as f64;
-/// The largest deviation of a factor that is counted: a sum of squares then stays in range for 2²⁷ members.
+/// The largest deviation of a factor that is counted: a sum of squares then stays in range for 2²⁶ members.
 const FACTOR_REACH: f64 = (1u64 << 10) as f64;
 /// Outputs that are gathered together: the stretch of a member's row that fills two lines of the cache.
 const STRETCH: usize = 16;

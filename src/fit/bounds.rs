@@ -1,0 +1,54 @@
+//! Side constraints: a low and a high bound of each variable, either of which may be infinite.
+
+use nalgebra::DVector;
+
+/// The nearest point between the bounds.
+pub fn inside(point: &DVector<f64>, bounds: &[(f64, f64)]) -> DVector<f64> {
+    DVector::from_iterator(point.len(), point.iter().zip(bounds).map(|(value, &(low, high))| value.max(low).min(high)))
+}
+
+/// Whether a variable stands on a bound and would have to leave it to lower the objective, whose derivative by the
+/// variable has the sign of `slope`.
+pub fn holds_back(value: f64, slope: f64, (low, high): (f64, f64)) -> bool {
+    (value <= low && slope > 0.0) || (value >= high && slope < 0.0)
+}
+
+/// The bound that the way from a point to a target meets first: the variable, its bound, and the share of the way up
+/// to there. `None` where the target lies between all bounds.
+pub fn first_met(point: &DVector<f64>, target: &DVector<f64>, bounds: &[(f64, f64)]) -> Option<(usize, f64, f64)> {
+    let crossed = (0..point.len()).filter_map(|j| {
+        let (low, high) = bounds[j];
+        let bound = if target[j] < low {
+            low
+        } else if target[j] > high {
+            high
+        } else {
+            return None;
+        };
+        Some((j, bound, (bound - point[j]) / (target[j] - point[j])))
+    });
+    crossed.min_by(|a, b| a.2.total_cmp(&b.2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS: [(f64, f64); 3] = [(0.0, 1.0), (0.0, 1.0), (f64::NEG_INFINITY, f64::INFINITY)];
+
+    #[test]
+    fn the_bound_met_first_on_the_way_is_the_one_that_bends_the_step() {
+        let point = DVector::from_vec(vec![0.5, 0.5, 0.0]);
+        assert_eq!(first_met(&point, &DVector::from_vec(vec![2.5, -0.6, 9.0]), &BOUNDS), Some((0, 1.0, 0.25)));
+        let met = first_met(&point, &DVector::from_vec(vec![1.1, -0.6, 9.0]), &BOUNDS);
+        assert!(matches!(met, Some((1, 0.0, share)) if (share - 0.5 / 1.1).abs() < 1e-15));
+        assert_eq!(first_met(&point, &DVector::from_vec(vec![0.0, 1.0, 9.0]), &BOUNDS), None);
+    }
+
+    #[test]
+    fn a_variable_on_its_bound_is_held_back_only_from_leaving() {
+        assert!(holds_back(0.0, 1.0, BOUNDS[0]) && !holds_back(0.0, -1.0, BOUNDS[0]));
+        assert!(holds_back(1.0, -1.0, BOUNDS[0]) && !holds_back(1.0, 1.0, BOUNDS[0]));
+        assert!(!holds_back(0.5, 1.0, BOUNDS[0]));
+    }
+}

@@ -1,0 +1,175 @@
+//! How well variables are determined by a weighted Jacobian.
+//!
+//! The covariance of the estimates is `s² (JᵀJ)⁻¹ = s² V Σ⁻² Vᵀ` with `J = U Σ Vᵀ` (Beck & Arnold, *Parameter
+//! Estimation in Engineering and Science*, 1977). The columns of J are brought to unit length first, so that nothing
+//! here depends on the units of the variables but the standard errors themselves.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Directions whose singular value is below this share of the largest are not determined: derivatives are rarely
+/// better known than to seven digits, and the rest of a weaker direction is their error.
+pub const RANK_TOLERANCE: f64 = 1e-7;
+
+/// A share in an undetermined direction below this is the error of the derivatives, not a share.
+const PARTICIPATION: f64 = 1e-5;
+
+/// What a Jacobian says about the variables, at its own point and to first order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Certainty {
+    /// Lengths of the Jacobian's columns.
+    pub lengths: Vec<f64>,
+    /// One standard deviation of each estimate, in the unit of its variable; infinite where it is not determined.
+    pub standard_errors: Vec<f64>,
+    /// Correlation of the estimates. Along an undetermined direction it is that direction's: of two variables that act
+    /// through their product alone, −1.
+    pub correlation: DMatrix<f64>,
+    /// Cosines of the angles between the columns of the Jacobian.
+    pub alignment: DMatrix<f64>,
+    /// Largest over smallest singular value of the Jacobian with columns of unit length.
+    pub condition_number: f64,
+    /// Number of directions that are determined.
+    pub rank: usize,
+    /// The direction in which the residuals say least, of unit length, in variables that are scaled by `lengths`.
+    pub weakest: DVector<f64>,
+}
+
+/// What a Jacobian (residual × variable, weighted like the residuals) says about its variables.
+///
+/// `variance` is that of the residuals: one where they were divided by their true standard deviations, else
+/// [`residual_variance`](super::interval::residual_variance). A Jacobian with numbers that are not finite determines
+/// nothing.
+pub fn certainty(jacobian: &DMatrix<f64>, variance: f64) -> Certainty {
+    let n = jacobian.ncols();
+    let lengths: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
+    if n == 0 || lengths.iter().any(|length| !length.is_finite()) {
+        return nothing(lengths);
+    }
+    // Rows of zeros make up for missing ones, so that there are as many singular values as variables.
+    let mut scaled = DMatrix::zeros(jacobian.nrows().max(n), n);
+    for j in (0..n).filter(|&j| lengths[j] > 0.0) {
+        scaled.view_mut((0, j), (jacobian.nrows(), 1)).copy_from(&(jacobian.column(j) / lengths[j]));
+    }
+    // R has the singular values and right vectors of the whole in a few rows. The limit is one that no matrix of this
+    // size should meet; without it one that does would hang.
+    let decomposed = scaled.qr().r().try_svd(false, true, f64::EPSILON, 10_000);
+    let Some((values, directions)) = decomposed.and_then(|svd| Some((svd.singular_values, svd.v_t?))) else {
+        return nothing(lengths);
+    };
+
+    let largest = values.iter().copied().fold(0.0, f64::max);
+    let floor = RANK_TOLERANCE * largest;
+    let rank = values.iter().filter(|&&value| value > floor).count();
+    // Σ⁻² with the undetermined directions held at the floor: they dominate the correlations without being infinite.
+    let spread = |i: usize, j: usize| -> f64 {
+        let along = |k: usize| directions[(k, i)] * directions[(k, j)] / values[k].max(floor).powi(2);
+        (0..n).filter(|_| floor > 0.0).map(along).sum()
+    };
+    let determined = |j: usize| (rank..n).all(|k| directions[(k, j)].abs() < PARTICIPATION);
+    let error = |j: usize| (variance * spread(j, j)).sqrt() / lengths[j];
+    let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
+    Certainty {
+        standard_errors: (0..n).map(|j| if determined(j) { error(j) } else { f64::INFINITY }).collect(),
+        correlation: DMatrix::from_fn(n, n, |i, j| {
+            let both = (spread(i, i) * spread(j, j)).sqrt();
+            if i == j {
+                1.0
+            } else if both > 0.0 {
+                (spread(i, j) / both).clamp(-1.0, 1.0)
+            } else {
+                0.0
+            }
+        }),
+        alignment: alignment(jacobian, &lengths),
+        condition_number: if smallest > 0.0 { largest / smallest } else { f64::INFINITY },
+        rank,
+        weakest: directions.row(n - 1).transpose(),
+        lengths,
+    }
+}
+
+/// Where nothing could be said.
+fn nothing(lengths: Vec<f64>) -> Certainty {
+    let n = lengths.len();
+    Certainty {
+        standard_errors: vec![f64::INFINITY; n],
+        correlation: DMatrix::identity(n, n),
+        alignment: DMatrix::identity(n, n),
+        condition_number: f64::INFINITY,
+        rank: 0,
+        weakest: DVector::zeros(n),
+        lengths,
+    }
+}
+
+fn alignment(jacobian: &DMatrix<f64>, lengths: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_fn(lengths.len(), lengths.len(), |i, j| {
+        let both = lengths[i] * lengths[j];
+        if i == j {
+            1.0
+        } else if both > 0.0 {
+            (jacobian.column(i).dot(&jacobian.column(j)) / both).clamp(-1.0, 1.0)
+        } else {
+            0.0
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A straight line through five points at −2 … 2: offset and slope are independent, with known errors.
+    #[test]
+    fn offset_and_slope_of_a_centred_line_have_their_textbook_errors() {
+        let jacobian = DMatrix::from_fn(5, 2, |i, j| if j == 0 { 1.0 } else { i as f64 - 2.0 });
+        let found = certainty(&jacobian, 0.25);
+        assert!((found.standard_errors[0] - 0.5 / 5f64.sqrt()).abs() < 1e-14);
+        assert!((found.standard_errors[1] - 0.5 / 10f64.sqrt()).abs() < 1e-14);
+        assert!(found.correlation[(0, 1)].abs() < 1e-14);
+        assert!((found.condition_number - 1.0).abs() < 1e-12);
+        assert_eq!(found.rank, 2);
+    }
+
+    /// With abscissae 1 … 5 the estimates of offset and slope have correlation −x̄/√(mean x²) = −3/√11.
+    #[test]
+    fn correlation_of_estimates_opposes_the_alignment_of_two_columns() {
+        let jacobian = DMatrix::from_fn(5, 2, |i, j| if j == 0 { 1.0 } else { i as f64 + 1.0 });
+        let found = certainty(&jacobian, 1.0);
+        assert!((found.correlation[(0, 1)] + 3.0 / 11f64.sqrt()).abs() < 1e-13);
+        assert!((found.alignment[(0, 1)] - 3.0 / 11f64.sqrt()).abs() < 1e-13);
+        let cosine = 3.0 / 11f64.sqrt();
+        assert!((found.condition_number - ((1.0 + cosine) / (1.0 - cosine)).sqrt()).abs() < 1e-10);
+    }
+
+    #[test]
+    fn two_factors_that_act_through_their_product_alone_are_named_and_the_third_is_not_blamed() {
+        let noise = |i: usize, j: usize| 1e-10 * ((i * 7 + j * 3) % 5) as f64;
+        let jacobian = DMatrix::from_fn(40, 3, |i, j| {
+            let t = i as f64 / 40.0;
+            (if j == 2 { 30.0 * t * t } else { 100.0 * (1.0 - t) }) + noise(i, j)
+        });
+        let found = certainty(&jacobian, 1.0);
+        assert_eq!(found.rank, 2);
+        assert!(found.standard_errors[0].is_infinite() && found.standard_errors[1].is_infinite());
+        assert!(found.standard_errors[2].is_finite());
+        assert!(found.correlation[(0, 1)] < -0.999_999);
+        assert!((found.weakest[0].abs() - 0.5f64.sqrt()).abs() < 1e-6 && found.weakest[2].abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_factor_without_effect_is_not_determined_and_spoils_no_other() {
+        let jacobian = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 2.0, 0.0, 2.0, 0.0]);
+        let found = certainty(&jacobian, 9.0);
+        assert_eq!(found.standard_errors, [1.0, f64::INFINITY]);
+        assert!((found.rank, found.condition_number) == (1, f64::INFINITY));
+        assert_eq!(found.correlation[(0, 1)], 0.0);
+    }
+
+    #[test]
+    fn fewer_residuals_than_variables_and_no_numbers_determine_nothing_they_cannot() {
+        assert_eq!(certainty(&DMatrix::from_row_slice(1, 2, &[1.0, 1.0]), 1.0).rank, 1);
+        assert_eq!(certainty(&DMatrix::from_row_slice(2, 1, &[1.0, f64::NAN]), 1.0).rank, 0);
+        assert_eq!(certainty(&DMatrix::zeros(3, 0), 1.0).rank, 0);
+        assert!(certainty(&DMatrix::zeros(3, 2), 1.0).standard_errors.iter().all(|error| error.is_infinite()));
+    }
+}

@@ -1,0 +1,99 @@
+//! How minimisations end that do not go well.
+
+use super::{exact, free, minimum};
+use bondline::fit::{LeastSquares, Options, Tangent, Termination, certainty, minimize};
+use nalgebra::{DMatrix, DVector};
+use std::convert::Infallible;
+
+/// ln x = 1, which has no value below zero; from ten the undamped step leads to −3.
+fn logarithm(x: &[f64]) -> Vec<f64> {
+    vec![if x[0] > 0.0 { x[0].ln() - 1.0 } else { f64::NAN }]
+}
+
+#[test]
+fn a_trial_that_fails_only_shortens_the_step() {
+    let fit = minimum(logarithm, &[10.0], &free(1), &exact());
+    assert!(fit.termination.converged(), "{}", fit.termination);
+    assert!((fit.point[0] - std::f64::consts::E).abs() < 1e-9);
+}
+
+#[test]
+fn a_start_that_fails_is_said_to_have_failed() {
+    let fit = minimum(logarithm, &[-1.0], &free(1), &exact());
+    assert_eq!(fit.termination, Termination::NotFinite { iteration: 0 });
+    assert!(!fit.termination.converged());
+}
+
+#[test]
+fn an_optimal_start_is_recognised_without_a_step() {
+    let line = |x: &[f64]| vec![x[0] - 1.0, x[0] - 3.0];
+    let fit = minimum(line, &[2.0], &free(1), &exact());
+    assert_eq!((fit.termination, fit.path.len(), fit.evaluations), (Termination::Gradient, 1, 3));
+    let zero = |x: &[f64]| vec![x[0] - 2.0, 2.0 * (x[0] - 2.0)];
+    assert_eq!(minimum(zero, &[2.0], &free(1), &exact()).termination, Termination::ResidualsZero);
+}
+
+#[test]
+fn patience_is_a_limit() {
+    let rosenbrock = |x: &[f64]| vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]];
+    let fit = minimum(rosenbrock, &[-1.2, 1.0], &free(2), &Options { patience: 3, ..exact() });
+    assert_eq!(fit.termination, Termination::OutOfPatience);
+    assert!(fit.path.len() <= 4);
+}
+
+/// A straight line whose derivatives have the wrong sign.
+struct Uphill;
+
+impl LeastSquares for Uphill {
+    type Error = Infallible;
+
+    fn bounds(&self) -> &[(f64, f64)] {
+        &[(-9.0, 9.0)]
+    }
+
+    fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, Infallible> {
+        Ok(points.map(|x| x - 1.0))
+    }
+
+    fn jacobian(&mut self, point: &DVector<f64>) -> Result<Option<Tangent>, Infallible> {
+        Ok(Some(Tangent { residuals: point.map(|x| x - 1.0), jacobian: DMatrix::from_element(1, 1, -1.0) }))
+    }
+}
+
+#[test]
+fn derivatives_that_point_uphill_stall_and_are_not_called_a_minimum() {
+    let Ok(fit) = minimize(&mut Uphill, &DVector::from_vec(vec![4.0]), &Options::default());
+    assert_eq!(fit.termination, Termination::Stalled);
+    assert_eq!(fit.point[0], 4.0);
+}
+
+/// Two variables that act through their product alone: any point of the valley is a minimum; the nearest will do.
+#[test]
+fn a_product_is_found_without_a_drift_along_its_valley() {
+    let product = |x: &[f64]| (1..=20).map(|i| f64::from(i) * (x[0] * x[1] - 0.9) + 0.1 * f64::from(i % 3)).collect();
+    let fit = minimum(product, &[1.0, 1.0], &[(0.5, 1.5), (0.5, 1.5)], &Options::default());
+    assert!(fit.termination.converged(), "{}", fit.termination);
+    assert!((fit.point[0] - fit.point[1]).abs() < 1e-3, "{}", fit.point);
+    let found = certainty(&fit.jacobian, 1.0);
+    assert!(found.rank == 1 && found.correlation[(0, 1)] < -0.999);
+}
+
+/// Residuals with an error of a part in ten million, as from a march in single precision.
+#[test]
+fn residuals_in_single_precision_end_converged_with_a_step_that_suits_them() {
+    let decay = |x: &[f64]| -> Vec<f64> {
+        let noise = |t: f64, u: f64| (1e6 * (x[0] * t + 13.0 * x[1] * u)).sin();
+        (0..80)
+            .map(|i| {
+                let t = f64::from(i) / 80.0;
+                let value = 600.0 * (1.0 - (-3.0 * x[0] * t).exp()) + 80.0 * x[1] * t * t;
+                let truth = 600.0 * (1.0 - (-3.0 * 0.93 * t).exp()) + 80.0 * 1.07 * t * t;
+                value * (1.0 + 1e-7 * noise(t, t * t)) - truth
+            })
+            .collect()
+    };
+    let options = Options { difference_step: 1e-3, ..Options::default() };
+    let fit = minimum(decay, &[1.0, 1.0], &[(0.5, 1.5), (0.5, 1.5)], &options);
+    assert!(fit.termination.converged(), "{} after {:?}", fit.termination, fit.path);
+    assert!((fit.point[0] - 0.93).abs() < 1e-6 && (fit.point[1] - 1.07).abs() < 1e-5, "{}", fit.point);
+}
