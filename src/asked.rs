@@ -8,7 +8,7 @@ use bondline::ensemble::{self, Sampling};
 use bondline::march::Precision;
 use bondline::march::choose::{Choice, Kind};
 
-pub fn choice(on: &On) -> Choice {
+pub(crate) fn choice(on: &On) -> Choice {
     Choice {
         kind: match on.backend {
             BackendKind::Auto => Kind::Auto,
@@ -23,14 +23,14 @@ pub fn choice(on: &On) -> Choice {
     }
 }
 
-pub fn bounds(bounds: BoundsKind) -> Bounds {
+pub(crate) fn bounds(bounds: BoundsKind) -> Bounds {
     match bounds {
         BoundsKind::Small => Bounds::Small,
         BoundsKind::Large => Bounds::Large,
     }
 }
 
-pub fn sampling(sweep: &Sweep) -> Sampling {
+pub(crate) fn sampling(sweep: &Sweep) -> Sampling {
     let kind = match sweep.sampling {
         SamplingKind::Normal => ensemble::SamplingKind::Normal,
         SamplingKind::Uniform => ensemble::SamplingKind::Uniform,
@@ -45,12 +45,12 @@ fn halves<'a>(text: &'a str, option: &str) -> Result<(&'a str, &'a str), Failure
     text.split_once('=').ok_or_else(|| input(format!("{option} {text:?}: expected NAME=VALUE")))
 }
 
-pub fn sets(sets: &[String]) -> Result<Vec<(String, String)>, Failure> {
+pub(crate) fn sets(sets: &[String]) -> Result<Vec<(String, String)>, Failure> {
     sets.iter().map(|set| halves(set, "--set").map(|(name, value)| (name.to_owned(), value.to_owned()))).collect()
 }
 
 /// Factors by name, with their values.
-pub fn values(case: &Case, texts: &[String], option: &str) -> Result<Vec<(usize, f64)>, Failure> {
+pub(crate) fn values(case: &Case, texts: &[String], option: &str) -> Result<Vec<(usize, f64)>, Failure> {
     texts
         .iter()
         .map(|text| {
@@ -77,7 +77,7 @@ fn find(names: &[&str], name: &str, option: &str, noun: &str) -> Result<usize, F
 }
 
 /// The sensors, window and side constraints typed take the place of the case's own.
-pub fn trust(case: &mut Case, data: &Trusted) -> Result<(), Failure> {
+pub(crate) fn trust(case: &mut Case, data: &Trusted) -> Result<(), Failure> {
     if !data.sensors.is_empty() {
         let names: Vec<&str> = case.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
         case.estimate.sensors = data
@@ -107,7 +107,7 @@ fn window(text: &str) -> Result<(f64, f64), Failure> {
 }
 
 /// The factors and start typed take the place of the case's own.
-pub fn fit(case: &mut Case, fit: &Fit) -> Result<(), Failure> {
+pub(crate) fn fit(case: &mut Case, fit: &Fit) -> Result<(), Failure> {
     if !fit.factors.is_empty() {
         let chosen: Vec<usize> =
             fit.factors.iter().map(|name| factor(case, name, "--factors")).collect::<Result<_, _>>()?;
@@ -136,7 +136,7 @@ pub fn fit(case: &mut Case, fit: &Fit) -> Result<(), Failure> {
     Ok(())
 }
 
-pub fn noise_k(text: &str) -> Result<f64, Failure> {
+pub(crate) fn noise_k(text: &str) -> Result<f64, Failure> {
     let noise_k = quantity(text, Dimension::TemperatureDifference)
         .map_err(|message| input(format!("--noise {text:?}: {message}")))?;
     if noise_k < 0.0 {

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 /// Thermal response of flexible heat shields: predict it, say how uncertain it is, and fit it to thermocouples.
 #[derive(Debug, Parser)]
 #[command(name = "bondline", version, max_term_width = 100)]
-pub struct Cli {
+pub(crate) struct Cli {
     #[command(subcommand)]
     pub command: Command,
 }
 
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// March the case at its nominal factors and hold it against its observations
     Predict(Ask),
     /// Monte Carlo over the factors: spreads, and the factors' shares in them
@@ -104,7 +104,7 @@ pub enum Command {
 }
 
 #[derive(Debug, Subcommand)]
-pub enum Materials {
+pub(crate) enum Materials {
     /// One line a material
     List,
     /// Tables, curves and sources of one
@@ -115,7 +115,7 @@ pub enum Materials {
 
 /// A question about a case.
 #[derive(Debug, Args)]
-pub struct Ask {
+pub(crate) struct Ask {
     /// Case file, or folder with case.toml
     pub case: PathBuf,
     /// Folder for the report [default: out/<case>/<command>]
@@ -133,7 +133,7 @@ pub struct Ask {
 
 /// What marches, and with which changes to the case.
 #[derive(Debug, Args)]
-pub struct On {
+pub(crate) struct On {
     #[arg(long, value_enum, default_value = "auto")]
     pub backend: BackendKind,
     /// [default: f64 on the processor, f32 on a GPU]
@@ -152,7 +152,7 @@ pub struct On {
 
 /// A sweep over the factors.
 #[derive(Debug, Args)]
-pub struct Sweep {
+pub(crate) struct Sweep {
     #[arg(short = 'n', long, default_value_t = 5000)]
     pub members: usize,
     #[arg(long, value_enum, default_value = "normal")]
@@ -169,7 +169,7 @@ pub struct Sweep {
 
 /// Which data to trust; the case file says what is not given.
 #[derive(Debug, Args)]
-pub struct Trusted {
+pub(crate) struct Trusted {
     /// Sensors, as TC3,TC4
     #[arg(long, value_delimiter = ',')]
     pub sensors: Vec<String>,
@@ -183,7 +183,7 @@ pub struct Trusted {
 
 /// What to fit; the case file says what is not given.
 #[derive(Debug, Args)]
-pub struct Fit {
+pub(crate) struct Fit {
     /// Factors, as f_k_INS,f_cp_INS
     #[arg(long, value_delimiter = ',')]
     pub factors: Vec<String>,
@@ -196,7 +196,7 @@ pub struct Fit {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BackendKind {
+pub(crate) enum BackendKind {
     /// A hardware GPU where there is one and the work is worth it, else the processor
     Auto,
     Cpu,
@@ -205,13 +205,13 @@ pub enum BackendKind {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PrecisionKind {
+pub(crate) enum PrecisionKind {
     F32,
     F64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SamplingKind {
+pub(crate) enum SamplingKind {
     Normal,
     Uniform,
     Lhs,
@@ -219,19 +219,19 @@ pub enum SamplingKind {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum BoundsKind {
+pub(crate) enum BoundsKind {
     Small,
     Large,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Method {
+pub(crate) enum Method {
     /// Central differences, the paper's
     Difference,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Keep {
+pub(crate) enum Keep {
     Members,
     Traces,
 }

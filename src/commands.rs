@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Carry out what was typed.
-pub fn run(cli: Cli) -> Result<Ending, Failure> {
+pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
     match cli.command {
         Command::Devices { json } => crate::devices::print(json),
         Command::Materials { look } => look_up(look),

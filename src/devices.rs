@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 
 /// List adapters, limits, self-tests and what `auto` takes.
-pub fn print(as_json: bool) -> Result<Ending, Failure> {
+pub(crate) fn print(as_json: bool) -> Result<Ending, Failure> {
     let found: Vec<(Adapter, Result<SelfTests, String>)> = device::adapters()
         .into_iter()
         .map(|adapter| {

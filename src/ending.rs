@@ -5,13 +5,13 @@ use bondline::march::MarchError;
 use bondline::report::ReportError;
 
 /// A command that ran: what to print, and why it failed all the same, if it did.
-pub struct Ending {
+pub(crate) struct Ending {
     pub text: String,
     pub why: Option<String>,
 }
 
 /// A command that did not run.
-pub enum Failure {
+pub(crate) enum Failure {
     /// The input is wrong: exit code 2.
     Input(anyhow::Error),
     /// The device failed: exit code 3.
@@ -21,7 +21,7 @@ pub enum Failure {
 }
 
 /// An input that is wrong.
-pub fn input(message: impl ToString) -> Failure {
+pub(crate) fn input(message: impl ToString) -> Failure {
     Failure::Input(anyhow::anyhow!(message.to_string()))
 }
 

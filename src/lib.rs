@@ -1,4 +1,6 @@
 //! bondline
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
 pub mod case;
 pub mod ensemble;
 pub mod fit;

@@ -14,7 +14,7 @@ use serde_json::json;
 
 /// March every problem and print the table. The march asked for meets the references; every march there is
 /// meets the processor in double precision.
-pub fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Ending, Failure> {
+pub(crate) fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Ending, Failure> {
     let groups: Vec<Group> = match group {
         None => Group::ALL.to_vec(),
         Some(name) => {

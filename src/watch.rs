@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 /// A march that shows how far it is and keeps the time.
-pub struct Watched {
+pub(crate) struct Watched {
     march: Box<dyn March>,
     bar: ProgressBar,
     /// Time inside the march, s.
@@ -18,7 +18,7 @@ pub struct Watched {
 
 impl Watched {
     /// The bar shows where standard error is a terminal, unless `quiet`.
-    pub fn new(march: Box<dyn March>, quiet: bool) -> Self {
+    pub(crate) fn new(march: Box<dyn March>, quiet: bool) -> Self {
         let bar = ProgressBar::no_length();
         bar.set_draw_target(if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
         bar.set_style(style("{spinner} {human_pos} members marched, {elapsed}"));
@@ -27,20 +27,20 @@ impl Watched {
     }
 
     /// Many members are coming: show how far and how long.
-    pub fn expect(&self, members: usize) {
+    pub(crate) fn expect(&self, members: usize) {
         self.bar.set_length(self.bar.position() + members as u64);
         self.bar.set_style(style("{bar:30} {human_pos} of {human_len} members, {per_sec}, {eta} left"));
     }
 
-    pub fn done(&self) {
+    pub(crate) fn done(&self) {
         self.bar.finish_and_clear();
     }
 
-    pub fn backend_now(&self) -> Backend {
+    pub(crate) fn backend_now(&self) -> Backend {
         self.march.backend()
     }
 
-    pub fn precision(&self) -> Precision {
+    pub(crate) fn precision(&self) -> Precision {
         self.march.backend().precision
     }
 }

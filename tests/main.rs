@@ -1,5 +1,6 @@
 //! All integration tests in one binary, so that the crate is linked once.
 
+mod fit; // least squares against certified answers, bounds, identification
 mod shaders; // naga: kernels, layouts, twins of names
 mod support; // tolerances with their reasons, cases
 mod twins; // each WGSL function against its Rust twin, on the device

@@ -20,13 +20,16 @@ const SAMPLES: usize = 4096;
 /// Cells of the systems that the tridiagonal twins solve.
 const CELLS: usize = 24;
 
+/// From inputs and tables to outputs.
+type Twin<'a, W> = dyn Fn(&[W], &[W], &mut [W]) + 'a;
+
 /// A probe: what to evaluate, on what inputs, and the twin of it.
 struct Probe<'a, W> {
     /// Statements over `x`, the inputs, that fill `y`, the outputs.
     body: &'a str,
     inputs: Vec<(f64, f64)>,
     outputs: usize,
-    twin: &'a dyn Fn(&[W], &[W], &mut [W]),
+    twin: &'a Twin<'a, W>,
 }
 
 /// A table whose columns bend, so that rows and shares both matter; three columns and three more.

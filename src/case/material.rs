@@ -18,18 +18,18 @@ pub enum Mark {
 
 impl Mark {
     /// Each mark and its word in a material file.
-    const WORDS: [(Mark, &'static str); 4] = [
-        (Mark::Read, "read"),
-        (Mark::Remembered, "remembered"),
-        (Mark::Estimated, "estimated"),
-        (Mark::Paper, "paper"),
+    const WORDS: [(Self, &'static str); 4] = [
+        (Self::Read, "read"),
+        (Self::Remembered, "remembered"),
+        (Self::Estimated, "estimated"),
+        (Self::Paper, "paper"),
     ];
 
     pub fn word(self) -> &'static str {
         Self::WORDS.iter().find(|(mark, _)| *mark == self).map_or("", |(_, word)| word)
     }
 
-    pub fn named(word: &str) -> Option<Mark> {
+    pub fn named(word: &str) -> Option<Self> {
         Self::WORDS.iter().find(|(_, known)| *known == word).map(|&(mark, _)| mark)
     }
 }

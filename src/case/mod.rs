@@ -72,6 +72,6 @@ pub struct Resolution {
 impl Default for Resolution {
     /// What a case file gets that names none.
     fn default() -> Self {
-        Self { cells: 160, first_step_s: 0.005, growth: 0.02, largest_step_s: 0.5, every_s: 1.0 }
+        Self { cells: 160, first_step_s: 0.005, growth: 0.05, largest_step_s: 0.5, every_s: 1.0 }
     }
 }

@@ -3,19 +3,23 @@
 use nalgebra::DVector;
 
 /// The nearest point between the bounds.
-pub fn inside(point: &DVector<f64>, bounds: &[(f64, f64)]) -> DVector<f64> {
+pub(super) fn inside(point: &DVector<f64>, bounds: &[(f64, f64)]) -> DVector<f64> {
     DVector::from_iterator(point.len(), point.iter().zip(bounds).map(|(value, &(low, high))| value.max(low).min(high)))
 }
 
 /// Whether a variable stands on a bound and would have to leave it to lower the objective, whose derivative by the
 /// variable has the sign of `slope`.
-pub fn holds_back(value: f64, slope: f64, (low, high): (f64, f64)) -> bool {
+pub(super) fn holds_back(value: f64, slope: f64, (low, high): (f64, f64)) -> bool {
     (value <= low && slope > 0.0) || (value >= high && slope < 0.0)
 }
 
 /// The bound that the way from a point to a target meets first: the variable, its bound, and the share of the way up
 /// to there. `None` where the target lies between all bounds.
-pub fn first_met(point: &DVector<f64>, target: &DVector<f64>, bounds: &[(f64, f64)]) -> Option<(usize, f64, f64)> {
+pub(super) fn first_met(
+    point: &DVector<f64>,
+    target: &DVector<f64>,
+    bounds: &[(f64, f64)],
+) -> Option<(usize, f64, f64)> {
     let crossed = (0..point.len()).filter_map(|j| {
         let (low, high) = bounds[j];
         let bound = if target[j] < low {

@@ -5,27 +5,27 @@ use nalgebra::{DMatrix, DVector};
 
 /// The least damping of a step. Directions in which the scaled Jacobian is weaker than its root, 1e-5, are damped
 /// away rather than followed wherever the error of the derivatives points.
-pub const LEAST: f64 = 1e-10;
+pub(super) const LEAST: f64 = 1e-10;
 /// The damping of a step that counts as undamped where a minimum is to be told. Derivatives by differences carry
 /// errors well above rounding, and a direction that consists of nothing else promises a reduction that is not there;
 /// one weaker than 1e-4 of the scaled Jacobian therefore counts the less the weaker it is.
-pub const TRUSTED: f64 = 1e-8;
+pub(super) const TRUSTED: f64 = 1e-8;
 
 /// The dampings that are tried at once about μ: the paper's 0.1 μ after a success and its 10 μ after a failure, μ
 /// itself, and a half, since in a curved valley a tenth often is just too little.
-pub fn ladder(damping: f64) -> [f64; 4] {
+pub(super) fn ladder(damping: f64) -> [f64; 4] {
     [0.1, 0.5, 1.0, 10.0].map(|rung| (rung * damping).max(LEAST))
 }
 
 /// The damping about which to try again when all of a ladder has failed, so that its first rung follows on by the
 /// paper's factor of ten.
-pub fn beyond(rungs: &[f64; 4]) -> f64 {
+pub(super) fn beyond(rungs: &[f64; 4]) -> f64 {
     100.0 * rungs[3]
 }
 
 /// What is known about a point: the residuals taken as straight, `r + J ΔP`, kept as `R ΔP + Qᵀr` with `J = QR`,
 /// which has the same least squares and only as many rows as variables.
-pub struct Neighbourhood<'a> {
+pub(super) struct Neighbourhood<'a> {
     point: &'a DVector<f64>,
     bounds: &'a [(f64, f64)],
     /// S at the point.
@@ -41,7 +41,7 @@ pub struct Neighbourhood<'a> {
 }
 
 impl<'a> Neighbourhood<'a> {
-    pub fn new(point: &'a DVector<f64>, tangent: &Tangent, bounds: &'a [(f64, f64)]) -> Self {
+    pub(super) fn new(point: &'a DVector<f64>, tangent: &Tangent, bounds: &'a [(f64, f64)]) -> Self {
         let Tangent { residuals, jacobian } = tangent;
         let lengths = DVector::from_iterator(point.len(), jacobian.column_iter().map(|column| column.norm()));
         let qr = jacobian.clone().qr();
@@ -61,13 +61,13 @@ impl<'a> Neighbourhood<'a> {
     }
 
     /// Whether residuals and derivatives are numbers, and their squares too.
-    pub fn finite(&self) -> bool {
+    pub(super) fn finite(&self) -> bool {
         self.finite
     }
 
     /// The largest cosine of the angle between the residuals and a column of the Jacobian, over the variables that no
     /// bound holds back: zero at a minimum, whatever the units.
-    pub fn steepness(&self) -> f64 {
+    pub(super) fn steepness(&self) -> f64 {
         let norm = self.objective.sqrt();
         let free = |j: &usize| !bounds::holds_back(self.point[*j], self.slopes[*j], self.bounds[*j]);
         let cosines = (0..self.point.len()).filter(free).map(|j| self.slopes[j].abs() / (self.scale[j] * norm));
@@ -81,7 +81,7 @@ impl<'a> Neighbourhood<'a> {
     /// iteration stalls. So the bounds are part of the problem: a variable whose bound is met is held on it and the
     /// others are solved for again, and one that the others' new places would draw off its bound is let go (the active
     /// set method: Nocedal & Wright, *Numerical Optimization*, 2006, section 16.5).
-    pub fn target(&self, damping: f64) -> DVector<f64> {
+    pub(super) fn target(&self, damping: f64) -> DVector<f64> {
         let n = self.point.len();
         let mut target = self.point.clone();
         let mut free = vec![true; n];
@@ -139,14 +139,14 @@ impl<'a> Neighbourhood<'a> {
     }
 
     /// By how much S would fall at a target if the residuals were straight.
-    pub fn promise(&self, target: &DVector<f64>) -> f64 {
+    pub(super) fn promise(&self, target: &DVector<f64>) -> f64 {
         let step = target - self.point;
         -(2.0 * self.slopes.dot(&step) + (&self.r * step).norm_squared())
     }
 
     /// Whether the way to a target is no more than a share of the point's distance from zero, every variable measured
     /// by its effect on the residuals (MINPACK's test of the step).
-    pub fn negligible(&self, target: &DVector<f64>, share: f64) -> bool {
+    pub(super) fn negligible(&self, target: &DVector<f64>, share: f64) -> bool {
         let scaled = |values: &DVector<f64>| values.component_mul(&self.scale).norm();
         scaled(&(target - self.point)) <= share * scaled(self.point)
     }

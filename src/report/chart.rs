@@ -7,7 +7,7 @@ use super::words;
 use serde_json::{Value, json};
 
 /// `{"traces": […], "layout": {…}}`.
-pub fn draw(figure: &Figure) -> Value {
+pub(super) fn draw(figure: &Figure) -> Value {
     let mut traces = Vec::new();
     let mut shapes = Vec::new();
     for layer in &figure.layers {

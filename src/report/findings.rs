@@ -8,13 +8,13 @@ use crate::study::sensitivity::Sensitivity;
 use crate::study::uncertainty::Uncertainty;
 
 /// One finding: what it is about and the sentence.
-pub struct Finding {
+pub(super) struct Finding {
     pub about: &'static str,
     pub said: String,
 }
 
 /// All findings of a story, in the order of its sections.
-pub fn all(story: &Story) -> Vec<Finding> {
+pub(super) fn all(story: &Story) -> Vec<Finding> {
     let mut found = Vec::new();
     let mut say = |about: &'static str, said: String| found.push(Finding { about, said });
     let bondline = story.bondline();
@@ -112,7 +112,7 @@ fn blame(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
 }
 
 /// Factors by their share of a sensor's spread at its nominal peak, largest first.
-pub fn ranked(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Vec<(usize, f64)>> {
+pub(super) fn ranked(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Vec<(usize, f64)>> {
     let instant = nearest(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s)?;
     let mut shares: Vec<(usize, f64)> =
         (0..case.factors.len()).map(|factor| (factor, outcome.spreads[sensor].shares[factor][instant])).collect();
@@ -156,6 +156,6 @@ fn estimate(case: &Case, outcome: &Estimated) -> String {
 }
 
 /// A clause without its closing point, to be put into a sentence.
-pub fn sentence(text: &str) -> &str {
+pub(super) fn sentence(text: &str) -> &str {
     text.trim().trim_end_matches('.')
 }

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// A case and an answer to every question about it.
-pub struct Outcomes {
+pub(super) struct Outcomes {
     pub case: Case,
     pub backend: Backend,
     pub nominal: Nominal,
@@ -24,7 +24,7 @@ pub struct Outcomes {
 }
 
 impl Outcomes {
-    pub fn story<'a>(&'a self, command: &'a str) -> Story<'a> {
+    pub(super) fn story<'a>(&'a self, command: &'a str) -> Story<'a> {
         let study = command == "study";
         Story {
             case: &self.case,
@@ -360,7 +360,7 @@ fn estimated(before: Nominal) -> Estimated {
     }
 }
 
-pub fn outcomes() -> Outcomes {
+pub(super) fn outcomes() -> Outcomes {
     let (case, nominal) = (case(), nominal(1.0));
     Outcomes {
         uncertainty: uncertainty(&case, &nominal),

@@ -21,7 +21,7 @@ const CONDITION: f64 = 50.0;
 const AUTOCORRELATION: f64 = 0.5;
 
 /// Every reason for doubt in a story, each a sentence or two.
-pub fn all(story: &Story) -> Vec<String> {
+pub(super) fn all(story: &Story) -> Vec<String> {
     let mut doubts = Vec::new();
     if let Some(nominal) = story.nominal_march() {
         march(story.case, nominal, "nominal", &mut doubts);
@@ -57,7 +57,7 @@ pub fn all(story: &Story) -> Vec<String> {
 }
 
 /// The materials of a layup whose figures stand in for others, once each.
-pub fn surrogates(case: &Case) -> Vec<&Material> {
+pub(super) fn surrogates(case: &Case) -> Vec<&Material> {
     let mut found: Vec<&Material> = Vec::new();
     for ply in &case.layup.plies {
         let stands_in = ply.material.note.to_lowercase().contains("surrogate");

@@ -6,7 +6,7 @@ use crate::case::{Factor, Property};
 const ICE_K: f64 = 273.15;
 
 /// A temperature in both scales: `873 K (600 °C)`.
-pub fn kelvin(temperature_k: f64) -> String {
+pub(super) fn kelvin(temperature_k: f64) -> String {
     if temperature_k.is_finite() {
         format!("{} K ({} °C)", grouped(temperature_k, 0), grouped(temperature_k - ICE_K, 0))
     } else {
@@ -15,12 +15,12 @@ pub fn kelvin(temperature_k: f64) -> String {
 }
 
 /// A time: `78 s`, `78.5 s`.
-pub fn seconds(time_s: f64) -> String {
+pub(super) fn seconds(time_s: f64) -> String {
     format!("{} s", trimmed(grouped(time_s, 1)))
 }
 
 /// A number with this many significant digits, thousands grouped: `2,160`, `0.993`, `1.2e-6`.
-pub fn significant(value: f64, digits: usize) -> String {
+pub(super) fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -38,28 +38,28 @@ pub fn significant(value: f64, digits: usize) -> String {
 }
 
 /// A change that may go either way: `+12.0`, `-0.3`.
-pub fn signed(value: f64, decimals: usize) -> String {
+pub(super) fn signed(value: f64, decimals: usize) -> String {
     let text = grouped(value, decimals);
     if value > 0.0 && text.contains(|c: char| ('1'..='9').contains(&c)) { format!("+{text}") } else { text }
 }
 
 /// A share of one in per cent: `62 %`.
-pub fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
     if share.is_finite() { format!("{} %", grouped(100.0 * share, 0)) } else { "unknown".to_owned() }
 }
 
 /// A whole number, thousands grouped: `5,000`.
-pub fn count(number: usize) -> String {
+pub(super) fn count(number: usize) -> String {
     group(&number.to_string())
 }
 
 /// A number and its noun: `1 member`, `5,000 members`.
-pub fn counted(number: usize, noun: &str) -> String {
+pub(super) fn counted(number: usize, noun: &str) -> String {
     format!("{} {noun}{}", count(number), if number == 1 { "" } else { "s" })
 }
 
 /// Names in a sentence: `a, b and c`.
-pub fn listed<S: AsRef<str>>(names: &[S]) -> String {
+pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
     match names {
         [] => "none".to_owned(),
         [one] => one.as_ref().to_owned(),
@@ -71,7 +71,7 @@ pub fn listed<S: AsRef<str>>(names: &[S]) -> String {
 }
 
 /// What a factor scales: `conductivity of INS`.
-pub fn meaning(factor: &Factor) -> String {
+pub(super) fn meaning(factor: &Factor) -> String {
     let property = match factor.property {
         Property::Conductivity => "conductivity",
         Property::ConductivitySolid => "solid part of the conductivity",
@@ -89,7 +89,7 @@ pub fn meaning(factor: &Factor) -> String {
 }
 
 /// A number with this many decimals, thousands grouped.
-pub fn grouped(value: f64, decimals: usize) -> String {
+pub(super) fn grouped(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return if value.is_nan() { "unknown".to_owned() } else { "unbounded".to_owned() };
     }
@@ -101,12 +101,12 @@ pub fn grouped(value: f64, decimals: usize) -> String {
 }
 
 /// Drops zeros after the decimal point, and the point when nothing follows it.
-pub fn trimmed(text: String) -> String {
+pub(super) fn trimmed(text: String) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// A text of at most this many characters, an ellipsis where it was cut.
-pub fn short(text: &str, most: usize) -> String {
+pub(super) fn short(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
         return text.to_owned();
     }

@@ -6,7 +6,7 @@
 use super::problem::Point;
 
 /// The points of one series of a file; its zero of temperature in K is added to every figure.
-pub fn points(file: &str, series: &str, zero_k: f64) -> Vec<Point> {
+pub(super) fn points(file: &str, series: &str, zero_k: f64) -> Vec<Point> {
     let (header, rows) = table(file);
     let depths_m: Vec<f64> = header[2..].iter().map(|depth| number(depth)).collect();
     let mut points = Vec::new();
@@ -20,7 +20,7 @@ pub fn points(file: &str, series: &str, zero_k: f64) -> Vec<Point> {
 }
 
 /// The columns of a file of numbers.
-pub fn columns(file: &str) -> Vec<Vec<f64>> {
+pub(super) fn columns(file: &str) -> Vec<Vec<f64>> {
     let (header, rows) = table(file);
     (0..header.len()).map(|column| rows.iter().map(|row| number(row[column])).collect()).collect()
 }

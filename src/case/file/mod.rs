@@ -41,7 +41,7 @@ impl Case {
     ///
     /// # Errors
     /// Every fault of the file and of those it names, each with its line and column.
-    pub fn load(path: &Path) -> Result<Case, CaseError> {
+    pub fn load(path: &Path) -> Result<Self, CaseError> {
         Self::load_with(path, &[])
     }
 
@@ -53,7 +53,7 @@ impl Case {
     ///
     /// # Errors
     /// As [`Case::load`]; a fault of an override names the override.
-    pub fn load_with(path: &Path, overrides: &[(String, String)]) -> Result<Case, CaseError> {
+    pub fn load_with(path: &Path, overrides: &[(String, String)]) -> Result<Self, CaseError> {
         let faults = Faults::default();
         let case = located(path, &faults).and_then(|file| {
             let mut root = document(&file, &faults)?;
@@ -71,7 +71,7 @@ impl Material {
     ///
     /// # Errors
     /// Every fault of the file, each with its line and column.
-    pub fn load(path: &Path) -> Result<Material, CaseError> {
+    pub fn load(path: &Path) -> Result<Self, CaseError> {
         let faults = Faults::default();
         let material = document(path, &faults).and_then(|root| material::material(root.read(&faults), id(path)));
         faults.settle(material)
@@ -81,7 +81,7 @@ impl Material {
     ///
     /// # Errors
     /// No such material: the names that there are, the nearest first.
-    pub fn named(id: &str) -> Result<Material, CaseError> {
+    pub fn named(id: &str) -> Result<Self, CaseError> {
         let faults = Faults::default();
         let material = match library::text(id) {
             Some((id, text)) => shipped(id, text, &faults),

@@ -56,7 +56,7 @@ struct Row {
 impl Sheet {
     /// # Errors
     /// No such file; no heading; a row of another length than the heading; a heading that stands twice.
-    pub(super) fn read(path: &Path, faults: &Faults) -> Read<Sheet> {
+    pub(super) fn read(path: &Path, faults: &Faults) -> Read<Self> {
         let text = source::read(path, faults)?;
         let file: Arc<str> = path.display().to_string().into();
         let mut rows = text
@@ -76,7 +76,7 @@ impl Sheet {
                 Column { heading: text.clone(), stem: stem.to_owned(), unit, place }
             })
             .collect();
-        let sheet = Sheet { file, rows: rows.collect(), columns };
+        let sheet = Self { file, rows: rows.collect(), columns };
         sheet.check(faults)?;
         Ok(sheet)
     }

@@ -35,7 +35,7 @@ struct Entry {
 
 impl Node {
     /// The tree of a whole document; a syntax error hides what follows it, so a tree comes only without any.
-    pub(super) fn document(text: &str, file: &str, faults: &Faults) -> Read<Node> {
+    pub(super) fn document(text: &str, file: &str, faults: &Faults) -> Read<Self> {
         let source = Source::new(text, file);
         let (table, errors) = DeTable::parse_recoverable(text);
         let mut faulty = None;
@@ -45,19 +45,19 @@ impl Node {
         }
         match faulty {
             Some(faulty) => Err(faulty),
-            None => Ok(Node { place: Place::whole(file), value: source.table(table.get_ref()) }),
+            None => Ok(Self { place: Place::whole(file), value: source.table(table.get_ref()) }),
         }
     }
 
     /// The value of an override: TOML where it reads as TOML, else the bare text, so that `3 kPa` needs no quotes.
-    pub(super) fn inline(text: &str, file: &str) -> Node {
+    pub(super) fn inline(text: &str, file: &str) -> Self {
         let place = Place::whole(file);
         match DeValue::parse(text) {
             Ok(value) => {
                 let source = Source::new(text, file);
-                Node { value: source.value(value.get_ref()), place }
+                Self { value: source.value(value.get_ref()), place }
             }
-            Err(_) => Node { place, value: Value::Text(text.to_owned()) },
+            Err(_) => Self { place, value: Value::Text(text.to_owned()) },
         }
     }
 
@@ -65,7 +65,7 @@ impl Node {
     ///
     /// # Errors
     /// The part of the path that leads nowhere.
-    pub(super) fn set(&mut self, path: &[&str], new: Node) -> Result<(), String> {
+    pub(super) fn set(&mut self, path: &[&str], new: Self) -> Result<(), String> {
         let Some((first, rest)) = path.split_first() else {
             *self = new;
             return Ok(());
@@ -73,7 +73,7 @@ impl Node {
         match &mut self.value {
             Value::Table(entries) => {
                 let at = entries.iter().position(|entry| entry.key == *first).unwrap_or_else(|| {
-                    let node = Node { place: new.place.clone(), value: Value::Table(Vec::new()) };
+                    let node = Self { place: new.place.clone(), value: Value::Table(Vec::new()) };
                     entries.push(Entry { key: (*first).to_owned(), place: new.place.clone(), node });
                     entries.len() - 1
                 });
@@ -96,7 +96,7 @@ impl Node {
         }
     }
 
-    pub(super) fn get(&self, key: &str) -> Option<&Node> {
+    pub(super) fn get(&self, key: &str) -> Option<&Self> {
         match &self.value {
             Value::Table(entries) => entries.iter().find(|entry| entry.key == key).map(|entry| &entry.node),
             _ => None,
@@ -104,7 +104,7 @@ impl Node {
     }
 
     /// The values of a list; none of anything else.
-    pub(super) fn items(&self) -> &[Node] {
+    pub(super) fn items(&self) -> &[Self] {
         match &self.value {
             Value::List(nodes) => nodes,
             _ => &[],
@@ -219,7 +219,7 @@ impl<'a> Written<'a> {
     }
 
     /// The values of a list, one or more.
-    pub(super) fn list(self) -> Read<Vec<Written<'a>>> {
+    pub(super) fn list(self) -> Read<Vec<Self>> {
         match &self.node.value {
             Value::List(nodes) if nodes.is_empty() => Err(self.fault("the list is empty")),
             Value::List(nodes) => Ok(nodes.iter().map(|node| node.read(self.faults)).collect()),
@@ -228,7 +228,7 @@ impl<'a> Written<'a> {
     }
 
     /// A list of two.
-    pub(super) fn pair(self) -> Read<[Written<'a>; 2]> {
+    pub(super) fn pair(self) -> Read<[Self; 2]> {
         let values = self.list()?;
         let count = values.len();
         <[Written<'a>; 2]>::try_from(values)
@@ -312,7 +312,7 @@ impl<'a> Section<'a> {
     }
 
     /// The tables of `[[key]]`, none where the key is absent.
-    pub(super) fn tables(&self, key: &'static str) -> Read<Vec<Section<'a>>> {
+    pub(super) fn tables(&self, key: &'static str) -> Read<Vec<Self>> {
         match self.optional(key) {
             None => Ok(Vec::new()),
             Some(written) => all(written.list()?.into_iter().map(Written::section)),

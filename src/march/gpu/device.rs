@@ -251,14 +251,13 @@ impl Device {
         if self.has_f64 {
             transforms.push((Precision::F64, self.test_transforms::<f64>("f64")?, PAIRS));
         }
-        let text = format!(
-            "@group(0) @binding(0) var<storage, read> asked: array<u32>;\n\
+        let text = "@group(0) @binding(0) var<storage, read> asked: array<u32>;\n\
              @group(0) @binding(1) var<storage, read_write> turned: array<u32>;\n\
-             @compute @workgroup_size(1) fn turns() {{\n\
+             @compute @workgroup_size(1) fn turns() {\n\
              var value = 1u; var count = 0u;\n\
-             for (var i = 0u; i < asked[0]; i++) {{ value = value * 1664525u + 1013904223u; count++; }}\n\
-             turned[0] = count; turned[1] = value; }}"
-        );
+             for (var i = 0u; i < asked[0]; i++) { value = value * 1664525u + 1013904223u; count++; }\n\
+             turned[0] = count; turned[1] = value; }"
+            .to_string();
         let buffers = [(0, self.upload("asked", &[TURNS; 4])), (1, self.storage("turned", 16))];
         let turned: Vec<u32> = self.probe(&text, "turns", 1, &buffers)?;
         Ok(SelfTests { transforms, loop_turns: turned[0] })

@@ -30,7 +30,7 @@ type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 ///
 /// # Errors
 /// When plotters refuses, in words.
-pub fn draw(figure: &Figure) -> Result<String, String> {
+pub(super) fn draw(figure: &Figure) -> Result<String, String> {
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, (WIDTH * FINE, HEIGHT * FINE)).into_drawing_area();

@@ -5,7 +5,7 @@ use crate::verify::Group::{Codes, Exact};
 use crate::verify::problem::{Check, Measure, Point, Problem, Setting, constant, convected, heated, held, insulated};
 use crate::verify::reference;
 
-pub fn problems() -> Vec<Problem> {
+pub(super) fn problems() -> Vec<Problem> {
     vec![three_layers(), copper_on_iron(), insulated_steel(), insulated_steel_at_rest()]
 }
 

@@ -9,7 +9,7 @@ use crate::verify::problem::{
 use crate::verify::{exact, reference};
 use std::f64::consts::PI;
 
-pub fn problems() -> Vec<Problem> {
+pub(super) fn problems() -> Vec<Problem> {
     vec![cooling(), heating(), nafems_t2(), nafems_t3(), sfpe_case_1(), sfpe_case_2(), kaowool()]
 }
 

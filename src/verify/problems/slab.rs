@@ -15,7 +15,7 @@ const START_K: f64 = 300.0;
 const STEP_K: f64 = 1200.0;
 const TIMES_S: [f64; 8] = [1.0, 5.0, 20.0, 60.0, 120.0, 300.0, 600.0, 1200.0];
 
-pub fn problems() -> Vec<Problem> {
+pub(super) fn problems() -> Vec<Problem> {
     let mut problems = slabs();
     problems.extend(half_spaces());
     problems.push(triangular_flux());
