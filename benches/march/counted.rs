@@ -2,7 +2,7 @@
 
 use bondline::ensemble::Ensemble;
 use bondline::physics::Real;
-use bondline::physics::step::Member;
+use bondline::physics::member::Member;
 use bondline::plan::Plan;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::atomic::{AtomicU64, Ordering};
