@@ -32,7 +32,7 @@ var<private> first: Column;
 var<private> second: Column;
 
 const LAST_CELL = CELLS - 1u;
-const FACE_TABLE = PLIES * TABLE_NODES * (PARTS + 2u);
+const FACE_TABLE = PLIES * TABLE_NODES * (2u * PARTS + 2u);
 
 // What does not change over the march.
 fn scale() {
@@ -118,7 +118,7 @@ fn through(face: u32, drive: Drive, cell: u32, neighbour: u32, column: u32) -> F
     let at = spot(temperature_k);
     let emissivity = look_up(at, FACE_COLUMNS, FACE_TABLE + column);
     let enthalpy_j_kg = look_up(at, FACE_COLUMNS, FACE_TABLE + 1u);
-    let rise_j_kg_k = slope(at, FACE_COLUMNS, FACE_TABLE + 1u);
+    let rise_j_kg_k = look_up(at, FACE_COLUMNS, FACE_TABLE + 2u);
     let open = face_flux(
         drive,
         faces[face],
@@ -136,7 +136,7 @@ fn through(face: u32, drive: Drive, cell: u32, neighbour: u32, column: u32) -> F
 }
 
 fn imbalance(hot: Drive, back: Drive) -> Ends {
-    let ends = Ends(through(0u, hot, 0u, 1u, 0u), through(1u, back, LAST_CELL, LAST_CELL - 1u, 2u));
+    let ends = Ends(through(0u, hot, 0u, 1u, 0u), through(1u, back, LAST_CELL, LAST_CELL - 1u, 3u));
     var above = ends.hot.flux;
     for (var i = 0u; i < LAST_CELL; i++) {
         let below = conductances[i] * difference(staged(i), staged(i + 1u));
@@ -192,7 +192,7 @@ fn rise(face: u32, step: u32) -> real {
 fn driven(step: u32, start: Ends) -> vec2<real> {
     let gamma = real(GAMMA);
     let hot = through(0u, drives[4u * step + 1u], 0u, 1u, 0u);
-    let back = through(1u, drives[4u * step + 3u], LAST_CELL, LAST_CELL - 1u, 2u);
+    let back = through(1u, drives[4u * step + 3u], LAST_CELL, LAST_CELL - 1u, 3u);
     return vec2<real>(gamma * (hot.flux - start.hot.flux), gamma * (back.flux - start.back.flux));
 }
 
@@ -309,8 +309,8 @@ fn finish() {
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
-            let now_j_kg = integral(spot(temperatures[i].high), PARTS + 2u, ply.table + PARTS);
-            let then_j_kg = integral(spot(cells[i].start_k), PARTS + 2u, ply.table + PARTS);
+            let now_j_kg = integral(spot(temperatures[i].high), 2u * PARTS + 2u, ply.table + 2u * PARTS);
+            let then_j_kg = integral(spot(cells[i].start_k), 2u * PARTS + 2u, ply.table + 2u * PARTS);
             let gained = keep(now_j_kg - then_j_kg) * ply_scales[p].density_kg_m3 * cells[i].width_m;
             stored_j_m2 = stored_j_m2 + gained;
             let hot = select(0.0, faces[0].held * gained, i == 0u);

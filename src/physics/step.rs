@@ -23,7 +23,7 @@ use super::material::{
     heat_capacity, ply_scale,
 };
 use super::reading::{followed, reading};
-use super::table::{integral, look_up, slope, spot};
+use super::table::{integral, look_up, spot};
 use super::tridiagonal::{factorise, substitute};
 use crate::plan::layout::{Drive, FACE_COLUMNS, TABLE_NODES, TABLE_STEP_K};
 use crate::plan::{Plan, Rows};
@@ -194,7 +194,7 @@ impl<'a, R: Real> Member<'a, R> {
         let at = spot(temperature_k);
         let emissivity = look_up(&rows.tables, at, FACE_COLUMNS, table + column);
         let enthalpy_j_kg = look_up(&rows.tables, at, FACE_COLUMNS, table + 1);
-        let rise_j_kg_k = slope(&rows.tables, at, FACE_COLUMNS, table + 1);
+        let rise_j_kg_k = look_up(&rows.tables, at, FACE_COLUMNS, table + 2);
         let open =
             face_flux(drive, rows.faces[face], self.faces[face], temperature_k, emissivity, enthalpy_j_kg, rise_j_kg_k);
         let held = R::of(rows.faces[face].held);
@@ -208,7 +208,7 @@ impl<'a, R: Real> Member<'a, R> {
     #[inline(always)]
     fn imbalance(&mut self, hot: Drive<R::Scalar>, back: Drive<R::Scalar>) -> Ends<R> {
         let last = self.second.len() - 1;
-        let ends = Ends { hot: self.through(0, hot, 0, 1, 0), back: self.through(1, back, last, last - 1, 2) };
+        let ends = Ends { hot: self.through(0, hot, 0, 1, 0), back: self.through(1, back, last, last - 1, 3) };
         let mut above = ends.hot.flux;
         for i in 0..last {
             let below = self.conductances[i] * difference(self.staged(i), self.staged(i + 1));
@@ -274,7 +274,7 @@ impl<'a, R: Real> Member<'a, R> {
         let last = self.second.len() - 1;
         let gamma = R::constant(GAMMA);
         let hot = self.through(0, self.rows.drives[4 * step + 1], 0, 1, 0);
-        let back = self.through(1, self.rows.drives[4 * step + 3], last, last - 1, 2);
+        let back = self.through(1, self.rows.drives[4 * step + 3], last, last - 1, 3);
         [gamma * (hot.flux - start.hot.flux), gamma * (back.flux - start.back.flux)]
     }
 
@@ -409,7 +409,7 @@ impl<'a, R: Real> Member<'a, R> {
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
             let columns = self.plan.table_columns();
-            let offset = ply.table as usize + self.plan.parts;
+            let offset = ply.table as usize + 2 * self.plan.parts;
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 let now_j_kg = integral(&rows.tables, spot(self.temperatures[i].high), columns, offset);
                 let then_j_kg = integral(&rows.tables, spot(R::of(rows.cells[i].start_k)), columns, offset);

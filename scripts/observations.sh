@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Make the synthetic observations of the shipped cases anew, from their truths. Same seeds, same files.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+cargo build --release --quiet
+bondline=target/release/bondline
+
+# A case names its observations, so that a stub stands in until they are made.
+make() { # truth, observations, further options
+    local truth=$1 out=$2
+    shift 2
+    printf 'time_s,TC4_K\n0,300\n' > "$out"
+    "$bondline" twin "$truth" --out "$out" --force --quiet "$@"
+}
+
+# The two runs: what four thermocouples of a richer layup would show, with 2 K noise.
+for run in 2259 2330; do
+    make "cases/lcat-$run/truth.toml" "cases/lcat-$run/measured.csv" --noise "2 K" --seed "$run"
+done
+
+# Run 2259 from TC3 down: the same thermocouples, one of them now the driver.
+awk -F, '{ print $1 "," $4 }' cases/lcat-2259/measured.csv > cases/lcat-2259-tc3/driver.csv
+awk -F, '{ print $1 "," $5 }' cases/lcat-2259/measured.csv > cases/lcat-2259-tc3/measured.csv
+
+# The estimator's own test: the nominal TC3 drives, TC4 is made with both factors at one, neither has noise.
+made=$(mktemp)
+trap 'rm -f "$made"' EXIT
+make cases/lcat-2259 "$made"
+awk -F, '{ print $1 "," $4 }' "$made" > cases/twin-tc3/driver.csv
+make cases/twin-tc3 cases/twin-tc3/measured.csv
+awk -F, '{ print $1 "," $3 }' cases/twin-tc3/measured.csv > "$made"
+cp "$made" cases/twin-tc3/measured.csv
