@@ -100,7 +100,9 @@ pub(crate) fn adapter() -> Adapter {
     let adapters = device::adapters();
     let names: Vec<String> = adapters.iter().map(|adapter| adapter.name.clone()).collect();
     let found = adapters.into_iter().find(Adapter::is_software);
-    found.unwrap_or_else(|| panic!("tests need the software Vulkan driver, found {names:?}: scripts/test.sh installs it"))
+    found.unwrap_or_else(|| {
+        panic!("tests need the software Vulkan driver, found {names:?}: scripts/test.sh installs it")
+    })
 }
 
 /// The software rasteriser with the runtime's checks on.
