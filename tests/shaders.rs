@@ -163,12 +163,12 @@ fn the_words_of_a_dispatch_lie_on_the_device_as_on_the_host() {
 
 /// Functions that only one side of a twin has, and why.
 const ONE_SIDED: &[(&str, &str, &str)] = &[
-    ("step", "scale", "a dispatch forgets the scales that a member on the processor keeps from its start"),
-    ("step", "note", "the processor hands readings to its caller, the device writes them to a binding"),
-    ("step", "shown_k", "the host reads a member through it; the device has bindings"),
-    ("step", "heat_j_m2", "the host reads a member through it; the device has bindings"),
-    ("step", "extremes_k", "the host reads a member through it; the device has bindings"),
-    ("step", "strayed", "the host reads a member through it; the device has bindings"),
+    ("member", "scale", "a dispatch forgets the scales that a member on the processor keeps from its start"),
+    ("member", "note", "the processor hands readings to its caller, the device writes them to a binding"),
+    ("member", "shown_k", "the host reads a member through it; the device has bindings"),
+    ("member", "heat_j_m2", "the host reads a member through it; the device has bindings"),
+    ("member", "extremes_k", "the host reads a member through it; the device has bindings"),
+    ("member", "strayed", "the host reads a member through it; the device has bindings"),
 ];
 
 /// Functions in the order of a text, but for those of one side.
