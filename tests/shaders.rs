@@ -116,7 +116,7 @@ fn a_row_renamed_reordered_or_lengthened_is_caught() {
         ("struct Drive {\n    flux_w_m2: real,", "struct Drive {\n    flux_w_cm2: real,", ".flux_w_m2", ".flux_w_cm2"),
         ("    above: real,\n    below: real,\n", "    below: real,\n    above: real,\n", "", ""),
         ("struct Bead {\n    start: real,", "struct Bead {\n    unused: real,\n    start: real,", "", ""),
-        ("struct Scaling {\n    heating: u32,", "struct Scaling {\n    @align(16) heating: u32,", "", ""),
+        ("    heating: u32,\n    film: u32,", "    heating: u32,\n    @align(16) film: u32,", "", ""),
     ];
     for (sound, spoiled, uses, renamed) in spoils {
         let mut spoilt = text.replacen(sound, spoiled, 1);
