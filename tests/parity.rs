@@ -7,9 +7,10 @@ use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::cpu::{Cpu, Reference};
 use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::Device;
-use bondline::march::{March, Precision, march_all};
+use bondline::march::{Backend, March, MarchError, Precision, march_all};
 use bondline::plan::Plan;
 use bondline::traces::{Arrival, Traces};
+use std::ops::Range;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
@@ -109,13 +110,13 @@ fn apart_k(one: &Traces, other: &Traces) -> f64 {
     pairs.fold(0.0, |worst, off| if off.is_nan() { f64::INFINITY } else { off.max(worst) })
 }
 
-/// A plan with the conductivity of its second ply (or only one) off by a share of itself.
+/// A plan with every conductivity off by a share of itself.
 fn spoiled(plan: &Plan, share: f64) -> Plan {
     let mut plan = plan.clone();
-    let first = plan.plies[1.min(plan.plies.len() - 1)].table as usize;
-    let columns = plan.table_columns();
-    let block = bondline::plan::layout::TABLE_NODES * columns;
-    plan.rows.tables[first..first + block].iter_mut().step_by(columns).for_each(|value| *value *= 1.0 + share);
+    let (columns, parts, end) = (plan.table_columns(), plan.parts, plan.face_table());
+    for row in plan.rows.tables[..end].chunks_exact_mut(columns) {
+        row[..parts].iter_mut().for_each(|value| *value *= 1.0 + share);
+    }
     plan
 }
 
@@ -198,7 +199,7 @@ fn runtime_checks_change_no_bit() {
     }
 }
 
-fn rows(ensemble: &Ensemble, members: std::ops::Range<usize>) -> Vec<f64> {
+fn rows(ensemble: &Ensemble, members: Range<usize>) -> Vec<f64> {
     members.flat_map(|member| ensemble.member(member)).collect()
 }
 
@@ -206,18 +207,13 @@ fn rows(ensemble: &Ensemble, members: std::ops::Range<usize>) -> Vec<f64> {
 struct Cut<'a>(&'a mut dyn March, usize);
 
 impl March for Cut<'_> {
-    fn backend(&self) -> bondline::march::Backend {
+    fn backend(&self) -> Backend {
         self.0.backend()
     }
     fn capacity(&self, _plan: &Plan) -> usize {
         self.1
     }
-    fn march(
-        &mut self,
-        plan: &Plan,
-        ensemble: &Ensemble,
-        members: std::ops::Range<usize>,
-    ) -> Result<Traces, bondline::march::MarchError> {
+    fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
         self.0.march(plan, ensemble, members)
     }
 }

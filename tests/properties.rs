@@ -1,6 +1,6 @@
 //! Truths of heat that no case may break, and what a seed promises.
 
-use crate::support::{BALANCE, RINGING_K, ROUNDING_K, case, cases, coarse, drawn, with_factor};
+use crate::support::{BALANCE, ROUNDING_K, case, cases, coarse, drawn, with_factor};
 use bondline::case::{Bounds, Case, Emissivity, Face, OpenFace, Property, Schedule};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::cpu::Cpu;
@@ -72,7 +72,7 @@ fn more_heating_is_hotter_everywhere_and_always() {
     for member in 1..ensemble.len() {
         let mut rises = traces.member(member).iter().zip(traces.member(member - 1)).map(|(hot, cold)| hot - cold);
         let least_k = rises.clone().fold(f64::INFINITY, f64::min);
-        assert!(least_k >= -RINGING_K, "member {member} is {least_k} K colder somewhere");
+        assert!(least_k >= -ROUNDING_K, "member {member} is {least_k} K colder somewhere");
         let last_k = rises.next_back().expect("there are instants");
         assert!(last_k > 1.0, "member {member} ends {last_k} K hotter");
     }
@@ -89,8 +89,8 @@ fn between_a_held_face_and_an_insulated_one_no_temperature_is_new() {
         let (low_k, high_k) = given.fold((f64::INFINITY, 0.0_f64), |(low, high), t| (low.min(t), high.max(t)));
         let traces = marched(&case, &drawn(&case, 7), Precision::F64);
         for &(coldest_k, hottest_k) in &traces.extremes_k {
-            assert!(coldest_k >= low_k - RINGING_K, "{}: {coldest_k} K under {low_k} K", case.id);
-            assert!(hottest_k <= high_k + RINGING_K, "{}: {hottest_k} K over {high_k} K", case.id);
+            assert!(coldest_k >= low_k - ROUNDING_K, "{}: {coldest_k} K under {low_k} K", case.id);
+            assert!(hottest_k <= high_k + ROUNDING_K, "{}: {hottest_k} K over {high_k} K", case.id);
         }
         let span_k = high_k - low_k;
         let hottest_k = traces.extremes_k.iter().map(|ply| ply.1).fold(0.0, f64::max);

@@ -13,11 +13,9 @@ pub(crate) const SINGLE_K: f64 = 1e-3;
 pub(crate) const DOUBLE_K: f64 = 1e-6;
 /// Heat unaccounted for, of the heat moved: a fiftieth of a per cent, below any figure that a report prints.
 pub(crate) const BALANCE: f64 = 2e-4;
-/// How far a march may fall short of a strict inequality between temperatures, K: the second stage of a step of second
-/// order is not monotone, and a jump of the driver rings by less than a thermocouple's last digit.
-pub(crate) const RINGING_K: f64 = 1e-2;
-/// Two members whose factors multiply to the same product in another order, K: rounding alone.
-pub(crate) const ROUNDING_K: f64 = 1e-8;
+/// What ought to be equal or in order but for rounding in double precision, K: ten thousand times the spacing of
+/// doubles at 1,000 K, a ten-thousandth of what anybody prints.
+pub(crate) const ROUNDING_K: f64 = 1e-9;
 
 /// Loop turns after which the software rasteriser silently ends every loop of an invocation (LLVM's `gallivm`,
 /// `LP_MAX_TGSI_LOOP_ITERATIONS` = 65,535).
