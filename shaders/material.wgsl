@@ -20,7 +20,7 @@ fn ply_scale(ply: Ply, bulk: Bulk) -> PlyScale {
 }
 
 fn conductivity(spot: Spot, table: u32, scale: PlyScale) -> real {
-    let columns = PARTS + 2u;
+    let columns = 2u * PARTS + 2u;
     var sum = scale.solid * look_up(spot, columns, table);
     if PARTS == 3u {
         sum = sum + scale.gas * look_up(spot, columns, table + 1u);
@@ -30,17 +30,17 @@ fn conductivity(spot: Spot, table: u32, scale: PlyScale) -> real {
 }
 
 fn conductivity_slope(spot: Spot, table: u32, scale: PlyScale) -> real {
-    let columns = PARTS + 2u;
-    var sum = scale.solid * slope(spot, columns, table);
+    let columns = 2u * PARTS + 2u;
+    var sum = scale.solid * look_up(spot, columns, table + PARTS);
     if PARTS == 3u {
-        sum = sum + scale.gas * slope(spot, columns, table + 1u);
-        sum = sum + scale.radiative * slope(spot, columns, table + 2u);
+        sum = sum + scale.gas * look_up(spot, columns, table + PARTS + 1u);
+        sum = sum + scale.radiative * look_up(spot, columns, table + PARTS + 2u);
     }
     return sum;
 }
 
 fn heat_capacity(spot: Spot, table: u32, scale: PlyScale) -> real {
-    return scale.density_kg_m3 * look_up(spot, PARTS + 2u, table + PARTS);
+    return scale.density_kg_m3 * look_up(spot, 2u * PARTS + 2u, table + 2u * PARTS);
 }
 
 fn conductance_within(conductivity: real, next: real, half_over_next_1_m: real) -> real {

@@ -1,5 +1,5 @@
 // Look-up in tables on the uniform temperature grid: twin of src/physics/table.rs.
-// The functions come once a table, as WGSL passes no storage by reference.
+// There is one array of tables, as WGSL passes no storage by reference.
 
 struct Spot {
     row: u32,
@@ -16,12 +16,6 @@ fn look_up(spot: Spot, columns: u32, offset: u32) -> real {
     let under = tables[offset + columns * spot.row];
     let over = tables[offset + columns * spot.row + columns];
     return under + spot.share * (over - under);
-}
-
-fn slope(spot: Spot, columns: u32, offset: u32) -> real {
-    let under = tables[offset + columns * spot.row];
-    let over = tables[offset + columns * spot.row + columns];
-    return (over - under) * real(1.0 / TABLE_STEP_K);
 }
 
 fn integral(spot: Spot, columns: u32, offset: u32) -> real {

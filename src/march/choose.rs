@@ -41,7 +41,7 @@ pub fn open(choice: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn Marc
     match choice.kind {
         Kind::Gpu => on_gpu(device::find(choice.device.as_deref())?),
         Kind::Auto if choice.device.is_some() => on_gpu(device::find(choice.device.as_deref())?),
-        Kind::Auto if is_worth_a_device(plan, members) => {
+        Kind::Auto if is_worth_a_device(plan, members) && device::hardware_may_exist() => {
             let hardware = device::adapters().into_iter().find(|adapter| !adapter.is_software());
             // A device that fails its self-tests is no error here: nobody asked for it.
             match hardware.map(on_gpu) {

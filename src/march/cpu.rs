@@ -4,7 +4,7 @@ use super::{Backend, March, MarchError, Precision, arrival};
 use crate::ensemble::Ensemble;
 use crate::physics::Real;
 use crate::physics::lanes::Lanes;
-use crate::physics::step::Member;
+use crate::physics::member::Member;
 use crate::plan::layout::NO_INSTANT;
 use crate::plan::{Plan, Rows};
 use crate::traces::{Balance, Traces};

@@ -1,7 +1,7 @@
 //! Properties of a ply as one member scales them, and conductance from node to node.
 
 use super::Real;
-use super::table::{Spot, look_up, slope};
+use super::table::{Spot, look_up};
 use crate::plan::layout::{Bulk, Ply};
 
 /// What one member's factors make of a ply. A thickness factor f stretches the ply; on the unstretched
@@ -32,7 +32,7 @@ pub fn ply_scale<R: Real>(ply: &Ply<u32>, bulk: Bulk<R::Scalar>, column: impl Fn
 /// Conductivity at a spot of a ply's table, W/m/K.
 #[inline(always)]
 pub fn conductivity<R: Real>(tables: &[R::Scalar], spot: Spot<R>, parts: usize, table: usize, scale: PlyScale<R>) -> R {
-    let columns = parts + 2;
+    let columns = 2 * parts + 2;
     let mut sum = scale.solid * look_up(tables, spot, columns, table);
     if parts == 3 {
         sum = sum + scale.gas * look_up(tables, spot, columns, table + 1);
@@ -50,11 +50,11 @@ pub fn conductivity_slope<R: Real>(
     table: usize,
     scale: PlyScale<R>,
 ) -> R {
-    let columns = parts + 2;
-    let mut sum = scale.solid * slope(tables, spot, columns, table);
+    let columns = 2 * parts + 2;
+    let mut sum = scale.solid * look_up(tables, spot, columns, table + parts);
     if parts == 3 {
-        sum = sum + scale.gas * slope(tables, spot, columns, table + 1);
-        sum = sum + scale.radiative * slope(tables, spot, columns, table + 2);
+        sum = sum + scale.gas * look_up(tables, spot, columns, table + parts + 1);
+        sum = sum + scale.radiative * look_up(tables, spot, columns, table + parts + 2);
     }
     sum
 }
@@ -68,7 +68,7 @@ pub fn heat_capacity<R: Real>(
     table: usize,
     scale: PlyScale<R>,
 ) -> R {
-    scale.density_kg_m3 * look_up(tables, spot, parts + 2, table + parts)
+    scale.density_kg_m3 * look_up(tables, spot, 2 * parts + 2, table + 2 * parts)
 }
 
 /// Conductance between neighbouring nodes of one ply, W/m²/K.

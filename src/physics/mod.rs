@@ -8,6 +8,7 @@ pub mod compensated;
 pub mod faces;
 pub mod lanes;
 pub mod material;
+pub mod member;
 pub mod reading;
 pub mod step;
 pub mod table;
@@ -16,7 +17,7 @@ pub mod tridiagonal;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Twin files: the Rust text under `src/physics`, the WGSL text under `shaders`.
-pub const TWINS: &[&str] = &["compensated", "table", "material", "faces", "tridiagonal", "reading", "step"];
+pub const TWINS: &[&str] = &["compensated", "table", "material", "faces", "tridiagonal", "reading", "member", "step"];
 
 /// A number a march is made of: `f64` the truth, `f32` the shader's twin, or lanes of members of either.
 pub trait Real:

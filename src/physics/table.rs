@@ -26,14 +26,6 @@ pub fn look_up<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offs
     under + spot.share * (over - under)
 }
 
-/// The slope at a spot of one column, per kelvin.
-#[inline(always)]
-pub fn slope<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> R {
-    let under = R::gather(table, spot.row, columns, offset);
-    let over = R::gather(table, spot.row, columns, offset + columns);
-    (over - under) * R::constant(1.0 / TABLE_STEP_K)
-}
-
 /// The integral of a column from the table's start, whose value at the nodes is the column after it.
 #[inline(always)]
 pub fn integral<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> R {

@@ -108,8 +108,8 @@ pub const TABLE_STEP_K: f64 = 5.0;
 /// Nodes of every table. The last, 4,000 K, is also the temperature above which a member has strayed.
 pub const TABLE_NODES: usize = 801;
 /// Columns of the faces' block of tables: emissivity of the hot face, enthalpy of air over that at the
-/// cold wall (J/kg), emissivity of the back face.
-pub const FACE_COLUMNS: usize = 3;
+/// cold wall (J/kg), its slope (J/kg/K), emissivity of the back face.
+pub const FACE_COLUMNS: usize = 4;
 
 /// No reading falls on the end of this step.
 pub const NO_INSTANT: u32 = u32::MAX;

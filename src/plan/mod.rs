@@ -54,7 +54,8 @@ pub struct Rows<S> {
     /// end of the march.
     pub drives: Vec<Drive<S>>,
     pub lengths_s: Vec<S>,
-    /// Ply × node × (conductivity columns, heat capacity, enthalpy), SI; then node × [`FACE_COLUMNS`].
+    /// Ply × node × (conductivity columns, their slopes, heat capacity, enthalpy), SI; then node ×
+    /// [`FACE_COLUMNS`].
     pub tables: Vec<S>,
     pub sensors: Vec<Sensor<S>>,
     /// Step × sensor.
@@ -123,7 +124,7 @@ impl Plan {
 
     /// Columns of a ply's table.
     pub fn table_columns(&self) -> usize {
-        self.parts + 2
+        2 * self.parts + 2
     }
 
     /// Where the faces' table begins.
@@ -171,7 +172,7 @@ fn plies(case: &Case, cells: &[(usize, usize)], parts: usize) -> Vec<Ply<u32>> {
         Ply {
             first_cell: first as u32,
             end_cell: end as u32,
-            table: (index * TABLE_NODES * (parts + 2)) as u32,
+            table: (index * TABLE_NODES * (2 * parts + 2)) as u32,
             conductivity: of(Property::Conductivity),
             conductivity_solid: of(Property::ConductivitySolid),
             conductivity_gas: of(Property::ConductivityGas),
@@ -261,23 +262,43 @@ fn nodes() -> impl Iterator<Item = f64> {
     (0..TABLE_NODES).map(|node| (TABLE_START_K + TABLE_STEP_K * node as f64).max(1e-6))
 }
 
+/// Slope of a column at its nodes, per kelvin. Between nodes slopes are interpolated like any property: a slope
+/// that jumped from segment to segment would make temperatures jump as a factor moves a cell across a node, by
+/// little, but by enough to drown a derivative by differences.
+fn slopes(column: &[f64]) -> Vec<f64> {
+    let last = column.len() - 1;
+    (0..column.len())
+        .map(|node| {
+            let (under, over) = (node.saturating_sub(1), (node + 1).min(last));
+            (column[over] - column[under]) / (TABLE_STEP_K * (over - under) as f64)
+        })
+        .collect()
+}
+
 /// A ply's block of tables. Enthalpy is the exact integral of the resampled heat capacity.
 fn table(material: &Material, case: &Case, parts: usize) -> Vec<f64> {
-    let mut block = Vec::with_capacity(TABLE_NODES * (parts + 2));
-    let (mut enthalpy, mut last) = (0.0, None);
+    let mut columns = vec![vec![]; parts];
+    let (mut heat_capacities, mut enthalpies) = (vec![], vec![0.0]);
     for temperature_k in nodes() {
         let conductivities = material.conductivity.parts(temperature_k, case.exposure.pressure_pa);
         if parts == 1 {
-            block.push(conductivities.iter().sum());
+            columns[0].push(conductivities.iter().sum());
         } else {
-            block.extend(conductivities);
+            columns.iter_mut().zip(conductivities).for_each(|(column, part)| column.push(part));
         }
-        let heat_capacity = material.heat_capacity.at(temperature_k);
-        enthalpy += last.map_or(0.0, |last: f64| 0.5 * TABLE_STEP_K * (last + heat_capacity));
-        last = Some(heat_capacity);
-        block.extend([heat_capacity, enthalpy]);
+        heat_capacities.push(material.heat_capacity.at(temperature_k));
     }
-    block
+    for pair in heat_capacities.windows(2) {
+        enthalpies.push(enthalpies[enthalpies.len() - 1] + 0.5 * TABLE_STEP_K * (pair[0] + pair[1]));
+    }
+    columns.extend(columns.iter().map(|column| slopes(column)).collect::<Vec<_>>());
+    columns.extend([heat_capacities, enthalpies]);
+    interleaved(&columns)
+}
+
+/// Columns node by node.
+fn interleaved(columns: &[Vec<f64>]) -> Vec<f64> {
+    (0..TABLE_NODES).flat_map(|node| columns.iter().map(move |column| column[node])).collect()
 }
 
 fn face_table(case: &Case) -> Vec<f64> {
@@ -290,15 +311,12 @@ fn face_table(case: &Case) -> Vec<f64> {
     };
     let (exposure, plies) = (&case.exposure, &case.layup.plies);
     let cold_wall = air_enthalpy_j_kg(COLD_WALL_K);
-    let mut block = Vec::with_capacity(TABLE_NODES * FACE_COLUMNS);
-    for temperature_k in nodes() {
-        block.extend([
-            emissivity(&exposure.hot_face, plies.first(), temperature_k),
-            air_enthalpy_j_kg(temperature_k) - cold_wall,
-            emissivity(&exposure.back_face, plies.last(), temperature_k),
-        ]);
-    }
-    block
+    let hot = nodes().map(|temperature_k| emissivity(&exposure.hot_face, plies.first(), temperature_k)).collect();
+    let back = nodes().map(|temperature_k| emissivity(&exposure.back_face, plies.last(), temperature_k)).collect();
+    let enthalpies: Vec<f64> = nodes().map(|temperature_k| air_enthalpy_j_kg(temperature_k) - cold_wall).collect();
+    let rises = slopes(&enthalpies);
+    let columns: [Vec<f64>; FACE_COLUMNS] = [hot, enthalpies, rises, back];
+    interleaved(&columns)
 }
 
 /// Exact weights of a first-order lag under a reading that moves in a straight line over the step.

@@ -23,9 +23,9 @@ pub struct Estimated {
     pub bounds: Vec<(f64, f64)>,
     pub start: Vec<f64>,
     pub values: Vec<f64>,
-    /// From the covariance scaled by the residuals; infinite where not determined.
+    /// From the covariance scaled by the residuals, as if they were independent; infinite where not determined.
     pub standard_errors: Vec<f64>,
-    /// 95 % confidence intervals.
+    /// 95 % confidence intervals to first order, widened by the residuals' autocorrelation.
     pub intervals: Vec<(f64, f64)>,
     /// Whether an estimate stands on one of its bounds.
     pub at_bound: Vec<bool>,
@@ -140,9 +140,12 @@ pub fn estimate(
     let residuals = residuals(&observed, plan, &after);
     let autocorrelation = lag_one(&residuals.iter().map(|(_, off_k)| off_k.clone()).collect::<Vec<_>>());
     let effective = effective_samples(flat.len(), autocorrelation);
-    let judged = judge(case, &fit, &factors, &flat, effective);
+    let judged = judge(case, &fit, &factors, &flat);
     let values: Vec<f64> = fit.point.iter().copied().collect();
-    let half = student_95(effective - factors.len() as f64);
+    // Residuals that follow each other are worth fewer samples: the interval is as wide as theirs would be. The
+    // degrees of freedom stay those of all samples, for of one or two effective ones Student's t is unbounded and
+    // says nothing.
+    let half = student_95(flat.len() as f64 - factors.len() as f64) * (flat.len() as f64 / effective).sqrt();
     let is_fitted = |seen: usize| {
         case.estimate.sensors.is_empty() || case.estimate.sensors.contains(&case.observations[seen].sensor)
     };
@@ -222,11 +225,9 @@ fn objectives(
     Ok((objectives_k2, last.expect("a path has at least its start")))
 }
 
-/// What the data determine at the estimates. Residuals that follow each other are worth fewer samples, and
-/// the errors are those of that many.
-fn judge(case: &Case, fit: &Fit, factors: &[usize], samples: &[Sample], effective: f64) -> Identifiability {
+/// What the data determine at the estimates, their noise taken to be as large as the residuals.
+fn judge(case: &Case, fit: &Fit, factors: &[usize], samples: &[Sample]) -> Identifiability {
     let variance = residual_variance(fit.objective, samples.len(), factors.len());
-    let variance = variance * samples.len() as f64 / effective;
     let values: Vec<f64> = fit.point.iter().copied().collect();
     Identifiability::of(case, factors, &values, &fit.jacobian, samples, variance)
 }

@@ -30,6 +30,16 @@ impl Adapter {
     }
 }
 
+/// Whether looking for hardware can find any. Loading the drivers takes a moment, and without a display some
+/// of them complain on standard error; where the system has no render node nobody need ask.
+pub fn hardware_may_exist() -> bool {
+    if !cfg!(target_os = "linux") {
+        return true;
+    }
+    let nodes = ["/dev/dri", "/dev/nvidiactl", "/dev/dxg", "/dev/mali0", "/dev/kgsl-3d0"];
+    nodes.iter().any(|node| std::path::Path::new(node).exists())
+}
+
 /// All Vulkan adapters, hardware first.
 pub fn adapters() -> Vec<Adapter> {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();

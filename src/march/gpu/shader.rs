@@ -28,6 +28,7 @@ pub const PARTS: &[(&str, &str)] = &[
     part!("faces"),
     part!("tridiagonal"),
     part!("reading"),
+    part!("member"),
     part!("step"),
 ];
 

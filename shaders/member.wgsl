@@ -1,0 +1,199 @@
+// A member on its way: twin of src/physics/member.rs.
+
+struct Ends {
+    hot: FaceFlux,
+    back: FaceFlux,
+}
+
+var<private> ply_scales: array<PlyScale, PLIES>;
+var<private> contact_scales: array<real, PLIES>;
+var<private> face_scales: array<FaceScale, 2>;
+var<private> temperatures: array<Pair, CELLS>;
+var<private> readings: array<Pair, SENSORS>;
+var<private> beads_now: array<Pair, SENSORS>;
+var<private> heat: array<Pair, 4>;
+var<private> stored_j_m2: real;
+var<private> coldest: array<real, PLIES>;
+var<private> hottest: array<real, PLIES>;
+var<private> strayed: u32;
+var<private> conductivities: Column;
+var<private> slopes: Column;
+var<private> conductances: Column;
+var<private> capacities: Column;
+var<private> evaluated: Column;
+var<private> lower: Column;
+var<private> diagonal: Column;
+var<private> upper: Column;
+var<private> first: Column;
+var<private> second: Column;
+
+const LAST_CELL = CELLS - 1u;
+const FACE_TABLE = PLIES * TABLE_NODES * (2u * PARTS + 2u);
+
+// What does not change over the march.
+fn scale() {
+    let contact = column(run.contact);
+    for (var p = 0u; p < run.plies; p++) {
+        ply_scales[p] = ply_scale(plies[p], bulks[p]);
+        if p > 0u {
+            contact_scales[p - 1u] = contacts[p - 1u] / contact;
+        }
+    }
+    face_scales[0] = face_scale(scalings[0]);
+    face_scales[1] = face_scale(scalings[1]);
+}
+
+fn start() {
+    for (var i = 0u; i < CELLS; i++) {
+        temperatures[i] = Pair(cells[i].start_k, 0.0);
+    }
+    for (var p = 0u; p < run.plies; p++) {
+        coldest[p] = 1e9;
+        hottest[p] = 0.0;
+    }
+}
+
+fn hold(step: u32) {
+    for (var face = 0u; face < run.faces; face++) {
+        let cell = face * LAST_CELL;
+        let held = faces[face].held;
+        let free = 1.0 - held;
+        let held_k = drives[4u * step + 2u * face].held_k;
+        let pair = temperatures[cell];
+        temperatures[cell] = Pair(held * held_k + free * pair.high, free * pair.low);
+    }
+}
+
+fn properties(stage: u32) {
+    for (var p = 0u; p < run.plies; p++) {
+        let ply = plies[p];
+        for (var i = ply.first_cell; i < ply.end_cell; i++) {
+            let at = spot(temperatures[i].high + first[i]);
+            conductivities[i] = conductivity(at, ply.table, ply_scales[p]);
+            slopes[i] = conductivity_slope(at, ply.table, ply_scales[p]);
+            evaluated[i] = cells[i].width_m * heat_capacity(at, ply.table, ply_scales[p]);
+        }
+        for (var i = ply.first_cell; i < ply.end_cell - 1u; i++) {
+            conductances[i] =
+                conductance_within(conductivities[i], conductivities[i + 1u], cells[i].half_over_next_1_m);
+            if stage == 0u {
+                incline(i, cells[i].half_over_next_1_m, cells[i].half_over_next_1_m);
+            }
+        }
+        if p > 0u {
+            let i = ply.first_cell - 1u;
+            conductances[i] = conductance_across(
+                conductivities[i],
+                cells[i].below_m,
+                conductivities[i + 1u],
+                cells[i + 1u].above_m,
+                contact_scales[p - 1u],
+            );
+            if stage == 0u {
+                let above = gain_across(conductances[i], conductivities[i], cells[i].below_m);
+                let below = gain_across(conductances[i], conductivities[i + 1u], cells[i + 1u].above_m);
+                incline(i, above, below);
+            }
+        }
+    }
+}
+
+fn incline(i: u32, above_1_m: real, below_1_m: real) {
+    let drop = difference(temperatures[i], temperatures[i + 1u]);
+    lower[i] = flux_slope(conductances[i], above_1_m, slopes[i], drop);
+    upper[i] = flux_slope(conductances[i], below_1_m, slopes[i + 1u], -drop);
+}
+
+fn staged(cell: u32) -> Pair {
+    let pair = temperatures[cell];
+    return Pair(pair.high, pair.low + first[cell]);
+}
+
+fn through(face: u32, drive: Drive, cell: u32, neighbour: u32, column: u32) -> FaceFlux {
+    let temperature_k = temperatures[cell].high + first[cell];
+    let at = spot(temperature_k);
+    let emissivity = look_up(at, FACE_COLUMNS, FACE_TABLE + column);
+    let enthalpy_j_kg = look_up(at, FACE_COLUMNS, FACE_TABLE + 1u);
+    let rise_j_kg_k = look_up(at, FACE_COLUMNS, FACE_TABLE + 2u);
+    let open = face_flux(
+        drive,
+        faces[face],
+        face_scales[face],
+        temperature_k,
+        emissivity,
+        enthalpy_j_kg,
+        rise_j_kg_k,
+    );
+    let held = faces[face].held;
+    let free = 1.0 - held;
+    let conductance = conductances[min(cell, neighbour)];
+    let onward = conductance * difference(staged(cell), staged(neighbour));
+    return FaceFlux(held * onward + free * open.flux, free * open.slope);
+}
+
+fn imbalance(hot: Drive, back: Drive) -> Ends {
+    let ends = Ends(through(0u, hot, 0u, 1u, 0u), through(1u, back, LAST_CELL, LAST_CELL - 1u, 3u));
+    var above = ends.hot.flux;
+    for (var i = 0u; i < LAST_CELL; i++) {
+        let below = conductances[i] * difference(staged(i), staged(i + 1u));
+        second[i] = above - below;
+        above = below;
+    }
+    second[LAST_CELL] = above + ends.back.flux;
+    return ends;
+}
+
+fn read_sensor(sensor: u32) -> Pair {
+    let i = sensor_cells[sensor];
+    return reading(
+        temperatures[i],
+        temperatures[i + 1u],
+        conductivities[i],
+        conductivities[i + 1u],
+        conductances[i],
+        sensors[sensor],
+    );
+}
+
+fn look(step: u32) {
+    for (var s = 0u; s < run.sensors; s++) {
+        let now = read_sensor(s);
+        if step == 0u {
+            beads_now[s] = now;
+        } else {
+            beads_now[s] = followed(beads_now[s], readings[s], now, beads[(step - 1u) * SENSORS + s]);
+        }
+        readings[s] = now;
+    }
+}
+
+// Where an instant falls on the start of a step, what the beads show.
+fn note(step: u32) {
+    let instant = instants[step];
+    if instant == NO_INSTANT {
+        return;
+    }
+    for (var s = 0u; s < run.sensors; s++) {
+        let base = 2u * (instant * SENSORS + s);
+        traces[base * run.members + member] = beads_now[s].high;
+        traces[(base + 1u) * run.members + member] = beads_now[s].low;
+    }
+}
+
+fn finish() {
+    for (var p = 0u; p < run.plies; p++) {
+        let ply = plies[p];
+        for (var i = ply.first_cell; i < ply.end_cell; i++) {
+            let now_j_kg = integral(spot(temperatures[i].high), 2u * PARTS + 2u, ply.table + 2u * PARTS);
+            let then_j_kg = integral(spot(cells[i].start_k), 2u * PARTS + 2u, ply.table + 2u * PARTS);
+            let gained = keep(now_j_kg - then_j_kg) * ply_scales[p].density_kg_m3 * cells[i].width_m;
+            stored_j_m2 = stored_j_m2 + gained;
+            let hot = select(0.0, faces[0].held * gained, i == 0u);
+            let back = select(0.0, faces[1].held * gained, i == LAST_CELL);
+            heat[0] = advanced(heat[0], max(hot, 0.0));
+            heat[1] = advanced(heat[1], max(-hot, 0.0));
+            heat[2] = advanced(heat[2], max(back, 0.0));
+            heat[3] = advanced(heat[3], max(-back, 0.0));
+        }
+    }
+}
