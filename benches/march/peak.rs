@@ -7,7 +7,8 @@ use std::time::Instant;
 /// Turns of a chain between two readings of the clock: some tens of milliseconds.
 const TURNS: usize = 4_000_000;
 
-/// Multiplications and additions a second, in lanes of `R`, on so many threads at once.
+/// Multiplications and additions a second, in lanes of `R`, on so many threads at once, with the widest vectors that
+/// the processor has.
 ///
 /// Each is an instruction of its own, as in the march, which may not fuse them: both twins must round alike. The
 /// number of independent chains that hides the latency is the machine's affair, so several are tried and the best
