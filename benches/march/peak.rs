@@ -1,6 +1,7 @@
 //! How fast the processor multiplies and adds, and nothing else: what a march is measured against.
 
 use bondline::physics::Real;
+use std::array::from_fn;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -32,11 +33,13 @@ fn rate<R: Real, const CHAINS: usize>(pool: &rayon::ThreadPool) -> f64 {
 #[inline(always)]
 fn multiply_and_add<R: Real, const CHAINS: usize>() {
     let (factor, term) = (R::constant(black_box(0.999)), R::constant(black_box(1e-3)));
-    let mut chains = [R::constant(black_box(1.0)); CHAINS];
+    // Every lane of every chain begins elsewhere and is asked for at the end, so that none can be left out.
+    let begin = |chain: usize| R::from_lanes(|lane| black_box((chain * R::LANES + lane) as f64));
+    let mut chains: [R; CHAINS] = from_fn(begin);
     for _ in 0..TURNS {
         for chain in &mut chains {
             *chain = *chain * factor + term;
         }
     }
-    black_box(chains.map(|chain| chain.lane(0)));
+    black_box(chains.map(|chain| (0..R::LANES).map(|lane| chain.lane(lane)).sum::<f64>()));
 }
