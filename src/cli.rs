@@ -68,6 +68,7 @@ pub(crate) enum Command {
         /// Standard deviation of the noise, with its unit
         #[arg(long, default_value = "0 K")]
         noise: String,
+        /// The same seed makes the same noise
         #[arg(long, default_value_t = 1)]
         seed: u64,
         /// CSV file to write
@@ -134,9 +135,10 @@ pub(crate) struct Ask {
 /// What marches, and with which changes to the case.
 #[derive(Debug, Args)]
 pub(crate) struct On {
+    /// What marches
     #[arg(long, value_enum, default_value = "auto")]
     pub backend: BackendKind,
-    /// [default: f64 on the processor, f32 on a GPU]
+    /// Arithmetic [default: f64 on the processor, f32 on a GPU]
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionKind>,
     /// Part of the name of the Vulkan device to take
@@ -145,7 +147,7 @@ pub(crate) struct On {
     /// Change the case: a factor's nominal value or a key of the file, as NAME=VALUE; may be given often
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub sets: Vec<String>,
-    /// No progress
+    /// No progress and no remarks
     #[arg(long, short)]
     pub quiet: bool,
 }
@@ -153,10 +155,13 @@ pub(crate) struct On {
 /// A sweep over the factors.
 #[derive(Debug, Args)]
 pub(crate) struct Sweep {
+    /// Members to draw and march
     #[arg(short = 'n', long, default_value_t = 5000)]
     pub members: usize,
+    /// How members are drawn within the side constraints
     #[arg(long, value_enum, default_value = "normal")]
     pub sampling: SamplingKind,
+    /// The same seed draws the same members
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Failed members that are put up with before the exit code says so [default: one in a hundred]
@@ -199,6 +204,7 @@ pub(crate) struct Fit {
 pub(crate) enum BackendKind {
     /// A hardware GPU where there is one and the work is worth it, else the processor
     Auto,
+    /// The processor
     Cpu,
     /// Any Vulkan device, software too
     Gpu,
@@ -212,9 +218,12 @@ pub(crate) enum PrecisionKind {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SamplingKind {
+    /// Normal, two standard deviations to each side constraint, cut off there
     Normal,
     Uniform,
+    /// Latin hypercube
     Lhs,
+    /// Scrambled Sobol sequence
     Sobol,
 }
 

@@ -54,8 +54,12 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
                 desk.predict()?;
                 desk.doubt(&sweep, None)?;
                 desk.differentiate(None)?;
-                if desk.case.observations.is_empty() || desk.case.estimate.factors.is_empty() {
-                    desk.remark("no estimation: the case names no factors to estimate, or has no observations");
+                if desk.case.observations.is_empty() {
+                    desk.remark("no estimation: the case has no observations");
+                    return Ok(());
+                }
+                if desk.case.estimate.factors.is_empty() {
+                    desk.remark("no estimation: the case names no factors to estimate; give --factors");
                     return Ok(());
                 }
                 desk.fit(fit.patience)

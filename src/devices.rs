@@ -3,6 +3,7 @@
 use crate::ending::{Ending, Failure};
 use bondline::march::Precision;
 use bondline::march::gpu::device::{self, Adapter, Device, SelfTests};
+use bondline::report::summary::wrapped;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -84,8 +85,7 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
             }
         }
     }
-    let _ = writeln!(text, "\nauto takes {auto}");
-    text
+    text + "\n" + &wrapped("", &format!("auto takes {auto}")).join("\n") + "\n"
 }
 
 fn as_values(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String {

@@ -140,6 +140,10 @@ fn axis(axis: &Axis, extent: (f64, f64), vertical: bool) -> Value {
             out["tickmode"] = json!("array");
             out["tickvals"] = json!((0..names.len()).collect::<Vec<usize>>());
             out["ticktext"] = json!(names.iter().map(|name| escaped(name)).collect::<Vec<String>>());
+            // Many names side by side would run into one another.
+            if !vertical && names.len() > 4 {
+                out["tickangle"] = json!(-40);
+            }
             out["showgrid"] = json!(false);
             out["zeroline"] = json!(false);
         }

@@ -35,11 +35,11 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
             say(
                 "Misfit",
                 format!(
-                    "Nominally {name} is predicted {} K too {way} on average over the trusted window ({} K root mean \
-                     square, {} K at worst, at {}).",
-                    words::significant(misfit.bias_k.abs(), 2),
-                    words::significant(misfit.rms_k, 3),
-                    words::significant(misfit.worst_k.abs(), 3),
+                    "Nominally {name} is predicted {} too {way} on average over the trusted window ({} root mean \
+                     square, {} at worst, at {}).",
+                    words::misfit(misfit.bias_k.abs()),
+                    words::misfit(misfit.rms_k),
+                    words::misfit(misfit.worst_k.abs()),
                     words::seconds(misfit.worst_time_s)
                 ),
             );
@@ -60,10 +60,11 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
             say(
                 "Fit",
                 format!(
-                    "At {} the root mean square misfit went from {} K to {} K over {} to {}.",
+                    "{} is off by {} (root mean square) with the nominal factors and by {} with the estimates, over {} to \
+                     {}.",
                     story.case.sensors[seen.sensor].name,
-                    words::significant(before.rms_k, 3),
-                    words::significant(after.rms_k, 3),
+                    words::misfit(before.rms_k),
+                    words::misfit(after.rms_k),
                     words::seconds(outcome.window_s.0),
                     words::seconds(outcome.window_s.1)
                 ),
@@ -120,36 +121,29 @@ pub(super) fn ranked(case: &Case, outcome: &Uncertainty, sensor: usize) -> Optio
     Some(shares)
 }
 
-fn estimable(case: &Case, outcome: &Sensitivity) -> String {
-    let names = |factors: &[usize]| -> Vec<&str> { factors.iter().map(|&f| case.factors[f].name.as_str()).collect() };
+/// Which factors the data tell apart.
+pub(super) fn estimable(case: &Case, outcome: &Sensitivity) -> String {
     let (all, proposed) = (&outcome.all, &outcome.proposed);
-    if proposed.factors.len() == all.factors.len() {
-        return format!(
-            "All of {} can be estimated together (condition number {}).",
-            words::listed(&names(&all.factors)),
-            words::significant(all.condition_number, 3)
-        );
-    }
-    format!(
-        "Of {} factors, {} can be estimated together (condition number {}, against {} for all).",
-        all.factors.len(),
-        words::listed(&names(&proposed.factors)),
-        words::significant(proposed.condition_number, 3),
-        words::significant(all.condition_number, 3)
-    )
+    let names: Vec<&str> = proposed.factors.iter().map(|&f| case.factors[f].name.as_str()).collect();
+    let condition = words::condition(proposed.condition_number);
+    let set = match (names.len(), all.factors.len()) {
+        (0, _) => return "No factor can be estimated from these data.".to_owned(),
+        (1, 1) => return format!("{} can be estimated.", names[0]),
+        (1, _) => format!("Of {} factors only {} can be estimated", all.factors.len(), names[0]),
+        (some, of) if some == of => {
+            return format!("{} can be estimated together (condition number {condition}).", words::listed(&names));
+        }
+        (_, of) => format!("Of {of} factors {} can be estimated together", words::listed(&names)),
+    };
+    format!("{set} (condition number {condition}; of all together {}).", words::condition(all.condition_number))
 }
 
 fn estimate(case: &Case, outcome: &Estimated) -> String {
     let values: Vec<String> = (0..outcome.factors.len())
         .map(|index| {
             let factor = &case.factors[outcome.factors[index]];
-            let (low, high) = outcome.intervals[index];
-            let interval = if low.is_finite() && high.is_finite() {
-                format!("95 %: {low:.3} to {high:.3}")
-            } else {
-                "not determined by the data".to_owned()
-            };
-            format!("{} = {:.3} ({interval})", factor.name, outcome.values[index])
+            let interval = words::interval(outcome.intervals[index], outcome.bounds[index]);
+            format!("{} = {:.3} (95 % within: {interval})", factor.name, outcome.values[index])
         })
         .collect();
     format!("{}.", words::listed(&values))

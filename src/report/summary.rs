@@ -1,7 +1,6 @@
 //! The outcome on one screen: at most 24 lines of 80 columns.
 
-use super::findings::ranked;
-use super::{Story, backend_words, warnings, words};
+use super::{Story, backend_words, findings, warnings, words};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
 use crate::study::sensitivity::Sensitivity;
@@ -9,6 +8,13 @@ use crate::study::uncertainty::Uncertainty;
 
 const LINES: usize = 24;
 const COLUMNS: usize = 80;
+
+/// Sensors, factors and fitted sensors shown at most.
+struct Room {
+    sensors: usize,
+    factors: usize,
+    fitted: usize,
+}
 
 /// What the command found, for a terminal, each line ended.
 pub fn screen(story: &Story) -> String {
@@ -20,29 +26,32 @@ pub fn screen(story: &Story) -> String {
         format!("{}: {}", story.command, story.case.name),
         format!("{}{}, {} s", members, backend_words(story.backend), words::significant(elapsed_s, 2)),
     ];
-    // A study tells four answers on the screen that one has elsewhere: the deepest sensors, the largest factors.
-    let answers = [story.nominal.is_some(), story.uncertainty.is_some(), story.estimated.is_some()];
-    let rows = if answers.iter().filter(|answer| **answer).count() > 1 { 2 } else { 8 };
-    if let Some(outcome) = story.nominal {
-        lines.extend(nominal(story, outcome, rows));
-    }
-    if let Some(outcome) = story.uncertainty {
-        lines.extend(uncertainty(story, outcome, rows));
+    // A study tells on the screen what four commands tell on four.
+    let all = story.nominal.is_some() && story.estimated.is_some();
+    let room =
+        if all { Room { sensors: 6, factors: 4, fitted: 3 } } else { Room { sensors: 8, factors: 8, fitted: 4 } };
+    match (story.uncertainty, story.nominal) {
+        (Some(outcome), nominal) => lines.extend(uncertainty(story, outcome, nominal, &room)),
+        (None, Some(outcome)) => lines.extend(nominal(story, outcome, &room)),
+        (None, None) => {}
     }
     if let Some(outcome) = story.sensitivity {
-        lines.extend(sensitivity(story, outcome, if rows == 2 { 0 } else { 8 }));
+        if story.uncertainty.is_none() {
+            lines.extend(sensitivity(story, outcome, &room));
+        }
+        lines.extend(wrapped("", &findings::estimable(story.case, outcome)));
     }
     if let Some(outcome) = story.estimated {
-        lines.extend(estimate(story, outcome, if rows == 2 { 3 } else { 7 }));
+        lines.extend(estimate(story, outcome, &room));
     }
     let doubts = warnings::all(story);
-    let room = LINES.saturating_sub(lines.len());
+    let left = LINES.saturating_sub(lines.len());
     let mut told = Vec::new();
     for (index, doubt) in doubts.iter().enumerate() {
         let wrapped = wrapped("! ", doubt);
         let kept = if index + 1 == doubts.len() { 0 } else { 1 };
-        if told.len() + wrapped.len() + kept > room {
-            told.truncate(room.saturating_sub(1));
+        if told.len() + wrapped.len() + kept > left {
+            told.truncate(left.saturating_sub(1));
             told.push(format!("! {} in report.html", words::counted(doubts.len() - index, "more warning")));
             break;
         }
@@ -53,21 +62,29 @@ pub fn screen(story: &Story) -> String {
     lines.iter().map(|line| clipped(line) + "\n").collect()
 }
 
-/// The sensors shown where there is room for `rows`: the deepest.
-fn shown(story: &Story, rows: usize) -> std::ops::Range<usize> {
+/// The sensors shown, the deepest; and what is said of the others.
+fn shown(story: &Story, room: &Room) -> (std::ops::Range<usize>, Option<String>) {
     let sensors = story.case.sensors.len();
-    sensors.saturating_sub(rows)..sensors
+    let hidden = sensors.saturating_sub(room.sensors);
+    let said = (hidden > 0).then(|| format!("{} above in report.html", words::counted(hidden, "more sensor")));
+    (hidden..sensors, said)
 }
 
-fn nominal(story: &Story, outcome: &Nominal, rows: usize) -> Vec<String> {
+/// Root mean square and mean of predicted less measured at a sensor, where it was measured.
+fn misfit(story: &Story, outcome: &Nominal, sensor: usize) -> (String, String) {
+    let seen = story.case.observations.iter().zip(&outcome.misfits).find(|(seen, _)| seen.sensor == sensor);
+    seen.map_or(("-".to_owned(), "-".to_owned()), |(_, misfit)| {
+        (words::misfit(misfit.rms_k), format!("{} K", words::signed(misfit.bias_k, 1)))
+    })
+}
+
+fn nominal(story: &Story, outcome: &Nominal, room: &Room) -> Vec<String> {
     let mut lines =
         vec![format!("{:<12}{:>22}{:>10}{:>14}{:>14}", "sensor", "peak", "at", "off by (rms)", "on average")];
-    for index in shown(story, rows) {
+    let (sensors, others) = shown(story, room);
+    for index in sensors {
         let peak = outcome.peaks[index];
-        let seen = story.case.observations.iter().zip(&outcome.misfits).find(|(seen, _)| seen.sensor == index);
-        let (rms, bias) = seen.map_or(("-".to_owned(), "-".to_owned()), |(_, misfit)| {
-            (format!("{:.1} K", misfit.rms_k), format!("{} K", words::signed(misfit.bias_k, 1)))
-        });
+        let (rms, bias) = misfit(story, outcome, index);
         lines.push(format!(
             "{:<12}{:>22}{:>10}{:>14}{:>14}",
             words::short(&story.case.sensors[index].name, 11),
@@ -77,91 +94,76 @@ fn nominal(story: &Story, outcome: &Nominal, rows: usize) -> Vec<String> {
             bias
         ));
     }
+    lines.extend(others);
     lines
 }
 
-fn uncertainty(story: &Story, outcome: &Uncertainty, rows: usize) -> Vec<String> {
-    let mut lines =
-        vec![format!("{:<12}{:>22}{:>10}{:>16}  {}", "sensor", "mean peak", "± (1 σ)", "95 % within", "mostly due to")];
-    for index in shown(story, rows) {
+fn uncertainty(story: &Story, outcome: &Uncertainty, nominal: Option<&Nominal>, room: &Room) -> Vec<String> {
+    let mut lines = vec![format!(
+        "{:<7}{:>18}{:>8}{:>9}{:>8}{:>14}  {}",
+        "sensor", "nominal peak", "at", "off, rms", "± 1 σ", "95 % peak at", "mostly due to"
+    )];
+    let (sensors, others) = shown(story, room);
+    for index in sensors {
         let peak = &outcome.peaks[index];
-        let blame: Vec<String> = ranked(story.case, outcome, index)
-            .into_iter()
-            .flatten()
-            .take(1)
-            .map(|(factor, share)| {
-                format!("{} {}", words::short(&story.case.factors[factor].name, 12), words::percent(share))
-            })
-            .collect();
+        let blame = findings::ranked(story.case, outcome, index).into_iter().flatten().next();
+        let blame = blame.filter(|(_, share)| *share > 0.0).map_or("-".to_owned(), |(factor, share)| {
+            format!("{} {}", words::short(&story.case.factors[factor].name, 10), words::percent(share))
+        });
         lines.push(format!(
-            "{:<12}{:>22}{:>10}{:>16}  {}",
-            words::short(&story.case.sensors[index].name, 11),
-            words::kelvin(peak.mean_k),
+            "{:<7}{:>18}{:>8}{:>9}{:>8}{:>14}  {}",
+            words::short(&story.case.sensors[index].name, 6),
+            words::kelvin(peak.nominal.temperature_k),
+            words::seconds(peak.nominal.time_s),
+            nominal.map_or("-".to_owned(), |nominal| misfit(story, nominal, index).0),
             format!("{} K", words::significant(peak.deviation_k, 2)),
-            format!("{:.0}–{:.0} K", peak.percentiles_k[0], peak.percentiles_k[4]),
-            blame.join(", ")
+            format!("{}–{} K", words::grouped(peak.percentiles_k[0], 0), words::grouped(peak.percentiles_k[4], 0)),
+            blame
         ));
     }
+    lines.extend(others);
     lines
 }
 
-fn sensitivity(story: &Story, outcome: &Sensitivity, rows: usize) -> Vec<String> {
-    let name = |factor: usize| story.case.factors[factor].name.as_str();
-    let mut lines = Vec::new();
+fn sensitivity(story: &Story, outcome: &Sensitivity, room: &Room) -> Vec<String> {
+    let mut lines = vec![format!("{:<20}{:>14}  {}", "factor", "1 % is worth", "scales")];
     let mut order: Vec<usize> = (0..outcome.all.factors.len()).collect();
     order.sort_by(|&a, &b| outcome.all.magnitude_k[b].total_cmp(&outcome.all.magnitude_k[a]));
-    if rows > 0 {
-        lines.push(format!("{:<20}{:>12}  {}", "factor", "effect of 1 %", "scales"));
-    }
-    for index in order.into_iter().take(rows) {
-        let factor = outcome.all.factors[index];
+    for index in order.into_iter().take(room.factors) {
+        let factor = &story.case.factors[outcome.all.factors[index]];
         lines.push(format!(
-            "{:<20}{:>12}   {}",
-            words::short(name(factor), 19),
+            "{:<20}{:>14}  {}",
+            words::short(&factor.name, 19),
             format!("{} K", words::significant(0.01 * outcome.all.magnitude_k[index], 2)),
-            words::meaning(&story.case.factors[factor])
+            words::meaning(factor)
         ));
     }
-    let proposed: Vec<&str> = outcome.proposed.factors.iter().map(|&factor| name(factor)).collect();
-    lines.extend(wrapped(
-        "",
-        &format!(
-            "Can be estimated together: {} (condition {}, all {}).",
-            words::listed(&proposed),
-            words::significant(outcome.proposed.condition_number, 3),
-            words::significant(outcome.all.condition_number, 3)
-        ),
-    ));
     lines
 }
 
-fn estimate(story: &Story, outcome: &Estimated, rows: usize) -> Vec<String> {
-    let mut lines = vec![format!(
-        "{:<20}{:>8}{:>10}{:>10}{:>20}  {}",
-        "factor", "start", "estimate", "± (1 σ)", "95 % within", "bound"
-    )];
-    for index in 0..outcome.factors.len().min(rows) {
-        let (low, high) = outcome.intervals[index];
-        let determined = outcome.standard_errors[index].is_finite();
+fn estimate(story: &Story, outcome: &Estimated, room: &Room) -> Vec<String> {
+    let mut lines =
+        vec![format!("{:<20}{:>8}{:>10}{:>10}{:>20}  {}", "factor", "start", "estimate", "± (1 σ)", "95 % within", "")];
+    for index in 0..outcome.factors.len().min(room.factors) {
         lines.push(format!(
             "{:<20}{:>8.3}{:>10.4}{:>10}{:>20}  {}",
             words::short(&story.case.factors[outcome.factors[index]].name, 19),
             outcome.start[index],
             outcome.values[index],
-            if determined { words::significant(outcome.standard_errors[index], 2) } else { "unknown".to_owned() },
-            if determined { format!("{low:.3} to {high:.3}") } else { "not determined".to_owned() },
+            words::significant(outcome.standard_errors[index], 2),
+            words::interval(outcome.intervals[index], outcome.bounds[index]),
             if outcome.at_bound[index] { "at bound" } else { "" }
         ));
     }
-    for (seen, (before, after)) in story.fitted(outcome).zip(&outcome.misfits).take(3) {
+    for (seen, (before, after)) in story.fitted(outcome).zip(&outcome.misfits).take(room.fitted) {
         lines.push(format!(
-            "{} off by {} K before, {} K after (root mean square)",
+            "{} is off by {} (rms) with the nominal factors, {} with these",
             story.case.sensors[seen.sensor].name,
-            words::significant(before.rms_k, 3),
-            words::significant(after.rms_k, 3)
+            words::misfit(before.rms_k),
+            words::misfit(after.rms_k)
         ));
     }
-    let ended = if outcome.converged { "converged" } else { "not converged" };
+    let ended = if outcome.converged { "converged" } else { "NOT converged" };
     lines.push(format!(
         "{ended} after {}: {}",
         words::counted(outcome.path.len().saturating_sub(1), "iteration"),
@@ -171,7 +173,7 @@ fn estimate(story: &Story, outcome: &Estimated, rows: usize) -> Vec<String> {
 }
 
 /// A text in lines of at most 80 columns, the first after `lead`, the others as far in.
-fn wrapped(lead: &str, text: &str) -> Vec<String> {
+pub fn wrapped(lead: &str, text: &str) -> Vec<String> {
     let margin = " ".repeat(lead.len());
     let mut lines = vec![lead.to_owned()];
     for word in text.split(' ') {

@@ -1,7 +1,7 @@
 //! What an analyst should doubt before using an outcome.
 
 use super::{Story, words};
-use crate::case::{Case, Conductivity, Emissivity, Face, Material};
+use crate::case::{Case, Conductivity, Emissivity, Face, Material, Ply};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
 use crate::study::sensitivity::Identifiability;
@@ -41,8 +41,8 @@ pub(super) fn all(story: &Story) -> Vec<String> {
         && outcome.proposed.condition_number > CONDITION
     {
         doubts.push(format!(
-            "Even the proposed set is ill-conditioned (condition number {}): the weakest direction: {}.",
-            words::significant(outcome.proposed.condition_number, 3),
+            "Even the proposed set is ill-conditioned (condition number {}). The weakest direction: {}.",
+            words::condition(outcome.proposed.condition_number),
             outcome.proposed.weakest
         ));
     }
@@ -92,35 +92,62 @@ fn march(case: &Case, outcome: &Nominal, which: &str, doubts: &mut Vec<String>) 
     }
 }
 
-/// Plies that met temperatures, in any of the marches, for which a property was not measured.
+/// A property of a ply beyond the temperatures for which it was measured.
+struct Excursion<'a> {
+    ply: &'a Ply,
+    is_above: bool,
+    property: &'static str,
+    /// Where its table ends, and what was met, K.
+    bound_k: f64,
+    met_k: f64,
+}
+
+/// Materials that met temperatures, in any of the marches, for which a property was not measured.
 fn excursions(case: &Case, marches: &[&Nominal], doubts: &mut Vec<String>) {
+    let mut left: Vec<Excursion<'_>> = Vec::new();
     for (index, ply) in case.layup.plies.iter().enumerate() {
         let met = marches.iter().filter_map(|march| march.extremes_k.get(index));
         let Some((coldest_k, hottest_k)) = met.copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { continue };
-        for (met_k, beyond) in [(hottest_k, "above"), (coldest_k, "below")] {
-            let unknown: Vec<(&str, f64)> = known(case, index)
-                .into_iter()
-                .map(|(property, (low_k, high_k))| (property, if beyond == "above" { high_k } else { low_k }))
-                .filter(|(_, bound_k)| match beyond {
-                    "above" => met_k > bound_k + EXCURSION_K,
-                    _ => met_k < bound_k - EXCURSION_K,
-                })
-                .collect();
-            if !unknown.is_empty() {
-                let properties: Vec<String> = unknown
-                    .iter()
-                    .map(|(property, bound_k)| format!("{property} {beyond} {}", words::kelvin(*bound_k)))
-                    .collect();
-                doubts.push(format!(
-                    "Ply {} met {}, but these of {} are not known there: {}.",
-                    ply.name,
-                    words::kelvin(met_k),
-                    ply.material.name,
-                    words::listed(&properties)
-                ));
+        for (property, (low_k, high_k)) in known(case, index) {
+            if hottest_k > high_k + EXCURSION_K {
+                left.push(Excursion { ply, is_above: true, property, bound_k: high_k, met_k: hottest_k });
+            }
+            if coldest_k < low_k - EXCURSION_K {
+                left.push(Excursion { ply, is_above: false, property, bound_k: low_k, met_k: coldest_k });
             }
         }
     }
+    // Plies of one material are told together.
+    while let Some(first) = left.first() {
+        let (id, is_above) = (first.ply.material.id.clone(), first.is_above);
+        let alike = |other: &Excursion<'_>| other.ply.material.id == id && other.is_above == is_above;
+        let (together, others): (Vec<_>, Vec<_>) = left.into_iter().partition(alike);
+        doubts.push(told(&together));
+        left = others;
+    }
+}
+
+/// Excursions of one material in one direction, in a sentence.
+fn told(together: &[Excursion<'_>]) -> String {
+    let (mut plies, mut tables): (Vec<&str>, Vec<String>) = (Vec::new(), Vec::new());
+    for left in together {
+        let ends = if left.is_above { "ends" } else { "begins" };
+        let table = format!("{} {ends} at {} K", left.property, words::grouped(left.bound_k, 0));
+        if !plies.contains(&left.ply.name.as_str()) {
+            plies.push(&left.ply.name);
+        }
+        if !tables.contains(&table) {
+            tables.push(table);
+        }
+    }
+    let farthest = together.iter().max_by(|a, b| (a.met_k - a.bound_k).abs().total_cmp(&(b.met_k - b.bound_k).abs()));
+    let (material, met_k) = farthest.map_or(("", f64::NAN), |left| (left.ply.material.name.as_str(), left.met_k));
+    format!(
+        "{material} ({}) met {}, beyond its tables: {}.",
+        words::listed(&plies),
+        words::kelvin(met_k),
+        words::listed(&tables)
+    )
 }
 
 /// The properties of a ply that act, and the temperatures between which each is known, K.
@@ -158,15 +185,25 @@ fn estimate(case: &Case, outcome: &Estimated, doubts: &mut Vec<String>) {
         }
     }
     identifiability(case, &outcome.identifiability, doubts);
-    if outcome.autocorrelation > AUTOCORRELATION {
+    if outcome.autocorrelation > AUTOCORRELATION && is_seen(case, outcome) {
         doubts.push(format!(
-            "The residuals are not noise: neighbours correlate by {}, so {} carry the information of {}. The model \
-             lacks something, and the intervals are too narrow.",
+            "The residuals are not noise: neighbours correlate by {}, so {} carry the information of {}, and the \
+             errors are told as of so many. The model lacks something.",
             words::significant(outcome.autocorrelation, 2),
             words::counted(outcome.samples, "sample"),
             words::significant(outcome.effective_samples, 2)
         ));
     }
+}
+
+/// Whether residuals are large enough to matter: a tenth of the standard deviation of the measurement, at one sensor
+/// at least. Data made without noise leave rounding, and rounding has patterns.
+fn is_seen(case: &Case, outcome: &Estimated) -> bool {
+    let fitted = case.observations.iter().filter(|seen| outcome.sensors.contains(&seen.sensor));
+    fitted.zip(&outcome.misfits).any(|(seen, (_, after))| {
+        let finest_k = seen.sigma_k.iter().copied().fold(f64::INFINITY, f64::min);
+        after.rms_k > 0.1 * finest_k
+    })
 }
 
 fn identifiability(case: &Case, set: &Identifiability, doubts: &mut Vec<String>) {
@@ -187,8 +224,8 @@ fn identifiability(case: &Case, set: &Identifiability, doubts: &mut Vec<String>)
     }
     if set.condition_number > CONDITION {
         doubts.push(format!(
-            "The estimate is ill-conditioned (condition number {}): the weakest direction: {}.",
-            words::significant(set.condition_number, 3),
+            "The estimate is ill-conditioned (condition number {}). The weakest direction: {}.",
+            words::condition(set.condition_number),
             set.weakest
         ));
     }
@@ -223,11 +260,22 @@ mod tests {
     }
 
     #[test]
+    fn the_pattern_of_what_rounding_leaves_is_no_doubt() {
+        let mut outcomes = fixture::outcomes();
+        assert_eq!(saying(&outcomes, "not noise"), 1);
+        for (_, after) in &mut outcomes.estimated.misfits {
+            after.rms_k = 1e-6;
+        }
+        assert_eq!(saying(&outcomes, "not noise"), 0);
+    }
+
+    #[test]
     fn a_ply_hotter_than_its_tables_is_doubted_and_one_within_them_is_not() {
         let mut outcomes = fixture::outcomes();
-        assert_eq!(saying(&outcomes, "Ply INS1"), 1);
-        assert_eq!(saying(&outcomes, "Ply INS2"), 0);
+        assert_eq!(saying(&outcomes, "Pyrogel 3350 (INS1) met 1,320 K (1,047 °C), beyond its tables"), 1);
         outcomes.estimated.after.extremes_k[3].1 = 1250.0;
-        assert_eq!(saying(&outcomes, "Ply INS2"), 1);
+        assert_eq!(saying(&outcomes, "Pyrogel 3350 (INS1 and INS2) met 1,320 K"), 1);
+        outcomes.case.layup.plies[2].material = std::sync::Arc::clone(&outcomes.case.layup.plies[0].material);
+        assert_eq!(saying(&outcomes, "Pyrogel 3350 (INS2) met 1,250 K"), 1);
     }
 }

@@ -48,6 +48,26 @@ pub(super) fn percent(share: f64) -> String {
     if share.is_finite() { format!("{} %", grouped(100.0 * share, 0)) } else { "unknown".to_owned() }
 }
 
+/// A difference of temperatures: `0.031 K`, `14.3 K`; nobody reads less than a millikelvin off a thermocouple.
+pub(super) fn misfit(off_k: f64) -> String {
+    match off_k.abs() {
+        tiny if tiny < 1e-3 => "<0.001 K".to_owned(),
+        small if small < 1.0 => format!("{} K", significant(off_k, 2)),
+        _ => format!("{} K", grouped(off_k, 1)),
+    }
+}
+
+/// A condition number; what rounding makes of a singular set is told as what it is.
+pub(super) fn condition(number: f64) -> String {
+    if number < 1e12 { significant(number, 3) } else { "infinite".to_owned() }
+}
+
+/// A confidence interval; one wider than twice what was allowed says nothing.
+pub(super) fn interval((low, high): (f64, f64), (least, most): (f64, f64)) -> String {
+    let is_known = high - low <= 2.0 * (most - least);
+    if is_known { format!("{low:.3} to {high:.3}") } else { "not determined".to_owned() }
+}
+
 /// A whole number, thousands grouped: `5,000`.
 pub(super) fn count(number: usize) -> String {
     group(&number.to_string())
@@ -147,6 +167,20 @@ mod tests {
         assert_eq!(seconds(78.0), "78 s");
         assert_eq!(seconds(78.46), "78.5 s");
         assert_eq!(seconds(0.0), "0 s");
+    }
+
+    #[test]
+    fn a_misfit_below_a_millikelvin_and_a_singular_set_are_told_as_such() {
+        assert_eq!([2.8e-7, 0.0123, 73.52].map(misfit), ["<0.001 K", "0.012 K", "73.5 K"]);
+        assert_eq!([25.21, 3.4e18, f64::INFINITY].map(condition), ["25.2", "infinite", "infinite"]);
+    }
+
+    #[test]
+    fn an_interval_that_says_less_than_the_bounds_do_is_no_interval() {
+        assert_eq!(interval((0.9, 1.1), (0.75, 1.25)), "0.900 to 1.100");
+        for wide in [(-129.4, 131.5), (f64::NEG_INFINITY, f64::INFINITY), (f64::NAN, f64::NAN)] {
+            assert_eq!(interval(wide, (0.75, 1.25)), "not determined");
+        }
     }
 
     #[test]

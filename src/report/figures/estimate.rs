@@ -58,25 +58,25 @@ fn fit(case: &Case, outcome: &Estimated, seen: &Observation, misfit: Option<&(Mi
     let (before, after) = (&outcome.before, &outcome.after);
     let layers = vec![
         Layer::Window { name: "fitted window".to_owned(), from, to },
-        line("before".to_owned(), Ink::Guide, Stroke::Dashed, &before.instants_s, &before.temperatures_k[sensor]),
-        line("after".to_owned(), Ink::Series(0), Stroke::Solid, &after.instants_s, &after.temperatures_k[sensor]),
+        line("nominal".to_owned(), Ink::Guide, Stroke::Dashed, &before.instants_s, &before.temperatures_k[sensor]),
+        line("estimated".to_owned(), Ink::Series(0), Stroke::Solid, &after.instants_s, &after.temperatures_k[sensor]),
         measured("measured".to_owned(), Ink::Measured, seen),
     ];
     let said = match misfit {
         Some((before, after)) => format!(
-            "Between {} and {} the prediction was off by {} K (root mean square) with the nominal factors and is off \
-             by {} K with the estimated ones.",
+            "Between {} and {} the prediction is off by {} (root mean square) with the nominal factors and by {} with \
+             the estimated ones.",
             words::seconds(from),
             words::seconds(to),
-            words::significant(before.rms_k, 3),
-            words::significant(after.rms_k, 3)
+            words::misfit(before.rms_k),
+            words::misfit(after.rms_k)
         ),
         None => format!("{name} was not fitted: how well it is met is a test of the estimate."),
     };
     Figure {
         id: file_name("fit", name),
         number,
-        title: format!("{name} before and after"),
+        title: format!("{name} with the nominal and the estimated factors"),
         caption: format!("{said} Bars are two standard deviations of the measurement; not every sample is drawn."),
         x: time(case),
         y: temperature(),

@@ -120,7 +120,7 @@ fn nominal(story: &Story, outcome: &Nominal) -> String {
 
 fn misfit_cells(misfit: &Misfit) -> [String; 5] {
     [
-        format!("{:.1}", misfit.rms_k),
+        words::misfit(misfit.rms_k).replace(" K", ""),
         words::signed(misfit.bias_k, 1),
         words::signed(misfit.worst_k, 1),
         format!("{:.1}", misfit.worst_time_s),
@@ -162,7 +162,7 @@ fn uncertainty(story: &Story, outcome: &Uncertainty) -> String {
         outcome.seed,
         words::count(outcome.ok)
     );
-    let head = ["Sensor", "Nominal, K", "Mean, K", "± (1 σ), K", "95 % within, K", "95 % at, s", "Mostly due to"];
+    let head = ["Sensor", "Nominal, K", "Mean, K", "± 1 σ, K", "95 % within, K", "95 % at, s", "Mostly due to"];
     paragraph(&drawn)
         + &table("Peak temperatures of the members", &head, &rows)
         + &table("Members that failed", &["Reason", "Members", "The first"], &failures)
@@ -192,14 +192,14 @@ fn sensitivity(story: &Story, outcome: &Sensitivity) -> String {
         format!(
             "All {} together: condition number {}, rank {}; the weakest direction: {}.",
             words::counted(all.factors.len(), "factor"),
-            words::significant(all.condition_number, 3),
+            words::condition(all.condition_number),
             all.rank,
             sentence(&all.weakest)
         ),
         format!(
             "Proposed for estimation: {} (condition number {}).",
             words::listed(&names),
-            words::significant(proposed.condition_number, 3)
+            words::condition(proposed.condition_number)
         ),
     ];
     let reduction = if outcome.reduction.is_empty() {
@@ -217,7 +217,7 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
     let rows: Vec<Vec<String>> = (outcome.factors.iter().enumerate())
         .map(|(place, &index)| {
             let factor = &case.factors[index];
-            let ((low, high), (least, most)) = (outcome.intervals[place], outcome.bounds[place]);
+            let (least, most) = outcome.bounds[place];
             let bounded = if outcome.at_bound[place] { "reached" } else { "" };
             vec![
                 factor.name.clone(),
@@ -225,18 +225,14 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
                 format!("{:.3}", outcome.start[place]),
                 format!("{:.4}", outcome.values[place]),
                 words::significant(outcome.standard_errors[place], 2),
-                if low.is_finite() && high.is_finite() {
-                    format!("{low:.3} to {high:.3}")
-                } else {
-                    "unbounded".to_owned()
-                },
+                words::interval(outcome.intervals[place], outcome.bounds[place]),
                 format!("{least:.2} to {most:.2} {bounded}").trim_end().to_owned(),
             ]
         })
         .collect();
     let misfits: Vec<Vec<String>> = (story.fitted(outcome).zip(&outcome.misfits))
         .flat_map(|(seen, (before, after))| {
-            [("before", before), ("after", after)].map(|(when, misfit)| {
+            [("nominal", before), ("estimated", after)].map(|(when, misfit)| {
                 let mut row = vec![format!("{} {when}", case.sensors[seen.sensor].name)];
                 row.extend(misfit_cells(misfit));
                 row
@@ -252,7 +248,7 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
         ),
         format!(
             "The condition number is {}; the weakest direction: {}.",
-            words::significant(outcome.identifiability.condition_number, 3),
+            words::condition(outcome.identifiability.condition_number),
             sentence(&outcome.identifiability.weakest)
         ),
         format!(

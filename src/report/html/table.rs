@@ -68,8 +68,9 @@ pub(super) fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> String 
 }
 
 fn is_number(cell: &str) -> bool {
-    let words = ["", "-", "–", "unknown", "unbounded"];
-    words.contains(&cell) || cell.trim_start_matches(['-', '+', '±']).starts_with(|c: char| c.is_ascii_digit())
+    let words = ["", "-", "–", "unknown", "unbounded", "not determined", "infinite"];
+    words.contains(&cell)
+        || cell.trim_start_matches(['-', '+', '±', '<', ' ']).starts_with(|c: char| c.is_ascii_digit())
 }
 
 #[cfg(test)]
