@@ -74,7 +74,7 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
                 }
                 let turns = tests.loop_turns;
                 let verdict = if turns < 1_000_000 {
-                    format!("a loop ends unannounced after {turns} turns; dispatches stay below")
+                    format!("a loop ends unannounced after {turns} turns: no dispatch runs so far")
                 } else {
                     "a loop of 1,000,000 turns runs to its end".to_owned()
                 };

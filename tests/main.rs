@@ -1,5 +1,6 @@
 //! All integration tests in one binary, so that the crate is linked once.
 
+mod cli; // the built binary from outside: exit codes, messages, files
 mod fit; // least squares against certified answers, bounds, identification
 mod shaders; // naga: kernels, layouts, twins of names
 mod support; // tolerances with their reasons, cases
