@@ -1,1 +1,241 @@
+//! What can be known of the shaders without a device: they compile, their rows lie where the host puts them, their
+//! functions are those of their twins, and no dispatch runs out of loops.
 
+use crate::support::{LOOPS_ENDED, case, cases, text, with_factor};
+use bondline::case::{Case, Property};
+use bondline::march::Precision;
+use bondline::march::gpu::shader::{self, loop_turns};
+use bondline::physics::TWINS;
+use bondline::plan::Plan;
+use bondline::plan::layout::{Bead, Bulk, Cell, Drive, Face, Ply, Scaling, Sensor};
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::{Module, TypeInner};
+
+/// Every shipped case, and one whose factors tell the parts of a conductivity apart.
+fn all() -> Vec<Case> {
+    let mut cases = cases();
+    cases.push(with_factor(case("lcat-2259"), "INS", Property::ConductivityGas));
+    cases
+}
+
+fn kernel(case: &Case, precision: Precision) -> String {
+    shader::kernel(&Plan::new(case), precision, shader::MARCH)
+}
+
+/// The module of a text that parses and validates.
+fn compiled(text: &str) -> Result<Module, String> {
+    let module = naga::front::wgsl::parse_str(text).map_err(|error| error.emit_to_string(text))?;
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64);
+    validator.validate(&module).map_err(|error| error.emit_to_string(text))?;
+    Ok(module)
+}
+
+#[test]
+fn the_kernel_of_every_case_compiles_in_both_precisions() {
+    for case in all() {
+        for precision in [Precision::F32, Precision::F64] {
+            if let Err(error) = compiled(&kernel(&case, precision)) {
+                panic!("{} in {precision:?}: {error}", case.id);
+            }
+        }
+    }
+    assert_eq!(Plan::new(&all()[cases().len()]).parts, 3, "the last case has a conductivity in three parts");
+}
+
+#[test]
+fn a_kernel_that_mixes_precisions_is_refused() {
+    let text = kernel(&case("slab"), Precision::F64);
+    let spoiled = text.replace("let gamma = real(GAMMA);", "let gamma = f32(GAMMA);");
+    assert_ne!(text, spoiled);
+    assert!(compiled(&spoiled).is_err());
+}
+
+/// Rows of reals and rows of indices: their names in the shader, and the fields of their twins.
+fn reals() -> [(&'static str, &'static [&'static str]); 6] {
+    [
+        ("Cell", Cell::<f64>::FIELDS),
+        ("Face", Face::<f64>::FIELDS),
+        ("Drive", Drive::<f64>::FIELDS),
+        ("Sensor", Sensor::<f64>::FIELDS),
+        ("Bead", Bead::<f64>::FIELDS),
+        ("Bulk", Bulk::<f64>::FIELDS),
+    ]
+}
+fn indices() -> [(&'static str, &'static [&'static str]); 2] {
+    [("Ply", Ply::<u32>::FIELDS), ("Scaling", Scaling::<u32>::FIELDS)]
+}
+
+/// A struct of a module: each field with its offset, and the span of the whole, in bytes.
+fn reflected(module: &Module, name: &str) -> Option<(Vec<(String, u32)>, u32)> {
+    let found = module.types.iter().find(|(_, kind)| kind.name.as_deref() == Some(name))?.1;
+    let TypeInner::Struct { members, span } = &found.inner else { return None };
+    Some((members.iter().map(|member| (member.name.clone().unwrap_or_default(), member.offset)).collect(), *span))
+}
+
+/// Whether a struct holds these fields in this order, each of so many bytes and one behind the other.
+fn lies_as(module: &Module, name: &str, fields: &[&str], bytes: u32) -> Result<(), String> {
+    let found = reflected(module, name).ok_or(format!("the shader has no struct {name}"))?;
+    let offsets = fields.iter().zip(0_u32..).map(|(field, place)| ((*field).to_owned(), place * bytes));
+    let expected = (offsets.collect::<Vec<_>>(), fields.len() as u32 * bytes);
+    if found == expected { Ok(()) } else { Err(format!("{name}: {found:?}, expected {expected:?}")) }
+}
+
+/// Whether every row of the shader lies as its twin on the host.
+fn rows_lie(text: &str, precision: Precision) -> Result<(), String> {
+    let module = compiled(text)?;
+    let bytes = if precision == Precision::F32 { 4 } else { 8 };
+    reals().iter().try_for_each(|(name, fields)| lies_as(&module, name, fields, bytes))?;
+    indices().iter().try_for_each(|(name, fields)| lies_as(&module, name, fields, 4))
+}
+
+#[test]
+fn every_row_lies_on_the_device_as_on_the_host() {
+    for precision in [Precision::F32, Precision::F64] {
+        rows_lie(&kernel(&case("slab"), precision), precision).unwrap_or_else(|error| panic!("{error}"));
+    }
+}
+
+#[test]
+fn no_row_of_the_shader_is_left_uncompared() {
+    let text = text("shaders/layout.wgsl");
+    let declared: Vec<&str> = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("struct ").and_then(|rest| rest.strip_suffix(" {")))
+        .filter(|name| *name != "Run")
+        .collect();
+    let mut compared: Vec<&str> = reals().iter().chain(&indices()).map(|(name, _)| *name).collect();
+    assert_eq!(declared.len(), compared.len(), "{declared:?} against {compared:?}");
+    compared.retain(|name| !declared.contains(name));
+    assert!(compared.is_empty(), "not in the shader: {compared:?}");
+}
+
+#[test]
+fn a_row_renamed_reordered_or_lengthened_is_caught() {
+    let text = kernel(&case("slab"), Precision::F32);
+    let spoils = [
+        ("struct Drive {\n    flux_w_m2: real,", "struct Drive {\n    flux_w_cm2: real,", ".flux_w_m2", ".flux_w_cm2"),
+        ("    above: real,\n    below: real,\n", "    below: real,\n    above: real,\n", "", ""),
+        ("struct Bead {\n    start: real,", "struct Bead {\n    unused: real,\n    start: real,", "", ""),
+        ("    heating: u32,\n    film: u32,", "    heating: u32,\n    @align(16) film: u32,", "", ""),
+    ];
+    for (sound, spoiled, uses, renamed) in spoils {
+        let mut spoilt = text.replacen(sound, spoiled, 1);
+        assert_ne!(text, spoilt, "nothing was spoiled: {sound}");
+        if !uses.is_empty() {
+            spoilt = spoilt.replace(uses, renamed);
+        }
+        let error = rows_lie(&spoilt, Precision::F32).expect_err("a spoiled row passed");
+        assert!(error.contains("expected (["), "caught for another reason than its layout: {error}");
+    }
+}
+
+/// The fields of a struct as Rust writes it.
+fn written(text: &str, name: &str) -> Vec<(String, String)> {
+    let body = text.split_once(&format!("struct {name} {{\n")).and_then(|(_, rest)| rest.split_once("\n}"));
+    let lines = body.map_or("", |(body, _)| body).lines();
+    let fields = lines.filter_map(|line| line.trim().trim_end_matches(',').split_once(": "));
+    fields.map(|(field, kind)| (field.trim_start_matches("pub ").to_owned(), kind.to_owned())).collect()
+}
+
+/// Whether the words of a dispatch lie on the device as the host writes them; only padding may follow.
+fn run_lies(module: &Module, host: &str) -> Result<(), String> {
+    let mut fields = written(host, "Run");
+    fields.retain(|(field, _)| field != "unused");
+    if let Some(odd) = fields.iter().find(|(_, kind)| kind != "u32" && kind != "f32") {
+        return Err(format!("Run: {odd:?} is not a word of four bytes"));
+    }
+    let names: Vec<&str> = fields.iter().map(|(field, _)| field.as_str()).collect();
+    lies_as(module, "Run", &names, 4)
+}
+
+#[test]
+fn the_words_of_a_dispatch_lie_on_the_device_as_on_the_host() {
+    let host = text("src/march/gpu/mod.rs");
+    for precision in [Precision::F32, Precision::F64] {
+        let module = compiled(&kernel(&case("slab"), precision)).unwrap_or_else(|error| panic!("{error}"));
+        run_lies(&module, &host).unwrap_or_else(|error| panic!("{error}"));
+        let swapped = host.replacen("    steps: u32,\n    members: u32,", "    members: u32,\n    steps: u32,", 1);
+        assert_ne!(host, swapped);
+        assert!(run_lies(&module, &swapped).is_err(), "swapped words passed");
+        assert!(run_lies(&module, &host.replacen("one: f32", "one: f64", 1)).is_err(), "a wide word passed");
+    }
+}
+
+/// Functions that only one side of a twin has, and why.
+const ONE_SIDED: &[(&str, &str, &str)] = &[
+    ("member", "scale", "a dispatch forgets the scales that a member on the processor keeps from its start"),
+    ("member", "note", "the processor hands readings to its caller, the device writes them to a binding"),
+    ("member", "shown_k", "the host reads a member through it; the device has bindings"),
+    ("member", "heat_j_m2", "the host reads a member through it; the device has bindings"),
+    ("member", "extremes_k", "the host reads a member through it; the device has bindings"),
+    ("member", "strayed", "the host reads a member through it; the device has bindings"),
+];
+
+/// Functions in the order of a text, but for those of one side.
+fn functions<'a>(twin: &str, text: &'a str) -> Vec<&'a str> {
+    let text = text.split("#[cfg(test)]").next().unwrap_or_default();
+    text.lines()
+        .map(|line| line.trim_start().trim_start_matches("pub ").trim_start_matches("pub(super) "))
+        .filter_map(|line| line.strip_prefix("fn "))
+        .filter_map(|rest| rest.split(['(', '<']).next())
+        .filter(|name| !ONE_SIDED.iter().any(|(file, function, _)| *file == twin && function == name))
+        .collect()
+}
+
+#[test]
+fn twin_files_hold_the_same_functions_in_the_same_order() {
+    for twin in TWINS {
+        let (rust, wgsl) = (text(&format!("src/physics/{twin}.rs")), text(&format!("shaders/{twin}.wgsl")));
+        assert!(!functions(twin, &rust).is_empty(), "{twin}: no functions found");
+        assert_eq!(functions(twin, &rust), functions(twin, &wgsl), "twin {twin}");
+    }
+}
+
+#[test]
+fn every_part_of_the_physics_has_a_twin() {
+    let host_only = ["prelude", "layout"];
+    let parts: Vec<&str> = shader::PARTS.iter().map(|part| part.0).filter(|name| !host_only.contains(name)).collect();
+    assert_eq!(parts, TWINS);
+    for (file, function, _) in ONE_SIDED {
+        let sides = [format!("src/physics/{file}.rs"), format!("shaders/{file}.wgsl")].map(|path| text(&path));
+        let there = sides.map(|side| side.contains(&format!("fn {function}(")));
+        assert_ne!(there[0], there[1], "{file}: {function} is listed as one-sided");
+    }
+}
+
+#[test]
+fn a_function_missing_or_moved_is_caught() {
+    let (rust, wgsl) = (text("src/physics/material.rs"), text("shaders/material.wgsl"));
+    let missing = wgsl.replacen("fn gain_across(", "fn gain_over(", 1);
+    assert_ne!(functions("material", &rust), functions("material", &missing));
+    let (before, after) = wgsl.split_at(wgsl.find("fn heat_capacity(").expect("it is there"));
+    let moved = format!("{after}{before}");
+    assert_ne!(functions("material", &rust), functions("material", &moved));
+}
+
+/// Loop turns of the longest dispatch of a case on the software device.
+fn turns(case: &Case) -> u32 {
+    let plan = Plan::new(case);
+    let (turns_step, turns_around) = loop_turns(&plan);
+    shader::steps_a_dispatch(&plan, true) * turns_step + turns_around
+}
+
+fn with_cells(cells: usize) -> Case {
+    let mut case = case("lcat-2259");
+    case.resolution.cells = cells;
+    case
+}
+
+#[test]
+fn a_dispatch_of_any_case_ends_before_the_software_device_ends_its_loops() {
+    // The last has the most cells that a case file may ask for.
+    for case in all().into_iter().chain([with_cells(1024)]) {
+        let turns = turns(&case);
+        assert!(turns < LOOPS_ENDED, "{}, {} cells: {turns} loop turns", case.id, case.resolution.cells);
+    }
+}
+
+#[test]
+fn a_step_too_long_for_any_dispatch_is_caught() {
+    assert!(turns(&with_cells(8192)) > LOOPS_ENDED);
+}

@@ -1,12 +1,111 @@
-//! What the tests share: every tolerance with its reason, the device, and folders to work in.
+//! What the tests share: every tolerance with its reason, the shipped cases, the device, and folders to work in.
 
-use bondline::march::gpu::device::{self, Device};
+use bondline::case::{Bounds, Case, Factor, Property};
+use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
+use bondline::march::gpu::device::{self, Adapter, Device};
+use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A Vulkan device with the runtime's checks on. There is always one: its absence fails.
+/// Single precision against double, K: a twentieth of what a thermocouple resolves.
+pub(crate) const SINGLE_K: f64 = 1e-3;
+/// Double precision on a device against that on the processor, K: drivers may fuse and reorder, and the rounding of a
+/// few thousand steps at 1,000 K stays three powers of ten below this.
+pub(crate) const DOUBLE_K: f64 = 1e-6;
+/// Heat unaccounted for, of the heat moved: a fiftieth of a per cent, below any figure that a report prints.
+pub(crate) const BALANCE: f64 = 2e-4;
+/// What ought to be equal or in order but for rounding in double precision, K: ten thousand times the spacing of
+/// doubles at 1,000 K, a ten-thousandth of what anybody prints.
+pub(crate) const ROUNDING_K: f64 = 1e-9;
+
+/// Loop turns after which the software rasteriser silently ends every loop of an invocation (LLVM's `gallivm`,
+/// `LP_MAX_TGSI_LOOP_ITERATIONS` = 65,535).
+pub(crate) const LOOPS_ENDED: u32 = 65_535;
+
+/// The root of the repository.
+pub(crate) fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The text of a file of the repository.
+pub(crate) fn text(path: &str) -> String {
+    fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// All files under a folder of the repository that end so, in order, as paths from the root.
+pub(crate) fn files(folder: &str, ending: &str) -> Vec<String> {
+    let mut folders = vec![root().join(folder)];
+    let mut found = Vec::new();
+    while let Some(folder) = folders.pop() {
+        let entries = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+        let paths: Vec<PathBuf> = entries.map(|entry| entry.expect("the folder is readable").path()).collect();
+        for path in paths {
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.to_string_lossy().ends_with(ending) {
+                let path = path.strip_prefix(root()).expect("found under the root");
+                found.push(path.to_string_lossy().replace('\\', "/"));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Every shipped case.
+pub(crate) fn cases() -> Vec<Case> {
+    let found: Vec<Case> = files("cases", "/case.toml").iter().map(|path| load(path)).collect();
+    assert!(found.len() >= 7, "only {} cases under cases/", found.len());
+    found
+}
+
+/// One shipped case, by the name of its folder.
+pub(crate) fn case(id: &str) -> Case {
+    load(&format!("cases/{id}/case.toml"))
+}
+
+fn load(path: &str) -> Case {
+    Case::load(&root().join(path)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The case of every day, on few cells and long steps: for truths that hold at any resolution.
+pub(crate) fn coarse() -> Case {
+    let mut case = case("lcat-2259");
+    case.resolution.cells = 40;
+    case.resolution.growth = 0.2;
+    case.resolution.largest_step_s = 2.0;
+    case.resolution.every_s = 2.0;
+    case
+}
+
+/// A case with one factor more, last.
+pub(crate) fn with_factor(mut case: Case, group: &str, property: Property) -> Case {
+    let (name, group) = ("f_more".to_owned(), group.to_owned());
+    case.factors.push(Factor { name, group, property, nominal: 1.0, small: (0.75, 1.25), large: (0.5, 1.5) });
+    case
+}
+
+/// The nominal member, and as many drawn evenly from all that the side constraints allow.
+pub(crate) fn drawn(case: &Case, members: usize) -> Ensemble {
+    let sampling = Sampling { kind: SamplingKind::Uniform, seed: 2026 };
+    let sample = Ensemble::sample(&case.factors, Bounds::Large, &sampling, members);
+    let mut rows: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+    (0..members).for_each(|member| rows.extend(sample.member(member)));
+    Ensemble::at(case.factors.len(), rows)
+}
+
+/// The software rasteriser, which computes alike on every machine. There is always one: its absence fails.
+pub(crate) fn adapter() -> Adapter {
+    let adapters = device::adapters();
+    let names: Vec<String> = adapters.iter().map(|adapter| adapter.name.clone()).collect();
+    let found = adapters.into_iter().find(Adapter::is_software);
+    found.unwrap_or_else(|| {
+        panic!("tests need the software Vulkan driver, found {names:?}: scripts/test.sh installs it")
+    })
+}
+
+/// The software rasteriser with the runtime's checks on.
 pub(crate) fn device() -> Device {
-    let adapter = device::find(None).expect("tests need a Vulkan driver: scripts/test.sh installs one");
-    Device::open(adapter, true).expect("the device opens")
+    Device::open(adapter(), true).expect("the device opens")
 }
 
 /// Uniform numbers in 0..1 from a seed: the same on every machine.

@@ -91,7 +91,7 @@ fn carry<R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, memb
         .map(|(group, temperatures_k)| {
             let first = members.start + group * R::LANES;
             let lanes = (members.end - first).min(R::LANES);
-            pulp::Arch::new().dispatch(|| carry_group::<R>(plan, rows, ensemble, first, lanes, temperatures_k))
+            carry_group::<R>(plan, rows, ensemble, first, lanes, temperatures_k)
         })
         .collect();
     for end in ends.into_iter().flatten() {
@@ -110,7 +110,6 @@ struct End {
 }
 
 /// March one group of lanes; lanes past the last member repeat it.
-#[inline(always)]
 fn carry_group<R: Real>(
     plan: &Plan,
     rows: &Rows<R::Scalar>,

@@ -146,7 +146,7 @@ fn estimate(case: &Case, outcome: &Estimated) -> String {
         .map(|index| {
             let factor = &case.factors[outcome.factors[index]];
             let interval = words::interval(outcome.intervals[index], outcome.bounds[index]);
-            format!("{} = {:.3} (95 % within: {interval})", factor.name, outcome.values[index])
+            format!("{} = {:.3} (95 % interval: {interval})", factor.name, outcome.values[index])
         })
         .collect();
     format!("{}.", words::listed(&values))

@@ -67,9 +67,9 @@ TC2 = [["0 s", "300 K"], ["10 s", "320 K"], ["20 s", "420 K"], ["30 s", "500 K"]
 "#;
 
 /// What a run of the binary left.
-struct Ran {
+pub(crate) struct Ran {
     code: i32,
-    stdout: String,
+    pub(crate) stdout: String,
     stderr: String,
 }
 
@@ -79,7 +79,7 @@ fn bondline<S: AsRef<OsStr>>(scratch: &Scratch, arguments: &[S]) -> Ran {
 }
 
 /// Run the binary in a folder, words parted by blanks.
-fn say(scratch: &Scratch, words: &str) -> Ran {
+pub(crate) fn say(scratch: &Scratch, words: &str) -> Ran {
     bondline(scratch, &words.split_whitespace().collect::<Vec<_>>())
 }
 
@@ -106,7 +106,7 @@ fn finish(command: &mut Command) -> Ran {
 impl Ran {
     /// It did what it should, and said nothing else.
     #[track_caller]
-    fn done(self) -> Self {
+    pub(crate) fn done(self) -> Self {
         self.ended(0)
     }
 

@@ -17,10 +17,6 @@ use device::Device;
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Loop turns a dispatch may take on a software device, which silently ends all loops of an invocation
-/// after 65,535, and on hardware, where some tens of milliseconds keep clear of time-outs.
-const TURNS_SOFTWARE: u32 = 60_000;
-const TURNS_HARDWARE: u32 = 1_000_000;
 /// Members at once, at most: enough to fill any device, and a bound on the host's memory.
 const MEMBERS_MAX: usize = 8192;
 
@@ -206,9 +202,7 @@ impl Gpu {
         run: &wgpu::Buffer,
         members: u32,
     ) {
-        let (turns_step, turns_around) = shader::loop_turns(plan);
-        let turns = if self.device.is_software { TURNS_SOFTWARE } else { TURNS_HARDWARE };
-        let stride = (turns.saturating_sub(turns_around) / turns_step).max(1);
+        let stride = shader::steps_a_dispatch(plan, self.device.is_software);
         let steps = plan.steps() as u32 + 1;
         let mut first_step = 0;
         while first_step < steps {

@@ -77,3 +77,15 @@ pub fn loop_turns(plan: &Plan) -> (u32, u32) {
     let around = 2 * (cells + sensors + plies + 4) + (plies + cells) + 2;
     (step, around)
 }
+
+/// Loop turns a dispatch may take on a software device, which silently ends all loops of an invocation
+/// after 65,535, and on hardware, where some tens of milliseconds keep clear of time-outs.
+const TURNS_SOFTWARE: u32 = 60_000;
+const TURNS_HARDWARE: u32 = 1_000_000;
+
+/// Steps that one dispatch takes: as many as its loop turns allow, and one at least.
+pub fn steps_a_dispatch(plan: &Plan, is_software: bool) -> u32 {
+    let (turns_step, turns_around) = loop_turns(plan);
+    let turns = if is_software { TURNS_SOFTWARE } else { TURNS_HARDWARE };
+    (turns.saturating_sub(turns_around) / turns_step).max(1)
+}

@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# All that a change must pass: format, lints, tests, documentation. Installs what the tests need where it is missing:
+# the software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+say() { printf '\n== %s\n' "$*"; }
+fail() { printf 'scripts/test.sh: %s\n' "$*" >&2; exit 1; }
+
+install() {
+    local what=$1
+    shift
+    command -v apt-get >/dev/null || fail "$what not found, and no apt-get to install it: install $* (or your system's like)"
+    local root=()
+    if [ "$(id -u)" -ne 0 ]; then
+        command -v sudo >/dev/null || fail "$what not found, and no sudo: as root, apt-get install $*"
+        root=(sudo)
+    fi
+    say "install $what: $*"
+    "${root[@]}" apt-get update -qq
+    "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" >/dev/null
+}
+
+has_lavapipe() {
+    case "${VK_DRIVER_FILES:-${VK_ICD_FILENAMES:-}}" in
+        *lvp_icd*) return 0 ;;
+        ?*) return 1 ;;
+    esac
+    compgen -G '/usr/share/vulkan/icd.d/lvp_icd*.json' >/dev/null ||
+        compgen -G '/usr/local/share/vulkan/icd.d/lvp_icd*.json' >/dev/null ||
+        compgen -G '/etc/vulkan/icd.d/lvp_icd*.json' >/dev/null ||
+        { command -v vulkaninfo >/dev/null && vulkaninfo --summary 2>/dev/null | grep -qi llvmpipe; }
+}
+
+has_browser() {
+    command -v chromium || command -v chromium-browser || command -v google-chrome || command -v google-chrome-stable
+}
+
+command -v cargo >/dev/null || fail 'cargo not found: install Rust from https://rustup.rs'
+has_lavapipe || install 'the software Vulkan driver' mesa-vulkan-drivers libvulkan1
+has_browser >/dev/null || install 'a browser' chromium
+for component in rustfmt clippy; do
+    cargo "${component/rustfmt/fmt}" --version >/dev/null 2>&1 && continue
+    command -v rustup >/dev/null || fail "$component not found, and no rustup to add it"
+    say "add $component"
+    rustup component add "$component"
+done
+
+say 'format'
+cargo fmt --check
+say 'lints'
+cargo clippy --release --all-targets -- -D warnings
+say 'tests'
+cargo test --release
+say 'documentation'
+RUSTDOCFLAGS='-D warnings' cargo doc --release --no-deps
+say 'all passed'

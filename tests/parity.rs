@@ -1,0 +1,277 @@
+//! Whole marches of every shipped case, corner by corner of the triangle: the device in single precision does the very
+//! arithmetic of the processor, single precision suffices, and so does the device in double precision.
+
+use crate::support::{DOUBLE_K, SINGLE_K, adapter, case, cases, drawn, with_factor};
+use bondline::case::{Bounds, Case, Property};
+use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
+use bondline::march::cpu::{Cpu, Reference};
+use bondline::march::gpu::Gpu;
+use bondline::march::gpu::device::Device;
+use bondline::march::{Backend, March, MarchError, Precision, march_all};
+use bondline::plan::Plan;
+use bondline::traces::{Arrival, Traces};
+use std::ops::Range;
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+/// Members drawn beside the nominal one, and of the two cases marched at length: two workgroups and a ragged end.
+const FEW: usize = 9;
+const MANY: usize = 99;
+
+/// A device opened once: its compiled kernels serve every test.
+struct Shared(LazyLock<Mutex<Gpu>>);
+
+impl Shared {
+    fn gpu(&self) -> MutexGuard<'_, Gpu> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn open(precision: Precision, checks: bool) -> Mutex<Gpu> {
+    let device = Device::open(adapter(), checks).expect("the device opens");
+    Mutex::new(Gpu::new(device, precision).expect("the device passes its self-tests"))
+}
+
+static SINGLE: Shared = Shared(LazyLock::new(|| open(Precision::F32, false)));
+static CHECKED: Shared = Shared(LazyLock::new(|| open(Precision::F32, true)));
+static DOUBLE: Shared = Shared(LazyLock::new(|| open(Precision::F64, false)));
+
+/// A case marched on the device in each way.
+struct Marched {
+    case: Case,
+    plan: Plan,
+    ensemble: Ensemble,
+    single: Traces,
+    checked: Traces,
+    double: Traces,
+}
+
+/// Every shipped case, marched once for all tests; each device in a thread of its own, as compiling takes longest.
+static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
+    let asked: Vec<(Case, Plan, Ensemble)> = cases()
+        .into_iter()
+        .map(|case| {
+            let members = if ["slab", "lcat-2259"].contains(&case.id.as_str()) { MANY } else { FEW };
+            (case.clone(), Plan::new(&case), drawn(&case, members))
+        })
+        .collect();
+    let on = |shared: &'static Shared| {
+        asked.iter().map(|(_, plan, ensemble)| carried(&mut *shared.gpu(), plan, ensemble)).collect::<Vec<_>>()
+    };
+    let (single, checked, double) = thread::scope(|scope| {
+        let others = [&CHECKED, &DOUBLE].map(|shared| scope.spawn(move || on(shared)));
+        let single = on(&SINGLE);
+        let [checked, double] = others.map(|other| other.join().expect("the device carries every case"));
+        (single, checked, double)
+    });
+    let traces = single.into_iter().zip(checked).zip(double);
+    let with = |((case, plan, ensemble), ((single, checked), double))| Marched {
+        case,
+        plan,
+        ensemble,
+        single,
+        checked,
+        double,
+    };
+    asked.into_iter().zip(traces).map(with).collect()
+});
+
+fn carried(march: &mut dyn March, plan: &Plan, ensemble: &Ensemble) -> Traces {
+    march.march(plan, ensemble, 0..ensemble.len()).expect("the march does not fail")
+}
+
+fn on_cpu(precision: Precision, plan: &Plan, ensemble: &Ensemble) -> Traces {
+    carried(&mut Cpu::new(precision), plan, ensemble)
+}
+
+/// Numbers that are not the same to the last bit: temperatures, heats and extremes; and arrivals that differ.
+fn differing(one: &Traces, other: &Traces) -> usize {
+    let numbers = |traces: &Traces| {
+        let heats = traces
+            .balances
+            .iter()
+            .flat_map(|b| [b.hot_in_j_m2, b.hot_out_j_m2, b.back_in_j_m2, b.back_out_j_m2, b.stored_j_m2]);
+        let extremes = traces.extremes_k.iter().flat_map(|&(low, high)| [low, high]);
+        let numbers = traces.temperatures_k.iter().copied().chain(heats).chain(extremes);
+        numbers.map(f64::to_bits).collect::<Vec<u64>>()
+    };
+    let (a, b) = (numbers(one), numbers(other));
+    let arrivals = one.arrivals.iter().zip(&other.arrivals).filter(|(a, b)| a != b).count();
+    let odd = a.len().abs_diff(b.len()) + one.arrivals.len().abs_diff(other.arrivals.len());
+    odd + arrivals + a.iter().zip(&b).filter(|(a, b)| a != b).count()
+}
+
+/// The largest difference of temperature, K; infinite where members arrived otherwise or a number is none.
+fn apart_k(one: &Traces, other: &Traces) -> f64 {
+    if one.arrivals != other.arrivals || one.temperatures_k.len() != other.temperatures_k.len() {
+        return f64::INFINITY;
+    }
+    let pairs = one.temperatures_k.iter().zip(&other.temperatures_k).map(|(a, b)| (a - b).abs());
+    pairs.fold(0.0, |worst, off| if off.is_nan() { f64::INFINITY } else { off.max(worst) })
+}
+
+/// A plan with every conductivity off by a share of itself.
+fn spoiled(plan: &Plan, share: f64) -> Plan {
+    let mut plan = plan.clone();
+    let (columns, parts, end) = (plan.table_columns(), plan.parts, plan.face_table());
+    for row in plan.rows.tables[..end].chunks_exact_mut(columns) {
+        row[..parts].iter_mut().for_each(|value| *value *= 1.0 + share);
+    }
+    plan
+}
+
+/// A plan with one number of it one f32 away: the conductivity of the first ply at the node under 300 K.
+fn spoiled_in_the_last_bit(plan: &Plan) -> Plan {
+    let mut plan = plan.clone();
+    let place = plan.plies[0].table as usize + 60 * plan.table_columns();
+    plan.rows.tables[place] = f64::from((plan.rows.tables[place] as f32).next_up());
+    plan
+}
+
+#[test]
+fn the_device_in_single_precision_equals_the_processor_bit_for_bit() {
+    for marched in MARCHED.iter() {
+        let cpu = on_cpu(Precision::F32, &marched.plan, &marched.ensemble);
+        assert!(cpu.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{}: not all arrive", marched.case.id);
+        let count = differing(&marched.single, &cpu);
+        assert_eq!(count, 0, "{}: numbers that differ, of {}", marched.case.id, cpu.temperatures_k.len());
+    }
+}
+
+#[test]
+fn a_table_one_bit_off_in_one_place_is_caught() {
+    for marched in MARCHED.iter() {
+        let cpu = on_cpu(Precision::F32, &spoiled_in_the_last_bit(&marched.plan), &marched.ensemble);
+        assert_ne!(differing(&marched.single, &cpu), 0, "{}", marched.case.id);
+    }
+}
+
+#[test]
+fn single_precision_on_the_device_suffices_at_every_sensor_and_instant() {
+    for marched in MARCHED.iter() {
+        let off_k = apart_k(&marched.single, &on_cpu(Precision::F64, &marched.plan, &marched.ensemble));
+        assert!(off_k <= SINGLE_K, "{}: {off_k:.1e} K", marched.case.id);
+    }
+}
+
+#[test]
+fn a_conductivity_off_by_one_in_a_thousand_is_caught_in_single_precision() {
+    for marched in MARCHED.iter() {
+        let off_k = apart_k(&marched.single, &on_cpu(Precision::F64, &spoiled(&marched.plan, 1e-3), &marched.ensemble));
+        assert!(off_k > SINGLE_K, "{}: {off_k:.1e} K", marched.case.id);
+    }
+}
+
+#[test]
+fn the_device_in_double_precision_equals_the_processor_to_a_millionth_of_a_kelvin() {
+    for marched in MARCHED.iter() {
+        let off_k = apart_k(&marched.double, &on_cpu(Precision::F64, &marched.plan, &marched.ensemble));
+        assert!(off_k <= DOUBLE_K, "{}: {off_k:.1e} K", marched.case.id);
+    }
+}
+
+#[test]
+fn a_conductivity_off_by_one_in_a_million_is_caught_in_double_precision() {
+    for marched in MARCHED.iter() {
+        let off_k = apart_k(&marched.double, &on_cpu(Precision::F64, &spoiled(&marched.plan, 1e-6), &marched.ensemble));
+        assert!(off_k > DOUBLE_K, "{}: {off_k:.1e} K", marched.case.id);
+    }
+}
+
+#[test]
+fn members_in_lanes_march_as_one_at_a_time() {
+    for marched in MARCHED.iter() {
+        for precision in [Precision::F32, Precision::F64] {
+            let few = Ensemble::at(marched.ensemble.factors(), rows(&marched.ensemble, 0..FEW + 1));
+            let alone = carried(&mut Reference(precision), &marched.plan, &few);
+            let count = differing(&on_cpu(precision, &marched.plan, &few), &alone);
+            assert_eq!(count, 0, "{} in {precision:?}", marched.case.id);
+            let spoiled = on_cpu(precision, &spoiled(&marched.plan, 1e-6), &few);
+            assert_ne!(differing(&spoiled, &alone), 0, "{} in {precision:?}: spoiled", marched.case.id);
+        }
+    }
+}
+
+#[test]
+fn runtime_checks_change_no_bit() {
+    for marched in MARCHED.iter() {
+        assert_eq!(differing(&marched.single, &marched.checked), 0, "{}", marched.case.id);
+    }
+}
+
+fn rows(ensemble: &Ensemble, members: Range<usize>) -> Vec<f64> {
+    members.flat_map(|member| ensemble.member(member)).collect()
+}
+
+/// A march that carries so many at once.
+struct Cut<'a>(&'a mut dyn March, usize);
+
+impl March for Cut<'_> {
+    fn backend(&self) -> Backend {
+        self.0.backend()
+    }
+    fn capacity(&self, _plan: &Plan) -> usize {
+        self.1
+    }
+    fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
+        self.0.march(plan, ensemble, members)
+    }
+}
+
+#[test]
+fn an_ensemble_cut_into_other_batches_marches_the_same() {
+    let marched = MARCHED.iter().find(|marched| marched.case.id == "lcat-2259").expect("shipped");
+    let sampling = Sampling { kind: SamplingKind::Sobol, seed: 7 };
+    let ensemble = Ensemble::sample(&marched.case.factors, Bounds::Small, &sampling, 24);
+    let mut single = SINGLE.gpu();
+    for march in [&mut *single as &mut dyn March, &mut Cpu::new(Precision::F32), &mut Cpu::new(Precision::F64)] {
+        let whole = carried(march, &marched.plan, &ensemble);
+        for size in [1, 7, 16] {
+            let mut seen = 0;
+            march_all(&mut Cut(march, size), &marched.plan, &ensemble, &mut |batch| {
+                assert_eq!(batch.first, seen);
+                for member in 0..batch.members() {
+                    assert_eq!(batch.member(member), whole.member(seen + member), "member {} of {size}", seen + member);
+                    assert_eq!(batch.arrivals[member], whole.arrivals[seen + member]);
+                    assert_eq!(batch.balances[member], whole.balances[seen + member]);
+                }
+                seen += batch.members();
+            })
+            .expect("the march does not fail");
+            assert_eq!(seen, ensemble.len());
+        }
+    }
+}
+
+#[test]
+fn a_member_driven_to_nonsense_strays_at_the_same_step_everywhere_and_the_others_stand() {
+    let case = with_factor(case("lcat-2259"), "", Property::Heating);
+    let plan = Plan::new(&case);
+    let width = case.factors.len();
+    let sound = rows(&drawn(&case, 11), 0..12);
+    let mut driven = sound.clone();
+    driven[4 * width + width - 1] = 1e6;
+    let (sound, driven) = (Ensemble::at(width, sound), Ensemble::at(width, driven));
+    let (mut single, mut double) = (SINGLE.gpu(), DOUBLE.gpu());
+    let marches: [&mut dyn March; 6] = [
+        &mut Cpu::new(Precision::F64),
+        &mut Cpu::new(Precision::F32),
+        &mut Reference(Precision::F64),
+        &mut Reference(Precision::F32),
+        &mut *single,
+        &mut *double,
+    ];
+    let mut arrivals = Vec::new();
+    for march in marches {
+        let backend = march.backend();
+        let (expected, found) = (carried(march, &plan, &sound), carried(march, &plan, &driven));
+        for member in (0..sound.len()).filter(|&member| member != 4) {
+            assert_eq!(found.arrivals[member], Arrival::Done, "{backend:?}: member {member}");
+            assert_eq!(found.member(member), expected.member(member), "{backend:?}: member {member}");
+        }
+        arrivals.push((backend, found.arrivals[4].clone()));
+    }
+    let (_, first) = &arrivals[0];
+    assert!(matches!(first, Arrival::Strayed { time_s } if *time_s < 1.0), "{first:?}");
+    assert!(arrivals.iter().all(|(_, arrival)| arrival == first), "{arrivals:?}");
+}

@@ -1,0 +1,225 @@
+//! Truths of heat that no case may break, and what a seed promises.
+
+use crate::support::{BALANCE, ROUNDING_K, case, cases, coarse, drawn, with_factor};
+use bondline::case::{Bounds, Case, Emissivity, Face, OpenFace, Property, Schedule};
+use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
+use bondline::march::cpu::Cpu;
+use bondline::march::{Backend, March, MarchError, Precision};
+use bondline::plan::Plan;
+use bondline::study::nominal::{Peak, nominal};
+use bondline::study::uncertainty::uncertainty;
+use bondline::traces::{Arrival, Balance, Traces};
+use std::ops::Range;
+
+const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
+
+fn marched(case: &Case, ensemble: &Ensemble, precision: Precision) -> Traces {
+    let traces = Cpu::new(precision).march(&Plan::new(case), ensemble, 0..ensemble.len());
+    let traces = traces.expect("the processor does not fail");
+    assert!(traces.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{}: {:?}", case.id, traces.arrivals);
+    traces
+}
+
+/// Members at the nominal factors but for one of them, by its place.
+fn varied(case: &Case, factor: usize, values: &[f64]) -> Ensemble {
+    let nominal: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+    let rows = values.iter().flat_map(|&value| {
+        let mut row = nominal.clone();
+        row[factor] = value;
+        row
+    });
+    Ensemble::at(nominal.len(), rows.collect())
+}
+
+/// A case at one temperature, between faces whose surroundings have it too, in a gas.
+fn at_rest(mut case: Case, temperature_k: f64, gas_k: f64) -> Case {
+    case.exposure.initial_k = vec![(0.0, temperature_k)];
+    let face = OpenFace {
+        film_w_m2_k: 50.0,
+        gas_k: Schedule::constant(gas_k),
+        emissivity: Emissivity::Material,
+        surroundings_k: temperature_k,
+        ..OpenFace::insulated()
+    };
+    case.exposure.hot_face = Face::Open(face.clone());
+    case.exposure.back_face = Face::Open(face);
+    case
+}
+
+/// The largest departure from a temperature, K.
+fn departure_k(traces: &Traces, temperature_k: f64) -> f64 {
+    traces.temperatures_k.iter().map(|found_k| (found_k - temperature_k).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn nothing_happens_in_a_layup_at_the_temperature_of_all_around_it() {
+    for case in cases() {
+        for precision in PRECISIONS {
+            let ensemble = drawn(&case, 3);
+            let still = marched(&at_rest(case.clone(), 700.0, 700.0), &ensemble, precision);
+            assert_eq!(departure_k(&still, 700.0), 0.0, "{} in {precision:?}", case.id);
+            let stirred = marched(&at_rest(case.clone(), 700.0, 699.0), &ensemble, precision);
+            assert!(departure_k(&stirred, 700.0) > 0.0, "{}: gas a kelvin colder changed nothing", case.id);
+        }
+    }
+}
+
+#[test]
+fn more_heating_is_hotter_everywhere_and_always() {
+    let case = with_factor(coarse(), "", Property::Heating);
+    let ensemble = varied(&case, case.factors.len() - 1, &[0.8, 0.9, 1.0, 1.1, 1.2]);
+    let traces = marched(&case, &ensemble, Precision::F64);
+    for member in 1..ensemble.len() {
+        let mut rises = traces.member(member).iter().zip(traces.member(member - 1)).map(|(hot, cold)| hot - cold);
+        let least_k = rises.clone().fold(f64::INFINITY, f64::min);
+        assert!(least_k >= -ROUNDING_K, "member {member} is {least_k} K colder somewhere");
+        let last_k = rises.next_back().expect("there are instants");
+        assert!(last_k > 1.0, "member {member} ends {last_k} K hotter");
+    }
+}
+
+#[test]
+fn between_a_held_face_and_an_insulated_one_no_temperature_is_new() {
+    for case in cases() {
+        let (Face::Held(held), Face::Open(back)) = (&case.exposure.hot_face, &case.exposure.back_face) else {
+            continue;
+        };
+        let given = held.values.iter().copied().chain(case.exposure.initial_k.iter().map(|point| point.1));
+        let given = given.chain((back.film_w_m2_k > 0.0).then_some(back.gas_k.values[0]));
+        let (low_k, high_k) = given.fold((f64::INFINITY, 0.0_f64), |(low, high), t| (low.min(t), high.max(t)));
+        let traces = marched(&case, &drawn(&case, 7), Precision::F64);
+        for &(coldest_k, hottest_k) in &traces.extremes_k {
+            assert!(coldest_k >= low_k - ROUNDING_K, "{}: {coldest_k} K under {low_k} K", case.id);
+            assert!(hottest_k <= high_k + ROUNDING_K, "{}: {hottest_k} K over {high_k} K", case.id);
+        }
+        let span_k = high_k - low_k;
+        let hottest_k = traces.extremes_k.iter().map(|ply| ply.1).fold(0.0, f64::max);
+        assert!(hottest_k > low_k + 0.9 * span_k, "{}: the bound is met by idleness", case.id);
+    }
+}
+
+#[test]
+fn heat_capacity_and_density_are_one_and_the_same() {
+    let case = coarse();
+    let of = |property| case.factors.iter().position(|f| f.property == property && f.group == "INS").expect("varied");
+    let (capacity, density) = (of(Property::HeatCapacity), of(Property::Density));
+    let mut rows = vec![1.0; 4 * case.factors.len()];
+    let mut set = |member: usize, factor: usize, value: f64| rows[member * case.factors.len() + factor] = value;
+    set(1, capacity, 1.07);
+    set(2, density, 1.07);
+    set(3, capacity, 1.07);
+    set(3, density, 1.0 / 1.07);
+    let traces = marched(&case, &Ensemble::at(case.factors.len(), rows), Precision::F64);
+    let apart_k = |one: usize, other: usize| {
+        let pairs = traces.member(one).iter().zip(traces.member(other));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    assert!(apart_k(1, 2) <= ROUNDING_K, "{} K", apart_k(1, 2));
+    assert!(apart_k(0, 3) <= ROUNDING_K, "{} K", apart_k(0, 3));
+    assert!(apart_k(0, 1) > 1.0, "seven per cent more heat capacity changed {} K", apart_k(0, 1));
+}
+
+#[test]
+fn heat_in_less_heat_out_is_heat_stored_in_every_case() {
+    for case in cases() {
+        for precision in PRECISIONS {
+            for (member, balance) in marched(&case, &drawn(&case, 7), precision).balances.iter().enumerate() {
+                let residual = balance.residual().abs();
+                assert!(residual <= BALANCE, "{} in {precision:?}, member {member}: {residual:.1e}", case.id);
+                let stored_j_m2 = balance.stored_j_m2 + 1e-3 * (balance.hot_in_j_m2 + balance.back_in_j_m2);
+                let leaking = Balance { stored_j_m2, ..*balance };
+                assert!(leaking.residual().abs() > BALANCE, "{}: heat from nowhere passed", case.id);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_slower_bead_peaks_later_and_no_higher() {
+    let lags_s = [0.0, 1.0, 2.0, 4.0, 8.0];
+    let peaks = lags_s.map(|lag_s| {
+        let mut case = coarse();
+        case.resolution.every_s = 0.25;
+        case.sensors.iter_mut().for_each(|sensor| sensor.lag_s = lag_s);
+        let plan = Plan::new(&case);
+        let traces = marched(&case, &Ensemble::nominal(&case.factors), Precision::F64);
+        (0..traces.sensors).map(|sensor| Peak::of(traces.trace(0, sensor), &plan.instants_s)).collect::<Vec<_>>()
+    });
+    for pair in peaks.windows(2) {
+        for (sensor, (quick, slow)) in pair[0].iter().zip(&pair[1]).enumerate() {
+            assert!(slow.temperature_k < quick.temperature_k, "sensor {sensor}: {quick:?}, then {slow:?}");
+            assert!(slow.time_s >= quick.time_s, "sensor {sensor}: {quick:?}, then {slow:?}");
+        }
+    }
+    for (sensor, (quick, slow)) in peaks[0].iter().zip(&peaks[4]).enumerate() {
+        assert!(slow.time_s > quick.time_s, "sensor {sensor}: {quick:?}, at last {slow:?}");
+    }
+}
+
+/// The processor, some members at a time.
+struct Batches(Cpu, usize);
+
+impl March for Batches {
+    fn backend(&self) -> Backend {
+        self.0.backend()
+    }
+
+    fn capacity(&self, _plan: &Plan) -> usize {
+        self.1
+    }
+
+    fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
+        self.0.march(plan, ensemble, members)
+    }
+}
+
+/// Every figure of an uncertainty study, written so that no bit is lost.
+fn figures(case: &Case, seed: u64, batch: usize, threads: usize) -> String {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
+    pool.install(|| {
+        let plan = Plan::new(case);
+        let mut march = Batches(Cpu::new(Precision::F64), batch);
+        let centre = nominal(case, &plan, &mut march).expect("the processor does not fail");
+        let sampling = Sampling { kind: SamplingKind::Normal, seed };
+        let found = uncertainty(case, &plan, &mut march, &centre, Bounds::Small, &sampling, 100, &mut |_, _| {});
+        format!("{:?}", found.expect("the processor does not fail"))
+    })
+}
+
+#[test]
+fn a_seed_gives_the_same_statistics_whatever_the_batch_and_the_threads() {
+    let case = coarse();
+    let once = figures(&case, 1, 100, 1);
+    assert_eq!(once, figures(&case, 1, 100, 2));
+    assert_eq!(once, figures(&case, 1, 37, 2));
+    assert_eq!(once, figures(&case, 1, 8, 1));
+    assert_ne!(once, figures(&case, 2, 100, 1));
+}
+
+#[test]
+fn the_first_members_of_a_large_ensemble_are_those_of_a_small_one() {
+    let case = coarse();
+    // A Latin hypercube has as many strata as members, so its members depend on their number by definition.
+    for kind in [SamplingKind::Normal, SamplingKind::Uniform, SamplingKind::Sobol] {
+        let of = |seed, members| Ensemble::sample(&case.factors, Bounds::Small, &Sampling { kind, seed }, members);
+        let (few, many, other) = (of(3, 5_000), of(3, 50_000), of(4, 5_000));
+        for member in 0..few.len() {
+            assert_eq!(few.member(member), many.member(member), "{kind:?}, member {member}");
+        }
+        assert_ne!(few.member(17), other.member(17), "{kind:?}: another seed drew the same member");
+    }
+}
+
+#[test]
+fn a_nominal_member_is_the_case_itself() {
+    let case = case("lcat-2259");
+    let mut without = case.clone();
+    without.factors.clear();
+    let (with, without) = (
+        marched(&case, &Ensemble::nominal(&case.factors), Precision::F64),
+        marched(&without, &Ensemble::at(0, vec![]), Precision::F64),
+    );
+    assert_eq!(with.temperatures_k, without.temperatures_k);
+    let other = marched(&case, &varied(&case, 0, &[1.001]), Precision::F64);
+    assert_ne!(with.temperatures_k, other.temperatures_k);
+}
