@@ -10,7 +10,7 @@ use bondline::march::{Precision, choose};
 use bondline::plan::Plan;
 use bondline::report::files::{MembersFile, OutputFolder, Row, TracesFile};
 use bondline::report::{self, Seconds, Story, materials, summary};
-use bondline::study::estimate::{EstimateError, Estimated, estimate};
+use bondline::study::estimate::{EstimateError, Estimated, estimate, options};
 use bondline::study::nominal::{Nominal, Peak, nominal};
 use bondline::study::sensitivity::{Sensitivity, difference_step, sensitivity};
 use bondline::study::twin::{TwinError, twin};
@@ -265,8 +265,7 @@ impl Desk {
     }
 
     fn fit(&mut self, patience: usize) -> Result<(), Failure> {
-        let options =
-            Options { patience, difference_step: difference_step(self.march.precision()), ..Options::default() };
+        let options = Options { patience, ..options(self.march.precision()) };
         let outcome = estimate(&self.case, &self.plan, &mut self.march, &options);
         self.estimated = Some(outcome.map_err(|error| match error {
             EstimateError::March(error) => error.into(),

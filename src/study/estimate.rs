@@ -1,13 +1,13 @@
 //! Which factors make the prediction meet the measurement?
 
 use super::nominal::{Misfit, Nominal};
-use super::sensitivity::Identifiability;
+use super::sensitivity::{Identifiability, difference_step};
 use super::thermocouples::{Sample, Thermocouples, samples};
 use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::fit::interval::{effective_samples, lag_one, residual_variance, student_95};
 use crate::fit::{Fit, LeastSquares, Options, minimize};
-use crate::march::{March, MarchError, march_all};
+use crate::march::{March, MarchError, Precision, march_all};
 use crate::plan::Plan;
 use crate::traces::{Arrival, Traces};
 use nalgebra::DVector;
@@ -82,6 +82,16 @@ pub enum EstimateError {
     NoSamples(f64, f64),
     #[error(transparent)]
     March(#[from] MarchError),
+}
+
+/// How to minimise with derivatives by differences of marches in a precision: a reduction below their error is not
+/// waited for, for it never comes.
+pub fn options(precision: Precision) -> Options {
+    let difference_step = difference_step(precision);
+    match precision {
+        Precision::F32 => Options { difference_step, tolerance_reduction: 1e-6, ..Options::default() },
+        Precision::F64 => Options { difference_step, ..Options::default() },
+    }
 }
 
 /// Values of the factors on each side of a landscape.

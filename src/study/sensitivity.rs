@@ -93,7 +93,10 @@ pub fn sensitivity(case: &Case, plan: &Plan, march: &mut dyn March, step: f64) -
             (high - low) / 4.0
         })
         .collect();
-    let reduced = subset(&jacobian, 1.0, &widths, &Limits::default());
+    // In units of what is known beforehand: of two factors that stand in each other's way, the one whose doubt moves
+    // the data less goes, not the one that is worth less per unit of itself.
+    let doubts = DMatrix::from_fn(judges.len(), factors.len(), |i, factor| jacobian[(i, factor)] * widths[factor]);
+    let reduced = subset(&doubts, 1.0, &vec![1.0; factors.len()], &Limits::default());
     let values: Vec<f64> = nominal.iter().copied().collect();
     Ok(Sensitivity {
         method: "difference",
@@ -105,7 +108,7 @@ pub fn sensitivity(case: &Case, plan: &Plan, march: &mut dyn March, step: f64) -
             let values: Vec<f64> = reduced.kept.iter().map(|&factor| values[factor]).collect();
             Identifiability::of(case, &reduced.kept, &values, &jacobian.select_columns(&reduced.kept), &judges, 1.0)
         },
-        reduction: reduced.dropped.iter().map(|dropped| loss(case, dropped)).collect(),
+        reduction: reduced.dropped.iter().map(|dropped| loss(case, dropped, widths[dropped.variable])).collect(),
     })
 }
 
@@ -181,8 +184,8 @@ fn weakest(
     }
 }
 
-/// Why a factor was left out, in words.
-fn loss(case: &Case, dropped: &Dropped) -> String {
+/// Why a factor was left out, in words; errors come in units of `width`, what is known of it beforehand.
+fn loss(case: &Case, dropped: &Dropped, width: f64) -> String {
     let name = |factor: usize| case.factors[factor].name.as_str();
     let left = name(dropped.variable);
     match dropped.reason {
@@ -194,9 +197,10 @@ fn loss(case: &Case, dropped: &Dropped) -> String {
             "{left} left out: with {} it makes the set ill-conditioned (condition number {condition_number:.0})",
             name(with)
         ),
-        Reason::StandardError { error, width } => format!(
-            "{left} left out: the data would give it a standard error of {error:.3}, no better than the {width:.3} \
-             known beforehand"
+        Reason::StandardError { error, .. } => format!(
+            "{left} left out: the data would give it a standard error of {:.3}, no better than the {width:.3} \
+             known beforehand",
+            error * width
         ),
     }
 }
