@@ -93,9 +93,11 @@ fn measured(name: String, ink: Ink, observation: &Observation) -> Layer {
     }
 }
 
-/// The trusted window, where the case gives one.
+/// The trusted window, where the case gives one that leaves something out.
 fn window(case: &Case) -> Option<Layer> {
-    case.estimate.window_s.map(|(from, to)| Layer::Window { name: "trusted window".to_owned(), from, to })
+    let (from, to) = case.estimate.window_s?;
+    let is_part = from > 0.0 || to < case.exposure.duration_s;
+    is_part.then(|| Layer::Window { name: "trusted window".to_owned(), from, to })
 }
 
 /// At most a thousand points of a curve, evenly picked and the last one always: a screen shows no more.
