@@ -82,7 +82,8 @@ fn faults(scratch: &Scratch, width: u32) -> Vec<String> {
     let frame = scratch.write(&format!("frame-{width}.html"), FRAME.replace("WIDTH", &width.to_string()));
     let mut said = console(scratch, &frame);
     let last = said.pop().unwrap_or_default();
-    let seen = last.split_once("SEEN ").and_then(|(_, rest)| rest.split_once("\", source")).map_or("", |(seen, _)| seen);
+    let seen =
+        last.split_once("SEEN ").and_then(|(_, rest)| rest.split_once("\", source")).map_or("", |(seen, _)| seen);
     let seen: Value = serde_json::from_str(seen).unwrap_or_else(|error| panic!("{error} in {last:?} after {said:?}"));
     let mut faults: Vec<String> = said.iter().map(|line| format!("console: {line}")).collect();
     let number = |key: &str| seen[key].as_u64().unwrap_or(0);
