@@ -1,4 +1,67 @@
-//! bondline
+//! Thermal response of layups of cloth, insulation and film behind a hot face: predicted, doubted and fitted to
+//! thermocouples, many variations at a time, on the processor and on Vulkan devices.
+//!
+//! # The equation
+//!
+//! Through the thickness, from the hot face (x = 0) to the back face (x = L):
+//!
+//! ```text
+//! ρ c(T) ∂T/∂t = ∂/∂x ( k(T, P) ∂T/∂x )
+//!
+//! x = 0     q_cw (h_r − h_w(T))/(h_r − h_cw) + ε q_rad + h (T_g − T) + ε σ (T_s⁴ − T⁴),   or T held
+//! plies     flux continuous; across an interface of contact conductance h_c it is h_c (T⁻ − T⁺)
+//! x = L     h (T_a − T) + ε σ (T_s⁴ − T⁴),   or T held, or nothing
+//! ```
+//!
+//! Heat flux is positive into the layup at both faces, and towards the back inside. A factor multiplies one property
+//! of one group of plies, the heating, the contacts or the loss; an ensemble is many rows of factors.
+//!
+//! # The nouns
+//!
+//! A [`Case`] says what is asked: [layup](case::Layup), [exposure](case::Exposure), [sensors](case::layup::Sensor),
+//! [factors](case::Factor), [observations](case::Observation). It is planned once into a [`Plan`], flat arrays that
+//! are all a backend reads. An [`Ensemble`] says which variations to run, one [member](Ensemble::member) a row. A
+//! [`March`](march::March) carries members through the plan and returns [`Traces`]. A [study] asks a question and
+//! gives its answer; a [`Fit`](fit::Fit) is the end of a least-squares minimisation, which knows no heat.
+//!
+//! A hundred variations of a slab, and the hottest back face among them:
+//!
+//! ```
+//! use bondline::case::Bounds;
+//! use bondline::ensemble::{Sampling, SamplingKind};
+//! use bondline::march::{Precision, cpu::Cpu, march_all};
+//! use bondline::{Case, Ensemble, Plan};
+//!
+//! let case = Case::load("cases/slab".as_ref())?;
+//! let plan = Plan::new(&case);
+//! let sampling = Sampling { kind: SamplingKind::Sobol, seed: 1 };
+//! let ensemble = Ensemble::sample(&case.factors, Bounds::Small, &sampling, 100);
+//! let back = case.sensors.iter().position(|sensor| sensor.name == "BACK").expect("the slab has one");
+//! let mut hottest_k = 0.0_f64;
+//! march_all(&mut Cpu::new(Precision::F64), &plan, &ensemble, &mut |traces| {
+//!     for member in 0..traces.members() {
+//!         hottest_k = traces.trace(member, back).iter().copied().fold(hottest_k, f64::max);
+//!     }
+//! })?;
+//! assert!(hottest_k > 700.0, "the nominal one reaches 633 K");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # In reading order
+//!
+//! - [`case`]: what is asked, as written in a file and as it holds
+//! - [`plan`]: the bridge; cells, steps and rows of numbers
+//! - [`ensemble`]: which variations to march, and how they are drawn
+//! - [`physics`]: how one member moves by one step, each file with a twin in WGSL
+//! - [`march`]: who carries an ensemble, the processor or a device
+//! - [`traces`]: what comes back
+//! - [`fit`]: least squares between bounds, and what data determine
+//! - [`study`]: one function a question
+//! - [`report`]: answers made visible
+//! - [`verify`]: the march against exact solutions, other codes and itself
+//!
+//! Nothing here prints, holds global state or reads a file but [`Case::load`], the materials it names, and what
+//! [`report`] writes.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod case;
@@ -11,3 +74,13 @@ pub mod report;
 pub mod study;
 pub mod traces;
 pub mod verify;
+
+pub use case::Case;
+pub use ensemble::Ensemble;
+pub use plan::Plan;
+pub use traces::Traces;
+
+/// The README's example is compiled and run with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,96 @@
+//! What the benches share: the case, the marches they compare, and the clock.
+
+use bondline::case::Case;
+use bondline::ensemble::Ensemble;
+use bondline::march::cpu::Cpu;
+use bondline::march::gpu::Gpu;
+use bondline::march::gpu::device::{self, Device};
+use bondline::march::{Backend, March, MarchError, Precision};
+use bondline::plan::Plan;
+use bondline::traces::Traces;
+use std::ops::Range;
+use std::path::Path;
+use std::time::Instant;
+
+/// A shipped case.
+pub(crate) fn case(id: &str) -> Case {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases").join(id);
+    Case::load(&path).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// One way to march.
+pub(crate) struct Carrier {
+    name: String,
+    /// Threads of the processor it uses; `None` where it does not run on the processor.
+    pub threads: Option<usize>,
+    pub precision: Precision,
+    pub march: Timed,
+}
+
+impl Carrier {
+    pub(crate) fn new(name: &str, threads: Option<usize>, march: impl March + 'static) -> Self {
+        let precision = march.backend().precision;
+        Self { name: name.to_owned(), threads, precision, march: Timed { march: Box::new(march), seconds: 0.0 } }
+    }
+
+    /// As the tables name it.
+    pub(crate) fn title(&self) -> String {
+        let digits = if self.precision == Precision::F64 { "f64" } else { "f32" };
+        match self.threads {
+            None => format!("{} {digits}", self.name),
+            Some(1) => format!("{} {digits}, 1 thread", self.name),
+            Some(threads) => format!("{} {digits}, {threads} threads", self.name),
+        }
+    }
+}
+
+/// Lanes on every thread, in f64 and in f32.
+pub(crate) fn lanes() -> [Carrier; 2] {
+    let threads = rayon::current_num_threads();
+    [Precision::F64, Precision::F32].map(|precision| Carrier::new("lanes", Some(threads), Cpu::new(precision)))
+}
+
+/// The first Vulkan device, in f32 and, where it has it, in f64; none where there is no device.
+pub(crate) fn devices() -> Vec<Carrier> {
+    let Ok(adapter) = device::find(None) else { return vec![] };
+    let threads = adapter.is_software().then(rayon::current_num_threads);
+    let name = adapter.name.split(' ').next().unwrap_or("device").to_owned();
+    let precisions = [Precision::F32, Precision::F64].into_iter().take(if adapter.has_f64 { 2 } else { 1 });
+    let open = |precision| Gpu::new(Device::open(adapter.clone(), false)?, precision);
+    precisions
+        .map(|precision| open(precision).unwrap_or_else(|error| panic!("{error}")))
+        .map(|gpu| Carrier::new(&name, threads, gpu))
+        .collect()
+}
+
+/// A march that keeps the time.
+pub(crate) struct Timed {
+    march: Box<dyn March>,
+    /// Time inside the march so far, s.
+    pub seconds: f64,
+}
+
+impl March for Timed {
+    fn backend(&self) -> Backend {
+        self.march.backend()
+    }
+
+    fn capacity(&self, plan: &Plan) -> usize {
+        self.march.capacity(plan)
+    }
+
+    fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
+        let began = Instant::now();
+        let traces = self.march.march(plan, ensemble, members);
+        self.seconds += began.elapsed().as_secs_f64();
+        traces
+    }
+}
+
+/// The shortest of some timings, s, and by what share of it the longest was longer. Other work on the machine
+/// only ever adds, which makes the shortest the best guess.
+pub(crate) fn shortest(seconds: &[f64]) -> (f64, f64) {
+    let least = seconds.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = seconds.iter().copied().fold(0.0, f64::max);
+    (least, most / least - 1.0)
+}

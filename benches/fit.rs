@@ -1,0 +1,68 @@
+//! From observations to estimates on all there is to march on: see benches/README.md.
+//!
+//! `cargo bench --bench fit` prints the table.
+
+mod common;
+
+use bondline::ensemble::Ensemble;
+use bondline::fit::Options;
+use bondline::march::March;
+use bondline::plan::Plan;
+use bondline::study::estimate::estimate;
+use bondline::study::sensitivity::difference_step;
+use common::{Carrier, devices, lanes, shortest};
+use std::hint::black_box;
+use std::time::Instant;
+
+const CASES: [&str; 2] = ["slab", "kaowool-tc"];
+/// Times each march is asked; the marches take turns.
+const ROUNDS: usize = 3;
+
+fn main() {
+    println!("| case | march | Jacobian, s | estimate, s | iterations | members | outside the march | longest |");
+    println!("|---|---|---|---|---|---|---|---|");
+    for id in CASES {
+        let case = common::case(id);
+        let plan = Plan::new(&case);
+        let mut carriers: Vec<Carrier> = lanes().into_iter().chain(devices()).collect();
+        // A Jacobian is one ensemble of the point and two neighbours a factor.
+        let nominal: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+        let stencil = Ensemble::at(nominal.len(), nominal.repeat(1 + 2 * case.estimate.factors.len()));
+        let mut jacobians = vec![vec![]; carriers.len()];
+        let mut estimates = vec![vec![]; carriers.len()];
+        let mut rows = vec![(0, 0, 0.0); carriers.len()];
+        for round in 0..=ROUNDS {
+            for (i, carrier) in carriers.iter_mut().enumerate() {
+                let precision = carrier.precision;
+                let options = Options { difference_step: difference_step(precision), ..Options::default() };
+                let began = Instant::now();
+                let traces = carrier.march.march(&plan, &stencil, 0..stencil.len());
+                drop(black_box(traces.unwrap_or_else(|error| panic!("{error}"))));
+                let jacobian_s = began.elapsed().as_secs_f64();
+
+                let (began, before_s) = (Instant::now(), carrier.march.seconds);
+                let found = estimate(&case, &plan, &mut carrier.march, &options);
+                let found = found.unwrap_or_else(|error| panic!("{id}: {error}"));
+                let estimate_s = began.elapsed().as_secs_f64();
+                // The first round compiles kernels and touches memory.
+                if round > 0 {
+                    jacobians[i].push(jacobian_s);
+                    estimates[i].push(estimate_s);
+                    let marching_s = carrier.march.seconds - before_s;
+                    rows[i] = (found.path.len() - 1, found.marches, 1.0 - marching_s / estimate_s);
+                }
+            }
+        }
+        for (i, carrier) in carriers.iter().enumerate() {
+            let (jacobian_s, _) = shortest(&jacobians[i]);
+            let (estimate_s, spread) = shortest(&estimates[i]);
+            let (iterations, members, outside) = rows[i];
+            println!(
+                "| {id} | {} | {jacobian_s:.4} | {estimate_s:.3} | {iterations} | {members} | {:.1} % | +{:.0} % |",
+                carrier.title(),
+                100.0 * outside,
+                100.0 * spread
+            );
+        }
+    }
+}

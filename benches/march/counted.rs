@@ -1,0 +1,125 @@
+//! A number that counts what is done to it: the march's own text, marched on it, says how much work a cell-step is.
+
+use bondline::ensemble::Ensemble;
+use bondline::physics::Real;
+use bondline::physics::member::Member;
+use bondline::plan::Plan;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+#[derive(Clone, Copy)]
+struct Counted(f64);
+
+static SUMS: AtomicU64 = AtomicU64::new(0);
+static PRODUCTS: AtomicU64 = AtomicU64::new(0);
+static QUOTIENTS: AtomicU64 = AtomicU64::new(0);
+static CHOICES: AtomicU64 = AtomicU64::new(0);
+static LOADS: AtomicU64 = AtomicU64::new(0);
+
+/// Operations of one cell-step.
+pub(crate) struct Work {
+    pub sums: f64,
+    pub products: f64,
+    pub quotients: f64,
+    /// Smaller of two, larger of two, and the like: not counted as arithmetic.
+    pub choices: f64,
+    /// Values read from tables.
+    pub loads: f64,
+}
+
+impl Work {
+    /// Additions, subtractions, multiplications and divisions, one each.
+    pub(crate) fn flops(&self) -> f64 {
+        self.sums + self.products + self.quotients
+    }
+
+    /// March the nominal member once, counting. What is done once a step or once a march is spread over the cells.
+    pub(crate) fn of(plan: &Plan, nominal: &Ensemble) -> Self {
+        let counters = [&SUMS, &PRODUCTS, &QUOTIENTS, &CHOICES, &LOADS];
+        counters.iter().for_each(|counter| counter.store(0, Ordering::Relaxed));
+        let factors = nominal.member(0);
+        let column = |column: u32| Counted(if column == 0 { 1.0 } else { factors[column as usize - 1] });
+        let mut member = Member::<Counted>::start(plan, &plan.rows, column);
+        for turn in 0..=plan.steps() {
+            member.advance(turn, |_| ());
+        }
+        let cell_steps = (plan.cells() * plan.steps()) as f64;
+        let [sums, products, quotients, choices, loads] =
+            counters.map(|counter| counter.load(Ordering::Relaxed) as f64 / cell_steps);
+        Self { sums, products, quotients, choices, loads }
+    }
+}
+
+fn count(counter: &AtomicU64) {
+    counter.fetch_add(1, Ordering::Relaxed);
+}
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $counter:ident) => {
+        impl $trait for Counted {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                count(&$counter);
+                Self($trait::$method(self.0, other.0))
+            }
+        }
+    };
+}
+
+operator!(Add, add, SUMS);
+operator!(Sub, sub, SUMS);
+operator!(Mul, mul, PRODUCTS);
+operator!(Div, div, QUOTIENTS);
+
+impl Neg for Counted {
+    type Output = Self;
+    // A change of sign goes into the operation after it.
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl Real for Counted {
+    type Scalar = f64;
+    type Row = u32;
+    const LANES: usize = 1;
+
+    fn scalar(value: f64) -> f64 {
+        value
+    }
+    fn of(value: f64) -> Self {
+        Self(value)
+    }
+    fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
+        Self(lane(0))
+    }
+    fn lane(self, _lane: usize) -> f64 {
+        self.0
+    }
+    fn max(self, other: Self) -> Self {
+        count(&CHOICES);
+        Self(Real::max(self.0, other.0))
+    }
+    fn min(self, other: Self) -> Self {
+        count(&CHOICES);
+        Self(Real::min(self.0, other.0))
+    }
+    fn settled(self, least: Self) -> Self {
+        count(&CHOICES);
+        Self(Real::settled(self.0, least.0))
+    }
+    fn row(self, last: u32) -> u32 {
+        Real::row(self.0, last)
+    }
+    fn from_row(row: u32) -> Self {
+        Self(f64::from(row))
+    }
+    fn gather(table: &[f64], row: u32, stride: usize, offset: usize) -> Self {
+        count(&LOADS);
+        Self(<f64 as Real>::gather(table, row, stride, offset))
+    }
+    fn within(self, span: f32, lane: impl FnMut(usize)) {
+        count(&CHOICES);
+        Real::within(self.0, span, lane);
+    }
+}

@@ -1,0 +1,111 @@
+//! The march of one ensemble on all there is to march it: see benches/README.md.
+//!
+//! `cargo bench --bench march [-- MEMBERS]` prints the table; MEMBERS leaves out larger ensembles.
+
+mod alone;
+#[path = "../common/mod.rs"]
+mod common;
+mod counted;
+mod peak;
+
+use alone::{lanes_on_one_thread, scalar};
+use bondline::case::Bounds;
+use bondline::ensemble::{Ensemble, Sampling};
+use bondline::march::{Precision, march_all};
+use bondline::physics::lanes::Lanes;
+use bondline::plan::Plan;
+use common::{Carrier, devices, lanes, shortest};
+use counted::Work;
+use std::hint::black_box;
+use std::time::Instant;
+
+/// Sizes of ensembles: one prediction, a Jacobian of seven factors, and ever larger sweeps.
+const MEMBERS: [usize; 5] = [1, 15, 100, 1000, 5000];
+
+/// Times each march goes through an ensemble of some size; the marches take turns.
+fn rounds(members: usize) -> usize {
+    if members <= 100 { 5 } else { 2 }
+}
+
+fn main() {
+    let most = std::env::args().skip(1).find_map(|arg| arg.parse().ok()).unwrap_or(usize::MAX);
+    let case = common::case("lcat-2259");
+    let plan = Plan::new(&case);
+    let work = Work::of(&plan, &Ensemble::nominal(&case.factors));
+    let (steps, cells) = (plan.steps(), plan.cells());
+    println!("lcat-2259: {cells} cells, {steps} steps, {} factors\n", case.factors.len());
+    println!(
+        "A cell-step is {:.0} flops: {:.0} additions, {:.0} multiplications, {:.1} divisions; besides {:.0} choices and \
+         {:.0} values read from tables.\n",
+        work.flops(),
+        work.sums,
+        work.products,
+        work.quotients,
+        work.choices,
+        work.loads
+    );
+
+    let mut carriers = vec![scalar(), lanes_on_one_thread()];
+    carriers.extend(lanes());
+    carriers.extend(devices());
+    let peaks: Vec<Option<f64>> = carriers.iter().map(peak).collect();
+    println!("| march | multiplications and additions, Gflop/s |\n|---|---|");
+    for (carrier, peak) in carriers.iter().zip(&peaks) {
+        println!("| {} | {} |", carrier.title(), peak.map_or("not measured".to_owned(), |peak| gigaflops(peak)));
+    }
+
+    println!("\n| members | march | s | ns a cell-step | million cell-steps/s | × scalar | of peak | longest |");
+    println!("|---|---|---|---|---|---|---|---|");
+    // Once through, so that no kernel is compiled and no page is touched for the first time on the clock.
+    for carrier in &mut carriers {
+        time(carrier, &plan, &sweep(&case.factors, 15));
+    }
+    for members in MEMBERS.into_iter().filter(|&members| members <= most) {
+        let ensemble = sweep(&case.factors, members);
+        let mut seconds = vec![vec![]; carriers.len()];
+        for _ in 0..rounds(members) {
+            for (carrier, seconds) in carriers.iter_mut().zip(&mut seconds) {
+                seconds.push(time(carrier, &plan, &ensemble));
+            }
+        }
+        let (scalar_s, _) = shortest(&seconds[0]);
+        for ((carrier, seconds), peak) in carriers.iter().zip(&seconds).zip(&peaks) {
+            let (least_s, spread) = shortest(seconds);
+            let rate = (cells * steps * members) as f64 / least_s;
+            println!(
+                "| {members} | {} | {least_s:.4} | {:.2} | {:.1} | {:.2} | {} | +{:.0} % |",
+                carrier.title(),
+                1e9 / rate,
+                1e-6 * rate,
+                scalar_s / least_s,
+                peak.map_or("–".to_owned(), |peak| format!("{:.1} %", 100.0 * rate * work.flops() / peak)),
+                100.0 * spread,
+            );
+        }
+    }
+}
+
+/// A sweep as `bondline uncertainty` draws it.
+fn sweep(factors: &[bondline::case::Factor], members: usize) -> Ensemble {
+    Ensemble::sample(factors, Bounds::Small, &Sampling { kind: Default::default(), seed: 1 }, members)
+}
+
+/// March an ensemble and let its traces go, s.
+fn time(carrier: &mut Carrier, plan: &Plan, ensemble: &Ensemble) -> f64 {
+    let began = Instant::now();
+    let marched = march_all(&mut carrier.march, plan, ensemble, &mut |traces| drop(black_box(traces)));
+    marched.unwrap_or_else(|error| panic!("{}: {error}", carrier.title()));
+    began.elapsed().as_secs_f64()
+}
+
+/// What the threads of a march could do at most, flop/s. A hardware device has none that is measured here.
+fn peak(carrier: &Carrier) -> Option<f64> {
+    carrier.threads.map(|threads| match carrier.precision {
+        Precision::F64 => peak::flops_per_s::<Lanes<f64, 8>>(threads),
+        Precision::F32 => peak::flops_per_s::<Lanes<f32, 16>>(threads),
+    })
+}
+
+fn gigaflops(flops_per_s: f64) -> String {
+    format!("{:.0}", 1e-9 * flops_per_s)
+}
