@@ -128,8 +128,8 @@ pub(crate) struct Scratch(PathBuf);
 impl Scratch {
     pub(crate) fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("bondline-test-{}-{name}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).expect("a folder for temporary files");
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).expect("a folder for temporary files");
         Self(path)
     }
 
@@ -140,21 +140,21 @@ impl Scratch {
     /// Write a file, its folder made where there is none.
     pub(crate) fn write(&self, file: &str, text: impl AsRef<[u8]>) -> PathBuf {
         let path = self.0.join(file);
-        std::fs::create_dir_all(path.parent().expect("a file is in a folder")).expect("a folder in a temporary one");
-        std::fs::write(&path, text).expect("a file in a temporary folder");
+        fs::create_dir_all(path.parent().expect("a file is in a folder")).expect("a folder in a temporary one");
+        fs::write(&path, text).expect("a file in a temporary folder");
         path
     }
 
     pub(crate) fn read(&self, file: &str) -> String {
         let path = self.0.join(file);
-        std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+        fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
     }
 
     /// Every file below, relative to the folder, in order.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         let (mut found, mut folders) = (Vec::new(), vec![self.0.clone()]);
         while let Some(folder) = folders.pop() {
-            for entry in std::fs::read_dir(folder).expect("a folder that can be read") {
+            for entry in fs::read_dir(folder).expect("a folder that can be read") {
                 let path = entry.expect("an entry").path();
                 if path.is_dir() {
                     folders.push(path);
@@ -170,6 +170,6 @@ impl Scratch {
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
+        let _ = fs::remove_dir_all(&self.0);
     }
 }

@@ -51,7 +51,7 @@ fn main() {
     let peaks: Vec<Option<f64>> = carriers.iter().map(peak).collect();
     println!("| march | multiplications and additions, Gflop/s |\n|---|---|");
     for (carrier, peak) in carriers.iter().zip(&peaks) {
-        println!("| {} | {} |", carrier.title(), peak.map_or("not measured".to_owned(), |peak| gigaflops(peak)));
+        println!("| {} | {} |", carrier.title(), peak.map_or("not measured".to_owned(), gigaflops));
     }
 
     println!("\n| members | march | s | ns a cell-step | million cell-steps/s | × scalar | of peak | longest |");

@@ -138,7 +138,7 @@ pub(super) fn estimable(case: &Case, outcome: &Sensitivity) -> String {
         }
         (_, of) => format!("Of {of} factors {} can be estimated together", words::listed(&names)),
     };
-    format!("{set} (condition number {condition}; of all together {}).", words::condition(all.condition_number))
+    format!("{set} (condition number {condition}; {} for all together).", words::condition(all.condition_number))
 }
 
 fn estimate(case: &Case, outcome: &Estimated) -> String {

@@ -107,7 +107,7 @@ fn a_study_shows_every_sensor_with_its_peak_its_spread_and_their_cause() {
         let row = screen.lines().find(|line| line.starts_with(sensor)).unwrap_or_else(|| panic!("{sensor}:\n{screen}"));
         assert!(row.contains(" °C)") && row.contains(" % ") | row.ends_with(" %"), "{row}");
     }
-    assert!(screen.contains("only f_q can be estimated (condition number 1.00; of all together"), "{screen}");
+    assert!(screen.contains("only f_q can be estimated (condition number 1.00; 8.7"), "{screen}");
     assert!(screen.contains("is off by"), "{screen}");
 }
 

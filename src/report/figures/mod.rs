@@ -13,6 +13,9 @@ use super::Story;
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use crate::case::{Case, Face, Observation};
 
+/// What moves less over the whole exposure does not move, K.
+const STILL_K: f64 = 1e-6;
+
 /// Every figure of a story, in the order of the report, each with a file name of its own.
 pub fn all(story: &Story) -> Vec<Figure> {
     let case = story.case;
@@ -162,6 +165,19 @@ mod tests {
         ids.sort_unstable();
         ids.dedup();
         assert_eq!(ids.len(), before);
+    }
+
+    #[test]
+    fn a_sensor_that_is_held_has_no_empty_figures_of_its_own() {
+        let mut outcomes = fixture::outcomes();
+        let ids = |outcomes: &fixture::Outcomes| -> Vec<String> {
+            all(&outcomes.story("study")).into_iter().map(|figure| figure.id).collect()
+        };
+        let of_it = ["spread-TC1", "shares-TC1", "sensitivity-TC1"];
+        assert!(of_it.iter().all(|id| ids(&outcomes).iter().any(|found| found == id)));
+        outcomes.uncertainty.spreads[0].deviation_k.fill(0.0);
+        outcomes.sensitivity.derivatives_k.iter_mut().for_each(|of_factor| of_factor[0].fill(0.0));
+        assert!(of_it.iter().all(|id| ids(&outcomes).iter().all(|found| found != id)));
     }
 
     #[test]

@@ -79,7 +79,7 @@ fn materials(case: &Case) -> String {
                 }
                 Conductivity::Parts(parts) => format!("solid, gas and radiation; {}", range(parts.range_k)),
             };
-            let density = format!("{} kg/m³", words::significant(material.density_kg_m3, 4));
+            let density = format!("{} kg/m³", words::trimmed(words::significant(material.density_kg_m3, 4)));
             [
                 ("density", density, &material.density_provenance),
                 ("heat capacity", range(material.heat_capacity.range_k()), &material.heat_capacity_provenance),
