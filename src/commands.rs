@@ -14,7 +14,7 @@ use bondline::study::estimate::{EstimateError, Estimated, estimate, options};
 use bondline::study::nominal::{Nominal, Peak, nominal};
 use bondline::study::sensitivity::{Sensitivity, difference_step, sensitivity};
 use bondline::study::twin::{TwinError, twin};
-use bondline::study::uncertainty::{Uncertainty, uncertainty};
+use bondline::study::uncertainty::{Uncertainty, reason, uncertainty};
 use bondline::traces::Arrival;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -154,10 +154,10 @@ impl Desk {
             let page = files.iter().find(|path| path.ends_with("report.html")).unwrap_or(last);
             format!("{}\nreport: {}\n", summary::screen(&story).trim_end(), page.display())
         };
-        let strayed = self.nominal.as_ref().filter(|nominal| nominal.arrival != Arrival::Done);
+        let strayed = self.nominal.as_ref().and_then(|nominal| reason(&self.case, &nominal.arrival));
         let unconverged = self.estimated.as_ref().filter(|estimated| !estimated.converged);
         let why = match (strayed, unconverged) {
-            (Some(nominal), _) => Some(format!("the nominal march did not arrive: {:?}", nominal.arrival)),
+            (Some(reason), _) => Some(format!("the nominal march did not arrive: {reason}")),
             (None, Some(estimated)) => Some(format!("no convergence: {}", estimated.termination)),
             (None, None) => self.failed,
         };

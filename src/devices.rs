@@ -74,9 +74,9 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
                 }
                 let turns = tests.loop_turns;
                 let verdict = if turns < 1_000_000 {
-                    format!("a loop ends unannounced after {turns} turns; dispatches stay below")
+                    format!("end unannounced after {turns} turns; dispatches stay below")
                 } else {
-                    "a loop of 1,000,000 turns runs to its end".to_owned()
+                    "of 1,000,000 turns run to their end".to_owned()
                 };
                 let _ = writeln!(text, "  loops           {verdict}");
             }

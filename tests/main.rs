@@ -1,8 +1,11 @@
 //! All integration tests in one binary, so that the crate is linked once.
 
+mod cli; // the built binary from outside: exit codes, messages, files
 mod fit; // least squares against certified answers, bounds, identification
+mod golden; // the nominal march of every shipped case, as it was
 mod parity; // whole marches of every shipped case: device, lanes, one at a time; f32 and f64
 mod properties; // truths of heat that no case may break, and what a seed promises
+mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod shaders; // naga: kernels, layouts, twins of names, the loop budget
 mod support; // tolerances with their reasons, cases, devices
 mod tidy; // the tree's own rules, read from its sources

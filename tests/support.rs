@@ -1,4 +1,4 @@
-//! What the tests share: every tolerance with its reason, the shipped cases, and the device.
+//! What the tests share: every tolerance with its reason, the shipped cases, the device, and folders to work in.
 
 use bondline::case::{Bounds, Case, Factor, Property};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
@@ -119,5 +119,57 @@ impl Uniform {
 
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.next()
+    }
+}
+
+/// A folder of its own, removed with the value; the name keeps tests that run side by side apart.
+pub(crate) struct Scratch(PathBuf);
+
+impl Scratch {
+    pub(crate) fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("bondline-test-{}-{name}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).expect("a folder for temporary files");
+        Self(path)
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Write a file, its folder made where there is none.
+    pub(crate) fn write(&self, file: &str, text: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.join(file);
+        fs::create_dir_all(path.parent().expect("a file is in a folder")).expect("a folder in a temporary one");
+        fs::write(&path, text).expect("a file in a temporary folder");
+        path
+    }
+
+    pub(crate) fn read(&self, file: &str) -> String {
+        let path = self.0.join(file);
+        fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+    }
+
+    /// Every file below, relative to the folder, in order.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        let (mut found, mut folders) = (Vec::new(), vec![self.0.clone()]);
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(folder).expect("a folder that can be read") {
+                let path = entry.expect("an entry").path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else {
+                    found.push(path.strip_prefix(&self.0).expect("below the folder").to_owned());
+                }
+            }
+        }
+        found.sort();
+        found
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
     }
 }

@@ -49,7 +49,7 @@ pub trait March {
     /// Carry `members` of the ensemble through the plan.
     ///
     /// # Errors
-    /// When the device fails; a member that runs away is an [`Arrival`](crate::traces::Arrival), not an error.
+    /// When the device fails; a member that runs away is an [`Arrival`], not an error.
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError>;
 }
 

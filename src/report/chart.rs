@@ -180,12 +180,14 @@ fn cells(figure: &Figure, values: &[Vec<f64>]) -> Value {
 
 /// plotly's contours are evenly spaced: the quantity is drawn as its logarithm and labelled as itself.
 fn contours(name: &str, x: &[f64], y: &[f64], values: &[Vec<f64>], levels: &[f64]) -> Value {
-    let logarithms: Vec<Value> =
-        values.iter().map(|row| numbers(&row.iter().map(|v| v.log10()).collect::<Vec<f64>>())).collect();
     let said: Vec<Vec<String>> =
         values.iter().map(|row| row.iter().map(|v| words::significant(*v, 3)).collect()).collect();
     let (first, last) = (levels.first().map_or(0.0, |v| v.log10()), levels.last().map_or(1.0, |v| v.log10()));
     let step = (last - first) / levels.len().saturating_sub(1).max(1) as f64;
+    // Far below the lowest level a value would only bend the lines around it.
+    let logarithm = |value: &f64| if *value > 0.0 { value.log10().max(first - step) } else { f64::NAN };
+    let logarithms: Vec<Value> =
+        values.iter().map(|row| numbers(&row.iter().map(logarithm).collect::<Vec<f64>>())).collect();
     let shown = levels.iter().step_by(2);
     json!({
         "type": "contour", "name": escaped(name), "x": numbers(x), "y": numbers(y), "z": logarithms, "text": said,

@@ -1,5 +1,10 @@
-//! One neutral description of a figure, drawn as a still ([`svg`](super::svg)) and as a chart
-//! ([`chart`](super::chart)), so that the two cannot show different things.
+<<<<<<< HEAD
+//! One neutral description of a figure, drawn as a still (`svg`) and as a chart
+//! (`chart`), so that the two cannot show different things.
+=======
+//! One neutral description of a figure, drawn as a still (`svg`) and as a chart (`chart`), so
+//! that the two cannot show different things.
+>>>>>>> testsb
 
 /// What is drawn, and what is said of it.
 #[derive(Clone, Debug)]

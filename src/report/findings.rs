@@ -85,6 +85,9 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
 }
 
 fn spread(case: &Case, outcome: &Uncertainty, sensor: usize) -> String {
+    if outcome.ok < 2 {
+        return format!("{} of {} arrived: there is no spread.", outcome.ok, words::counted(outcome.asked, "member"));
+    }
     let peak = &outcome.peaks[sensor];
     format!(
         "Over {} the peak of {} is {} on average, with a standard deviation of {} K; 95 % lie between {} and {}.",
@@ -135,7 +138,7 @@ pub(super) fn estimable(case: &Case, outcome: &Sensitivity) -> String {
         }
         (_, of) => format!("Of {of} factors {} can be estimated together", words::listed(&names)),
     };
-    format!("{set} (condition number {condition}; of all together {}).", words::condition(all.condition_number))
+    format!("{set} (condition number {condition}; {} for all together).", words::condition(all.condition_number))
 }
 
 fn estimate(case: &Case, outcome: &Estimated) -> String {
@@ -143,7 +146,7 @@ fn estimate(case: &Case, outcome: &Estimated) -> String {
         .map(|index| {
             let factor = &case.factors[outcome.factors[index]];
             let interval = words::interval(outcome.intervals[index], outcome.bounds[index]);
-            format!("{} = {:.3} (95 % within: {interval})", factor.name, outcome.values[index])
+            format!("{} = {:.3} (95 % interval: {interval})", factor.name, outcome.values[index])
         })
         .collect();
     format!("{}.", words::listed(&values))

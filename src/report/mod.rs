@@ -1,7 +1,7 @@
 //! Outcomes made visible: the page, the figures, the files and the screen. It computes nothing: every number
 //! shown was found by a study.
 //!
-//! [`write`] puts a [`Story`] into a folder; [`summary::screen`] says it in a terminal.
+//! [`write()`] puts a [`Story`] into a folder; [`summary::screen`] says it in a terminal.
 
 mod chart;
 pub mod figure;

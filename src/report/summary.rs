@@ -19,7 +19,7 @@ struct Room {
 /// What the command found, for a terminal, each line ended.
 pub fn screen(story: &Story) -> String {
     let members = story.uncertainty.map_or(String::new(), |outcome| {
-        format!("{} of {}, ", words::count(outcome.ok), words::counted(outcome.asked, "member"))
+        format!("{} of {} arrived, ", words::count(outcome.ok), words::counted(outcome.asked, "member"))
     });
     let elapsed_s = story.seconds.began.elapsed().as_secs_f64();
     let mut lines = vec![
@@ -106,6 +106,13 @@ fn uncertainty(story: &Story, outcome: &Uncertainty, nominal: Option<&Nominal>, 
     let (sensors, others) = shown(story, room);
     for index in sensors {
         let peak = &outcome.peaks[index];
+        let [low_k, .., high_k] = peak.percentiles_k;
+        let (deviation, within) = if outcome.ok > 1 {
+            let within = format!("{}–{} K", words::grouped(low_k, 0), words::grouped(high_k, 0));
+            (words::change(peak.deviation_k), within)
+        } else {
+            ("-".to_owned(), "-".to_owned())
+        };
         let blame = findings::ranked(story.case, outcome, index).into_iter().flatten().next();
         let blame = blame.filter(|(_, share)| *share > 0.0).map_or("-".to_owned(), |(factor, share)| {
             format!("{} {}", words::short(&story.case.factors[factor].name, 10), words::percent(share))
@@ -116,8 +123,8 @@ fn uncertainty(story: &Story, outcome: &Uncertainty, nominal: Option<&Nominal>, 
             words::kelvin(peak.nominal.temperature_k),
             words::seconds(peak.nominal.time_s),
             nominal.map_or("-".to_owned(), |nominal| misfit(story, nominal, index).0),
-            format!("{} K", words::significant(peak.deviation_k, 2)),
-            format!("{}–{} K", words::grouped(peak.percentiles_k[0], 0), words::grouped(peak.percentiles_k[4], 0)),
+            deviation,
+            within,
             blame
         ));
     }
@@ -134,7 +141,7 @@ fn sensitivity(story: &Story, outcome: &Sensitivity, room: &Room) -> Vec<String>
         lines.push(format!(
             "{:<20}{:>14}  {}",
             words::short(&factor.name, 19),
-            format!("{} K", words::significant(0.01 * outcome.all.magnitude_k[index], 2)),
+            words::change(0.01 * outcome.all.magnitude_k[index]),
             words::meaning(factor)
         ));
     }

@@ -38,6 +38,7 @@ pub(super) fn all(story: &Story) -> Vec<String> {
         }
     }
     if let Some(outcome) = story.sensitivity
+        && !outcome.proposed.factors.is_empty()
         && outcome.proposed.condition_number > CONDITION
     {
         doubts.push(format!(
@@ -187,8 +188,8 @@ fn estimate(case: &Case, outcome: &Estimated, doubts: &mut Vec<String>) {
     identifiability(case, &outcome.identifiability, doubts);
     if outcome.autocorrelation > AUTOCORRELATION && is_seen(case, outcome) {
         doubts.push(format!(
-            "The residuals are not noise: neighbours correlate by {}, so {} carry the information of {}, and the \
-             errors are told as of so many. The model lacks something.",
+            "The residuals are not noise: neighbours correlate by {}, so {} carry the information of {}. The model \
+             lacks something, and standard errors are too small; the intervals allow for it.",
             words::significant(outcome.autocorrelation, 2),
             words::counted(outcome.samples, "sample"),
             words::significant(outcome.effective_samples, 2)

@@ -14,9 +14,15 @@ pub(super) fn kelvin(temperature_k: f64) -> String {
     }
 }
 
-/// A time: `78 s`, `78.5 s`.
+/// A time: `78 s`, `78.5 s`, `0.0048 s`.
 pub(super) fn seconds(time_s: f64) -> String {
-    format!("{} s", trimmed(grouped(time_s, 1)))
+    let is_short = time_s.abs() < 0.05;
+    format!("{} s", if is_short { significant(time_s, 2) } else { trimmed(grouped(time_s, 1)) })
+}
+
+/// A change of temperature to two digits: `13 K`, `0.95 K`.
+pub(super) fn change(change_k: f64) -> String {
+    if change_k.is_finite() { format!("{} K", significant(change_k, 2)) } else { "unknown".to_owned() }
 }
 
 /// A number with this many significant digits, thousands grouped: `2,160`, `0.993`, `1.2e-6`.
@@ -167,6 +173,8 @@ mod tests {
         assert_eq!(seconds(78.0), "78 s");
         assert_eq!(seconds(78.46), "78.5 s");
         assert_eq!(seconds(0.0), "0 s");
+        assert_eq!(seconds(0.004_807_1), "0.0048 s");
+        assert_eq!(change(f64::NAN), "unknown");
     }
 
     #[test]

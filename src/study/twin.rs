@@ -41,7 +41,7 @@ pub fn twin(
 ) -> Result<Twin, TwinError> {
     let traces: Traces = march.march(plan, &Ensemble::at(case.factors.len(), truth), 0..1)?;
     if let Arrival::Strayed { time_s } = traces.arrivals[0] {
-        return Err(TwinError::Strayed(format!("a temperature left 0 to 4,000 K at {time_s} s")));
+        return Err(TwinError::Strayed(format!("a temperature left 0 to 4,000 K at {time_s:.3} s")));
     }
     let normal = Normal::standard();
     let measured_k = (0..case.sensors.len()).map(|sensor| {

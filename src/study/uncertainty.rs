@@ -148,8 +148,8 @@ pub fn uncertainty(
     })
 }
 
-/// Why a member failed, in words that do not depend on the member.
-fn reason(case: &Case, arrival: &Arrival) -> Option<String> {
+/// Why a member failed, in words that do not depend on the member; `None` of one that arrived.
+pub fn reason(case: &Case, arrival: &Arrival) -> Option<String> {
     match arrival {
         Arrival::Done => None,
         Arrival::Strayed { .. } => {

@@ -137,7 +137,11 @@ impl Sheet {
         let (time, value) = (&self.columns[0], &self.columns[column]);
         let expected = "expected a first column such as \"time_s\"";
         let seconds = scale(time, Dimension::Time, faults, expected);
-        let expected = format!("expected a heading with a unit such as \"{}_K\"", value.stem);
+        let example = match dimension {
+            Dimension::HeatFlux => "flux_w_cm2".to_owned(),
+            _ => format!("{}_K", value.stem),
+        };
+        let expected = format!("expected a heading with a unit such as {example:?}");
         let si = scale(value, dimension, faults, &expected);
         let (seconds, si) = (seconds?, si?);
         let mut last_s = f64::NEG_INFINITY;

@@ -120,10 +120,12 @@ fn design_space(case: &Case, outcome: &Estimated, landscape: &Landscape) -> Figu
     }
 }
 
-/// Twelve levels in equal ratios over the values that can be shown.
+/// Twelve levels in equal ratios over the values that can be shown, four decades at most: data without noise leave a
+/// minimum of rounding, and levels down to it would crowd into one point.
 fn levels(values: &[Vec<f64>]) -> Vec<f64> {
     let shown = || values.iter().flatten().copied().filter(|value| value.is_finite() && *value > 0.0);
-    let (low, high) = (shown().fold(f64::INFINITY, f64::min), shown().fold(0.0, f64::max));
+    let high = shown().fold(0.0, f64::max);
+    let low = shown().fold(f64::INFINITY, f64::min).max(1e-4 * high);
     if low >= high {
         return Vec::new();
     }

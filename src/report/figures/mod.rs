@@ -13,6 +13,9 @@ use super::Story;
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use crate::case::{Case, Face, Observation};
 
+/// What moves less over the whole exposure does not move, K.
+const STILL_K: f64 = 1e-6;
+
 /// Every figure of a story, in the order of the report, each with a file name of its own.
 pub fn all(story: &Story) -> Vec<Figure> {
     let case = story.case;
@@ -93,9 +96,11 @@ fn measured(name: String, ink: Ink, observation: &Observation) -> Layer {
     }
 }
 
-/// The trusted window, where the case gives one.
+/// The trusted window, where the case gives one that leaves something out.
 fn window(case: &Case) -> Option<Layer> {
-    case.estimate.window_s.map(|(from, to)| Layer::Window { name: "trusted window".to_owned(), from, to })
+    let (from, to) = case.estimate.window_s?;
+    let is_part = from > 0.0 || to < case.exposure.duration_s;
+    is_part.then(|| Layer::Window { name: "trusted window".to_owned(), from, to })
 }
 
 /// At most a thousand points of a curve, evenly picked and the last one always: a screen shows no more.
@@ -160,6 +165,19 @@ mod tests {
         ids.sort_unstable();
         ids.dedup();
         assert_eq!(ids.len(), before);
+    }
+
+    #[test]
+    fn a_sensor_that_is_held_has_no_empty_figures_of_its_own() {
+        let mut outcomes = fixture::outcomes();
+        let ids = |outcomes: &fixture::Outcomes| -> Vec<String> {
+            all(&outcomes.story("study")).into_iter().map(|figure| figure.id).collect()
+        };
+        let of_it = ["spread-TC1", "shares-TC1", "sensitivity-TC1"];
+        assert!(of_it.iter().all(|id| ids(&outcomes).iter().any(|found| found == id)));
+        outcomes.uncertainty.spreads[0].deviation_k.fill(0.0);
+        outcomes.sensitivity.derivatives_k.iter_mut().for_each(|of_factor| of_factor[0].fill(0.0));
+        assert!(of_it.iter().all(|id| ids(&outcomes).iter().all(|found| found != id)));
     }
 
     #[test]

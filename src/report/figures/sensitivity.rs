@@ -2,12 +2,18 @@
 
 use super::super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::super::words;
-use super::{correlations, file_name, line, paper, time, window};
+use super::{STILL_K, correlations, file_name, line, paper, time, window};
 use crate::case::Case;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 
 pub(super) fn figures(case: &Case, outcome: &Sensitivity) -> Vec<Figure> {
-    let mut figures: Vec<Figure> = (0..case.sensors.len()).map(|sensor| curves(case, outcome, sensor)).collect();
+    // A sensor that is held answers to no factor.
+    let moves = |sensor: &usize| {
+        let slopes_k = outcome.derivatives_k.iter().flat_map(|of_factor| &of_factor[*sensor]);
+        slopes_k.into_iter().any(|slope_k| slope_k.abs() > STILL_K)
+    };
+    let mut figures: Vec<Figure> =
+        (0..case.sensors.len()).filter(moves).map(|sensor| curves(case, outcome, sensor)).collect();
     let names = |set: &Identifiability| set.factors.iter().map(|&f| case.factors[f].name.clone()).collect();
     if outcome.all.factors.len() > 1 {
         figures.push(correlations(

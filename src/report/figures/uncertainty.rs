@@ -2,13 +2,15 @@
 
 use super::super::figure::{Axis, Figure, Ink, Layer, Part, Stroke};
 use super::super::words;
-use super::{file_name, line, nearest, paper, temperature, thinned, time, window};
+use super::{STILL_K, file_name, line, nearest, paper, temperature, thinned, time, window};
 use crate::case::Case;
 use crate::study::nominal::Nominal;
 use crate::study::uncertainty::Uncertainty;
 
 pub(super) fn figures(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>) -> Vec<Figure> {
-    let sensors = 0..case.sensors.len();
+    // A sensor that is held has no spread to draw.
+    let moves = |sensor: &usize| outcome.spreads[*sensor].deviation_k.iter().any(|deviation_k| *deviation_k > STILL_K);
+    let sensors = (0..case.sensors.len()).filter(moves);
     let mut figures: Vec<Figure> = sensors.clone().map(|sensor| spread(case, outcome, nominal, sensor)).collect();
     figures.extend(sensors.map(|sensor| shares(case, outcome, sensor)));
     figures.push(peaks(case, outcome));

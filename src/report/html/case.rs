@@ -79,7 +79,7 @@ fn materials(case: &Case) -> String {
                 }
                 Conductivity::Parts(parts) => format!("solid, gas and radiation; {}", range(parts.range_k)),
             };
-            let density = format!("{} kg/m³", words::significant(material.density_kg_m3, 4));
+            let density = format!("{} kg/m³", words::trimmed(words::significant(material.density_kg_m3, 4)));
             [
                 ("density", density, &material.density_provenance),
                 ("heat capacity", range(material.heat_capacity.range_k()), &material.heat_capacity_provenance),
@@ -223,8 +223,8 @@ pub(super) fn method(story: &Story) -> String {
     if story.estimated.is_some() {
         out += &paragraph(
             "Estimation: the Levenberg-Marquardt method (Levenberg 1944; Marquardt 1963; Özışık & Orlande, Inverse \
-             Heat Transfer, 2000) within the bounds. Standard errors and intervals hold for a model without error and \
-             residuals that are noise; where the warnings say otherwise they are too small.",
+             Heat Transfer, 2000) within the bounds. Standard errors hold for a model without error and residuals \
+             that are independent noise; the 95 % intervals are widened by the autocorrelation of the residuals.",
         );
     }
     out + &paragraph(

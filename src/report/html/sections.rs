@@ -79,7 +79,7 @@ fn nominal(story: &Story, outcome: &Nominal) -> String {
                 format!("{:.2}", 1e3 * sensor.depth_m),
                 words::grouped(peak.temperature_k, 1),
                 words::grouped(peak.temperature_k - 273.15, 1),
-                format!("{:.1}", peak.time_s),
+                words::grouped(peak.time_s, 1),
             ]
         })
         .collect();
@@ -123,7 +123,7 @@ fn misfit_cells(misfit: &Misfit) -> [String; 5] {
         words::misfit(misfit.rms_k).replace(" K", ""),
         words::signed(misfit.bias_k, 1),
         words::signed(misfit.worst_k, 1),
-        format!("{:.1}", misfit.worst_time_s),
+        words::grouped(misfit.worst_time_s, 1),
         words::count(misfit.samples),
     ]
 }
@@ -145,7 +145,7 @@ fn uncertainty(story: &Story, outcome: &Uncertainty) -> String {
                 words::grouped(peak.mean_k, 0),
                 words::significant(peak.deviation_k, 2),
                 format!("{} to {}", words::grouped(peak.percentiles_k[0], 0), words::grouped(peak.percentiles_k[4], 0)),
-                format!("{:.1} to {:.1}", peak.percentiles_s[0], peak.percentiles_s[4]),
+                format!("{} to {}", words::grouped(peak.percentiles_s[0], 1), words::grouped(peak.percentiles_s[4], 1)),
                 blame.join(", "),
             ]
         })

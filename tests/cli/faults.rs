@@ -1,0 +1,141 @@
+//! Wrong input: exit code 2, each fault at its place, and nothing written.
+
+use super::{CASE, OBSERVED, Ran, bondline, say};
+use crate::support::Scratch;
+
+/// What is replaced in the case, with what, where the fault is, and what is said of it.
+const FAULTS: &[(&str, &str, &str, &str)] = &[
+    ("thickness = \"3 mm\"", "thicknes = \"3 mm\"", ":16:1: ", "unknown key \"thicknes\": did you mean \"thickness\"?"),
+    ("\"5 W/cm^2\"", "\"5\"", ":28:38: ", "missing unit: expected a heat flux"),
+    ("\"5 W/cm^2\"", "\"5 mm\"", ":28:38: ", "wrong dimension: expected a heat flux"),
+    ("\"3 mm\"", "\"-3 mm\"", ":16:13: ", "\"-3 mm\" is not positive"),
+    ("\"1 s\"", "\"-1 s\"", ":28:31: ", "time -1 does not rise"),
+    ("\"pyrogel3350\"", "\"pyrogel335\"", ":15:12: ", "unknown material \"pyrogel335\""),
+    ("\"2 mm\"", "\"4 mm\"", ":24:9: ", "4 mm is off the layup, whose back face lies at 3.5 mm"),
+    ("[0.8, 1.2]", "[1.2, 0.8]", ":34:9: ", "bounds reversed: 1.2 is not below 0.8"),
+    ("\"300 K\"", "\"300 K", ":2:", "invalid basic string"),
+];
+
+/// It ended with 2, said these on standard error and nothing on standard output, and left no file but `given`.
+#[track_caller]
+fn refused(scratch: &Scratch, ran: Ran, given: usize, said: &[&str]) {
+    let ran = ran.ended(2).saying(said);
+    assert_eq!(ran.stdout, "");
+    assert_eq!(scratch.files().len(), given, "something was written: {:?}", scratch.files());
+}
+
+#[test]
+fn every_fault_of_a_case_is_told_with_file_line_and_column_and_nothing_is_written() {
+    let scratch = Scratch::new("faults");
+    for (from, to, place, said) in FAULTS {
+        assert!(CASE.contains(from), "{from:?} stands in the case");
+        scratch.write("c/case.toml", CASE.replacen(from, to, 1));
+        refused(&scratch, say(&scratch, "predict c"), 1, &[&format!("c/case.toml{place}"), said]);
+    }
+}
+
+#[test]
+fn all_faults_of_a_case_are_told_at_once() {
+    let scratch = Scratch::new("faults-all");
+    let broken = FAULTS[..8].iter().fold(CASE.to_owned(), |text, (from, to, ..)| text.replacen(from, to, 1));
+    scratch.write("c/case.toml", broken);
+    let said = ["thicknes", "missing unit", "time -1", "pyrogel335", "bounds reversed"];
+    refused(&scratch, say(&scratch, "study c"), 1, &said);
+}
+
+#[test]
+fn an_observation_of_no_sensor_and_one_that_is_no_number_are_told_with_their_place() {
+    let scratch = Scratch::new("faults-observed");
+    let line = 1 + CASE.lines().count() + OBSERVED.lines().position(|line| line.starts_with("TC2")).expect("a line");
+    for (from, to, column, said) in
+        [("TC2 = ", "TC3 = ", 7, "no sensor \"TC3\" to observe"), ("\"320 K\"", "\"NaN K\"", 35, "not a finite number")]
+    {
+        scratch.write("c/case.toml", CASE.to_owned() + &OBSERVED.replacen(from, to, 1));
+        refused(&scratch, say(&scratch, "estimate c"), 1, &[&format!("c/case.toml:{line}:{column}: {said}")]);
+    }
+}
+
+#[test]
+fn a_number_that_is_none_in_a_table_is_told_with_its_file_and_place() {
+    let scratch = Scratch::new("faults-table");
+    let (_, after) = CASE.split_once("flux = ").expect("a flux");
+    let flux = &after[..after.find('\n').expect("a line")];
+    scratch.write("c/case.toml", CASE.replacen(flux, "{ file = \"flux.csv\" }", 1));
+    scratch.write("c/flux.csv", "time_s,flux_w_cm2\n0,0\n1,nan\n");
+    refused(&scratch, say(&scratch, "predict c"), 2, &["c/flux.csv:3:3: expected a finite number, found \"nan\""]);
+    scratch.write("c/flux.csv", "time_s,flux\n0,0\n");
+    refused(&scratch, say(&scratch, "predict c"), 2, &["c/flux.csv:1:8: missing unit", "such as \"flux_w_cm2\""]);
+}
+
+#[test]
+fn a_case_that_is_no_case_is_told_apart_from_one_that_is_missing() {
+    let scratch = Scratch::new("faults-file");
+    scratch.write("empty.toml", "");
+    scratch.write("binary.toml", [0x7f, b'E', b'L', b'F', 0xff, 0xfe, 0]);
+    scratch.write("folder/notes.txt", "no case here");
+    for (name, said) in [
+        ("empty.toml", "empty.toml: the file is empty"),
+        ("binary.toml", "binary.toml: not a text file"),
+        ("missing.toml", "missing.toml: no such file"),
+        ("folder", "folder: the folder holds no case.toml"),
+    ] {
+        refused(&scratch, bondline(&scratch, &["predict", name]), 3, &[said]);
+    }
+}
+
+#[test]
+fn what_is_typed_wrong_is_told_with_what_was_expected() {
+    let scratch = Scratch::new("typed");
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
+    for (line, said) in [
+        ("estimate c --factors f_z", "--factors: no factor is called \"f_z\"; there are f_k, f_q"),
+        ("estimate c --factors f_k,f_k", "--factors names \"f_k\" twice"),
+        ("estimate c --sensors TC9", "--sensors: no sensor is called \"TC9\"; there are TC1, TC2"),
+        ("estimate c --sensors TC1", "no samples between 0 s and 30 s"),
+        ("estimate c --start f_q=1", "--start f_q: that factor is not estimated"),
+        ("estimate c --start f_k=3", "--start f_k=3: outside its bounds 0.8 to 1.2"),
+        ("estimate c --start f_k", "--start \"f_k\": expected NAME=VALUE"),
+        ("estimate c --window 30:0", "expected a start before the end, found 30 s and 0 s"),
+        ("estimate c --window soon", "expected START:END in seconds, such as 0:80"),
+        ("estimate c --window 100:200", "no samples between 100 s and 200 s"),
+        ("sensitivity c --step 7", "--step 7: expected a relative step from 1e-9 to 0.2"),
+        ("sensitivity c --step NaN", "--step NaN: expected a relative step"),
+        ("uncertainty c -n 1", "a spread needs at least 2 members, not 1"),
+        ("uncertainty c --sampling dice", "invalid value 'dice'"),
+        ("twin c --noise 2", "--noise \"2\": missing unit: expected a temperature difference"),
+        ("twin c --noise=-2K", "--noise \"-2K\": expected no less than 0 K"),
+        ("twin c --truth f_z=1", "--truth: no factor is called \"f_z\""),
+        ("twin c --truth f_k=-1", "--truth \"f_k=-1\": expected a number above zero"),
+        ("predict c --set f_q=1e6", "--set f_q=1e6: nominal 1000000 lies outside the small bounds 0.9 to 1.1"),
+        ("predict c --set presure=1kPa", "unknown key \"presure\": did you mean \"pressure\"?"),
+        ("predict c --set f_k", "--set \"f_k\": expected NAME=VALUE"),
+        ("predict c --out c/case.toml", "\"c/case.toml\" is not a folder"),
+        ("verify --group nope", "--group \"nope\": no such group; there are exact, orders, codes, balance, twins"),
+        ("materials show nope", "unknown material \"nope\""),
+        ("materials check c/case.toml", "c/case.toml: missing key \"density\""),
+        ("frobnicate c", "unrecognized subcommand 'frobnicate'"),
+    ] {
+        refused(&scratch, say(&scratch, line), 1, &[said]);
+    }
+}
+
+#[test]
+fn a_case_without_observations_cannot_be_estimated() {
+    let scratch = Scratch::new("unobserved");
+    scratch.write("c/case.toml", CASE);
+    refused(&scratch, say(&scratch, "estimate c"), 1, &["nothing to estimate from"]);
+}
+
+#[test]
+fn the_report_of_another_case_is_overwritten_only_when_forced() {
+    let scratch = Scratch::new("another");
+    scratch.write("mine/case.toml", CASE);
+    scratch.write("yours/case.toml", CASE);
+    say(&scratch, "predict mine --out there").done();
+    let (before, files) = (scratch.read("there/summary.json"), scratch.files().len());
+    let refusal = say(&scratch, "predict yours --out there");
+    refused(&scratch, refusal, files, &["\"there\" holds the case \"mine\", not \"yours\"", "--force"]);
+    assert_eq!(scratch.read("there/summary.json"), before);
+    say(&scratch, "predict yours --out there --force").done();
+    assert!(scratch.read("there/summary.json").contains("\"case\": \"yours\""));
+}

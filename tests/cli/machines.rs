@@ -1,0 +1,72 @@
+//! What there is to march on, the material database, and the suite that judges the march.
+
+use super::{CASE, say, say_without_driver};
+use crate::support::Scratch;
+
+#[test]
+fn a_gpu_that_cannot_be_reached_is_exit_3_and_names_the_package() {
+    let scratch = Scratch::new("no-gpu");
+    scratch.write("c/case.toml", CASE);
+    for line in ["predict c --backend gpu", "uncertainty c --backend gpu", "predict c --device H200"] {
+        let ran = say_without_driver(&scratch, line).ended(3).saying(&["no Vulkan device", "mesa-vulkan-drivers"]);
+        assert_eq!((ran.stdout.as_str(), scratch.files().len()), ("", 1), "{line}");
+    }
+    say_without_driver(&scratch, "predict c").done();
+}
+
+#[test]
+fn a_device_of_another_name_is_exit_3_and_names_those_there_are() {
+    let scratch = Scratch::new("no-such-gpu");
+    scratch.write("c/case.toml", CASE);
+    say(&scratch, "predict c --backend gpu --device Voodoo2")
+        .ended(3)
+        .saying(&["none is called \"Voodoo2\"; there are"]);
+}
+
+#[test]
+fn the_gpu_gives_the_peaks_of_the_processor() {
+    let scratch = Scratch::new("gpu");
+    scratch.write("c/case.toml", CASE);
+    let peak = |line: &str| say(&scratch, line).done().json()["sensors"]["TC2"]["peak_k"].as_f64().expect("a peak");
+    let (cpu, gpu) = (peak("predict c --json --backend cpu"), peak("predict c --json --backend gpu"));
+    assert!((cpu - gpu).abs() < 1e-3 && cpu > 900.0, "{cpu} K and {gpu} K");
+}
+
+#[test]
+fn the_devices_are_listed_and_where_there_are_none_that_is_said_with_the_remedy() {
+    let scratch = Scratch::new("devices");
+    let found = say(&scratch, "devices --json").done().json();
+    assert!(found["adapters"].as_array().is_some_and(|adapters| !adapters.is_empty()), "{found:#}");
+    let none = say_without_driver(&scratch, "devices").done();
+    assert!(none.stdout.contains("no Vulkan driver was found"), "{}", none.stdout);
+    assert!(none.stdout.contains("mesa-vulkan-drivers"), "{}", none.stdout);
+    let none = say_without_driver(&scratch, "devices --json").done().json();
+    assert_eq!(none["adapters"], serde_json::json!([]));
+    for text in [say(&scratch, "devices").done().stdout, say_without_driver(&scratch, "devices").done().stdout] {
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "wide:\n{text}");
+    }
+}
+
+#[test]
+fn the_materials_are_listed_shown_and_checked() {
+    let scratch = Scratch::new("materials");
+    let list = say(&scratch, "materials list").done().stdout;
+    for material in ["nextel440_bf20", "pyrogel3350", "akk", "kaowool_pm"] {
+        assert!(list.contains(material), "no {material} in\n{list}");
+        let shown = say(&scratch, &format!("materials show {material}")).done().stdout;
+        assert!(shown.contains("heat capacity, J/kg/K") && shown.contains("conductivity, W/m/K"), "{shown}");
+    }
+    let sound = include_str!("../../data/materials/akk.toml");
+    scratch.write("mine.toml", sound);
+    assert!(say(&scratch, "materials check mine.toml").done().stdout.contains("mine.toml: ok"));
+    scratch.write("mine.toml", sound.replacen("[density]", "[densty]", 1));
+    say(&scratch, "materials check mine.toml").ended(2).saying(&["mine.toml:", "unknown key \"densty\""]);
+}
+
+#[test]
+fn the_exact_solutions_are_met_by_the_binary_as_it_is_shipped() {
+    let scratch = Scratch::new("verify");
+    let table = say(&scratch, "verify --group exact --quiet --json").done().json();
+    assert!(table["passed"].as_u64().is_some_and(|passed| passed > 10), "{table:#}");
+    assert_eq!(table["failed"], 0);
+}

@@ -1,0 +1,133 @@
+//! The built binary from outside: what it prints, writes, and ends with.
+
+mod faults; // exit code 2: wrong input, told with its place, nothing written
+mod machines; // devices, backends that cannot be had, materials, verification
+mod questions; // predict, uncertainty, sensitivity, estimate, study, twin
+
+use crate::support::Scratch;
+use std::ffi::OsStr;
+use std::process::{Command, Output};
+
+/// Two plies under a heater, coarse and short: what these tests ask about.
+pub(crate) const CASE: &str = r#"name = "Two plies"
+initial_temperature = "300 K"
+contact_conductance = "500 W/m^2/K"
+duration = "40 s"
+
+[[ply]]
+name = "TOP"
+group = "OF"
+material = "nextel440_bf20"
+thickness = "0.5 mm"
+
+[[ply]]
+name = "BASE"
+group = "INS"
+material = "pyrogel3350"
+thickness = "3 mm"
+
+[[sensor]]
+name = "TC1"
+below = "TOP"
+
+[[sensor]]
+name = "TC2"
+depth = "2 mm"
+
+[hot_face]
+kind = "heated"
+flux = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]]
+
+[[factor]]
+name = "f_k"
+group = "INS"
+property = "conductivity"
+small = [0.8, 1.2]
+
+[[factor]]
+name = "f_q"
+property = "heating"
+small = [0.9, 1.1]
+
+[estimate]
+factors = ["f_k"]
+sensors = ["TC2"]
+window = ["0 s", "30 s"]
+
+[resolution]
+cells = 16
+every = "1 s"
+"#;
+
+/// The same with observations of its own, too few and round to be met.
+pub(crate) const OBSERVED: &str = r#"
+[observations]
+sigma = "2 K"
+TC2 = [["0 s", "300 K"], ["10 s", "320 K"], ["20 s", "420 K"], ["30 s", "500 K"]]
+"#;
+
+/// What a run of the binary left.
+pub(crate) struct Ran {
+    code: i32,
+    pub(crate) stdout: String,
+    stderr: String,
+}
+
+/// Run the binary in a folder.
+fn bondline<S: AsRef<OsStr>>(scratch: &Scratch, arguments: &[S]) -> Ran {
+    finish(command(scratch).args(arguments))
+}
+
+/// Run the binary in a folder, words parted by blanks.
+pub(crate) fn say(scratch: &Scratch, words: &str) -> Ran {
+    bondline(scratch, &words.split_whitespace().collect::<Vec<_>>())
+}
+
+/// Run the binary where no Vulkan driver can be found.
+fn say_without_driver(scratch: &Scratch, words: &str) -> Ran {
+    let mut command = command(scratch);
+    command.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent");
+    finish(command.args(words.split_whitespace()))
+}
+
+/// The binary in a folder. The layers that come with Mesa complain on standard error of a missing runtime folder.
+fn command(scratch: &Scratch) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_bondline"));
+    command.current_dir(scratch.path()).env("XDG_RUNTIME_DIR", scratch.path());
+    command
+}
+
+fn finish(command: &mut Command) -> Ran {
+    let Output { status, stdout, stderr } = command.output().expect("the binary starts");
+    let text = |bytes| String::from_utf8(bytes).expect("text in UTF-8");
+    Ran { code: status.code().expect("it ends by itself"), stdout: text(stdout), stderr: text(stderr) }
+}
+
+impl Ran {
+    /// It did what it should, and said nothing else.
+    #[track_caller]
+    pub(crate) fn done(self) -> Self {
+        self.ended(0)
+    }
+
+    #[track_caller]
+    fn ended(self, code: i32) -> Self {
+        assert_eq!(self.code, code, "standard output:\n{}\nstandard error:\n{}", self.stdout, self.stderr);
+        self
+    }
+
+    /// It said each of these on standard error.
+    #[track_caller]
+    fn saying(self, fragments: &[&str]) -> Self {
+        for fragment in fragments {
+            assert!(self.stderr.contains(fragment), "no {fragment:?} in:\n{}", self.stderr);
+        }
+        self
+    }
+
+    /// Standard output, all of it, as JSON.
+    #[track_caller]
+    fn json(&self) -> serde_json::Value {
+        serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error} in:\n{}", self.stdout))
+    }
+}

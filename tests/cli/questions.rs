@@ -1,0 +1,220 @@
+//! The questions about a case: what is printed, what is written, and that it is the same again.
+
+use super::{CASE, OBSERVED, say};
+use crate::support::Scratch;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use serde_json::Value;
+
+fn with_case(name: &str) -> Scratch {
+    let scratch = Scratch::new(name);
+    scratch.write("c/case.toml", CASE);
+    scratch
+}
+
+/// The summary, less what depends on the clock on the wall.
+fn timeless(mut summary: Value) -> Value {
+    summary.as_object_mut().expect("an object").remove("seconds").expect("the time it took");
+    summary
+}
+
+/// Every key of a path such as `backend.kind` leads to something.
+#[track_caller]
+fn holds(summary: &Value, paths: &[&str]) {
+    for path in paths {
+        let found = path.split('.').fold(summary, |value, key| &value[key]);
+        assert!(!found.is_null(), "no {path} in {summary:#}");
+    }
+}
+
+#[test]
+fn every_command_gives_its_summary_as_json_alone_with_the_keys_promised() {
+    let scratch = Scratch::new("json");
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
+    let common = [
+        "command",
+        "case",
+        "version",
+        "backend.name",
+        "backend.kind",
+        "backend.precision",
+        "members.asked",
+        "members.ok",
+        "members.failed",
+        "steps",
+        "cells",
+        "seconds.plan",
+        "seconds.march",
+        "seconds.reduce",
+        "seconds.report",
+        "seconds.total",
+        "sensors.TC2.peak_k",
+        "sensors.TC2.peak_time_s",
+        "balance.energy",
+    ];
+    let fitted = [
+        "factors.f_k.value",
+        "factors.f_k.standard_error",
+        "factors.f_k.low",
+        "factors.f_k.high",
+        "objective.start",
+        "objective.end",
+        "iterations",
+        "marches",
+        "termination",
+        "condition_number",
+        "correlation",
+    ];
+    let of = |command: &str| -> Vec<&str> {
+        match command {
+            "uncertainty" => vec!["seed", "shares.TC2.f_k"],
+            "sensitivity" => vec!["estimable.factors"],
+            "estimate" => fitted.to_vec(),
+            "study" => [&["seed", "shares.TC2.f_k", "estimable.factors"], &fitted[..]].concat(),
+            _ => Vec::new(),
+        }
+    };
+    for line in ["predict c", "uncertainty c -n 50", "sensitivity c", "estimate c", "study c -n 50"] {
+        let ran = say(&scratch, &format!("{line} --json --quiet")).done();
+        assert_eq!(ran.stderr, "", "{line} says something besides");
+        let summary = ran.json();
+        let command = line.split(' ').next().expect("a command");
+        assert_eq!((&summary["command"], &summary["case"]), (&Value::from(command), &Value::from("c")));
+        holds(&summary, &common);
+        holds(&summary, &of(command));
+        assert_eq!(ran.stdout, scratch.read(&format!("out/c/{command}/summary.json")), "the file says the same");
+    }
+}
+
+#[test]
+fn results_go_to_standard_output_and_a_quiet_command_leaves_standard_error_empty() {
+    let scratch = with_case("quiet");
+    for line in ["predict c", "uncertainty c -n 50", "sensitivity c", "study c -n 50"] {
+        let ran = say(&scratch, &format!("{line} --quiet")).done();
+        assert_eq!(ran.stderr, "", "{line}");
+        assert!(ran.stdout.contains("Two plies") && ran.stdout.contains("report.html"), "{line}: {}", ran.stdout);
+        assert!(ran.stdout.lines().all(|line| line.chars().count() <= 80), "{line} is wide:\n{}", ran.stdout);
+    }
+    let ran = say(&scratch, "study c -n 50").done();
+    assert!(ran.stderr.contains("no estimation: the case has no observations"), "{}", ran.stderr);
+}
+
+#[test]
+fn a_study_shows_every_sensor_with_its_peak_its_spread_and_their_cause() {
+    let scratch = Scratch::new("screen");
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
+    let screen = say(&scratch, "study c -n 100").done().stdout;
+    for sensor in ["TC1", "TC2"] {
+        let row = screen.lines().find(|line| line.starts_with(sensor)).unwrap_or_else(|| panic!("{sensor}:\n{screen}"));
+        assert!(row.contains(" °C)") && row.contains(" % ") | row.ends_with(" %"), "{row}");
+    }
+    assert!(screen.contains("only f_q can be estimated (condition number 1.00; 8.7"), "{screen}");
+    assert!(screen.contains("is off by"), "{screen}");
+}
+
+#[test]
+fn a_seed_gives_the_same_summary_whatever_the_threads_and_another_seed_another() {
+    let scratch = with_case("seed");
+    let drawn = |threads: &str, seed: &str| {
+        let mut command = super::command(&scratch);
+        command.env("RAYON_NUM_THREADS", threads);
+        let line = format!("uncertainty c -n 300 --json --quiet --seed {seed}");
+        let ran = super::finish(command.args(line.split_whitespace())).done();
+        let mut summary = timeless(ran.json());
+        summary["backend"] = Value::Null;
+        (summary, scratch.read("out/c/uncertainty/percentiles.csv"))
+    };
+    let first = drawn("1", "7");
+    assert_eq!(first, drawn("2", "7"));
+    assert_ne!(first.1, drawn("2", "8").1);
+}
+
+#[test]
+fn kept_members_read_back_with_a_row_each() {
+    let scratch = with_case("keep");
+    say(&scratch, "uncertainty c -n 130 --keep members").done();
+    let file = std::fs::File::open(scratch.path().join("out/c/uncertainty/members.parquet")).expect("a file");
+    let reader = SerializedFileReader::new(file).expect("Parquet");
+    assert_eq!(reader.metadata().file_metadata().num_rows(), 130);
+    let columns: Vec<&str> = reader.metadata().file_metadata().schema().get_fields().iter().map(|c| c.name()).collect();
+    for column in ["member", "f_k", "f_q"] {
+        assert!(columns.contains(&column), "no {column} among {columns:?}");
+    }
+    assert!(!scratch.files().iter().any(|path| path.ends_with("traces.parquet")), "traces were not asked for");
+    say(&scratch, "uncertainty c -n 20 --keep traces").done();
+    assert!(scratch.files().iter().any(|path| path.ends_with("traces.parquet")));
+}
+
+/// Between the bounds lie members that melt everything: they fail, the others stand.
+#[test]
+fn members_driven_to_nonsense_are_counted_with_their_reason_and_the_others_stand() {
+    let scratch = Scratch::new("nonsense");
+    scratch.write("c/case.toml", CASE.replacen("small = [0.9, 1.1]", "small = [0.5, 1e6]", 1));
+    let some =
+        |most: &str| say(&scratch, &format!("uncertainty c -n 100 --sampling uniform --json --max-failed {most}"));
+    let all = some("100").done().json();
+    assert_eq!(all["members"]["asked"], 100);
+    assert!(all["members"]["failed"].as_u64().is_some_and(|failed| failed > 95), "{all:#}");
+
+    scratch.write("c/case.toml", CASE.replacen("small = [0.9, 1.1]", "small = [0.5, 400]", 1));
+    let ran = some("90").done().json();
+    let (ok, failed) = (ran["members"]["ok"].as_u64(), ran["members"]["failed"].as_u64());
+    assert!(ok.is_some_and(|ok| ok > 10) && failed.is_some_and(|failed| failed > 10), "{ran:#}");
+    let beyond = some("5").ended(1).saying(&["more than the 5 put up with", "a temperature left 0 to 4,000 K"]);
+    assert_eq!(beyond.json()["members"], ran["members"], "the report is written all the same");
+    let page = scratch.read("out/c/uncertainty/report.html");
+    assert!(page.contains("a temperature left 0 to 4,000"), "the reason is on the page");
+    say(&scratch, "uncertainty c -n 100 --sampling uniform").ended(1).saying(&["more than the 1 put up with"]);
+}
+
+#[test]
+fn a_nominal_march_that_runs_away_is_a_failure_told_in_words() {
+    let scratch = Scratch::new("runaway");
+    scratch.write("c/case.toml", CASE.replacen("small = [0.9, 1.1]", "small = [0.5, 1e6]", 1));
+    let ran = say(&scratch, "predict c --set f_q=1e6").ended(1);
+    let ran = ran.saying(&["the nominal march did not arrive: a temperature left 0 to 4,000 K"]);
+    assert!(ran.stdout.contains("ran away at"), "{}", ran.stdout);
+}
+
+#[test]
+fn what_a_twin_made_of_known_factors_an_estimate_recovers() {
+    let scratch = with_case("twin");
+    let ran = say(&scratch, "twin c --truth f_k=1.1,f_q=0.95 --out c/measured.csv").done();
+    assert!(ran.stdout.contains("41 samples of 2 sensors"), "{}", ran.stdout);
+    say(&scratch, "twin c --out c/measured.csv").ended(2).saying(&["exists already", "--force"]);
+    scratch.write("c/case.toml", CASE.to_owned() + "\n[observations]\nfile = \"measured.csv\"\nsigma = \"1 K\"\n");
+    let line = "estimate c --factors f_k,f_q --start f_k=0.9,f_q=1.05 --sensors TC1,TC2 --window 0:40 --json";
+    let found = say(&scratch, line).done().json();
+    for (factor, truth) in [("f_k", 1.1), ("f_q", 0.95)] {
+        let value = found["factors"][factor]["value"].as_f64().expect("a value");
+        assert!((value - truth).abs() < 1e-4, "{factor} = {value}, made with {truth}");
+    }
+}
+
+#[test]
+fn noise_is_as_large_as_asked_for_and_the_same_for_the_same_seed() {
+    let scratch = with_case("noise");
+    for (name, line) in
+        [("a", "--noise 3K --seed 5"), ("b", "--noise 3K --seed 5"), ("c", ""), ("d", "--noise 3K --seed 6")]
+    {
+        say(&scratch, &format!("twin c --out {name}.csv {line}")).done();
+    }
+    assert_eq!(scratch.read("a.csv"), scratch.read("b.csv"));
+    assert_ne!(scratch.read("a.csv"), scratch.read("d.csv"));
+    let numbers = |file: &str| -> Vec<f64> {
+        let text = scratch.read(file);
+        text.lines().skip(1).flat_map(|line| line.split(',').skip(1).map(|n| n.parse().expect("a number"))).collect()
+    };
+    let squares: Vec<f64> = numbers("a.csv").iter().zip(numbers("c.csv")).map(|(a, b)| (a - b).powi(2)).collect();
+    let deviation_k = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    assert!((deviation_k - 3.0).abs() < 1.0, "{deviation_k} K over {} readings", squares.len());
+}
+
+#[test]
+fn what_is_set_on_the_command_line_takes_the_place_of_what_the_file_says() {
+    let scratch = with_case("set");
+    let peak = |line: &str| say(&scratch, line).done().json()["sensors"]["TC1"]["peak_k"].as_f64().expect("a peak");
+    let (plain, more) = (peak("predict c --json"), peak("predict c --json --set f_q=1.1"));
+    assert!(more > plain + 10.0, "{more} K after {plain} K");
+    let shorter = say(&scratch, "predict c --json --set duration=20s").done().json();
+    assert_eq!(shorter["sensors"]["TC1"]["peak_time_s"], 20.0);
+}

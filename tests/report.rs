@@ -1,0 +1,140 @@
+//! The page as an analyst's browser sees it.
+
+use crate::cli::{CASE, OBSERVED, say};
+use crate::support::Scratch;
+use serde_json::Value;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// A phone, CSS pixels.
+const PHONE: u32 = 390;
+const DESK: u32 = 1280;
+
+/// Frames the page so wide and says on the console what became of it. Charts are drawn as they come into view: the
+/// frame is as tall as the page. One that is not drawn after 300 frames will not be.
+const FRAME: &str = r#"<!DOCTYPE html>
+<meta charset="utf-8"><title>frame</title>
+<iframe src="page.html" style="border:0;width:WIDTHpx;height:30000px"></iframe>
+<script>
+  const frame = document.querySelector("iframe");
+  let turns = 0;
+  const look = () => {
+    const page = frame.contentDocument;
+    const charts = [...page.querySelectorAll(".chart")];
+    const drawn = charts.filter((chart) => chart.querySelector("svg.main-svg")).length;
+    turns += 1;
+    if (turns < 30 || (drawn < charts.length && turns < 300)) {
+      requestAnimationFrame(look);
+      return;
+    }
+    const rules = [...page.styleSheets].flatMap((sheet) => [...sheet.cssRules]);
+    console.log("SEEN " + JSON.stringify({
+      charts: charts.length,
+      drawn,
+      scroll: page.documentElement.scrollWidth,
+      width: page.documentElement.clientWidth,
+      requests: frame.contentWindow.performance.getEntriesByType("resource").map((entry) => entry.name),
+      print: rules.filter((rule) => rule.conditionText === "print").length,
+    }));
+  };
+  frame.onload = look;
+</script>
+"#;
+
+fn browser() -> PathBuf {
+    let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let found = std::env::split_paths(&path).flat_map(|folder| names.map(|name| folder.join(name)));
+    found.into_iter().find(|file| file.is_file()).expect("no browser to open the report in: apt-get install chromium")
+}
+
+/// What the browser's console says of a framed page, up to what the frame says. The port keeps a browser without a
+/// window open until it is told to go.
+fn console(scratch: &Scratch, frame: &Path) -> Vec<String> {
+    let profile = scratch.path().join("profile");
+    let mut browser = Command::new(browser())
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--remote-debugging-port=0"])
+        .args(["--allow-file-access-from-files", "--window-size=1400,30000"])
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .arg(format!("file://{}", frame.display()))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the browser starts");
+    let log = BufReader::new(browser.stderr.take().expect("its log is piped"));
+    let mut said = Vec::new();
+    for line in log.split(b'\n').map(|line| String::from_utf8_lossy(&line.expect("a log")).into_owned()) {
+        if line.contains(":CONSOLE") {
+            said.push(line);
+        }
+        if said.last().is_some_and(|line| line.contains("SEEN {")) {
+            break;
+        }
+    }
+    browser.kill().expect("the browser runs");
+    browser.wait().expect("the browser ends");
+    said
+}
+
+/// What is wrong with `page.html` of the folder in a window so wide.
+fn faults(scratch: &Scratch, width: u32) -> Vec<String> {
+    let frame = scratch.write(&format!("frame-{width}.html"), FRAME.replace("WIDTH", &width.to_string()));
+    let mut said = console(scratch, &frame);
+    let last = said.pop().unwrap_or_default();
+    let seen =
+        last.split_once("SEEN ").and_then(|(_, rest)| rest.split_once("\", source")).map_or("", |(seen, _)| seen);
+    let seen: Value = serde_json::from_str(seen).unwrap_or_else(|error| panic!("{error} in {last:?} after {said:?}"));
+    let mut faults: Vec<String> = said.iter().map(|line| format!("console: {line}")).collect();
+    let number = |key: &str| seen[key].as_u64().unwrap_or(0);
+    if number("charts") == 0 || number("drawn") != number("charts") {
+        faults.push(format!("{} of {} charts drawn", number("drawn"), number("charts")));
+    }
+    if number("scroll") > number("width") || number("width") != u64::from(width) {
+        faults.push(format!("{} pixels wide in a window of {}", number("scroll"), number("width")));
+    }
+    if seen["requests"].as_array().is_none_or(|requests| !requests.is_empty()) {
+        faults.push(format!("asks for {}", seen["requests"]));
+    }
+    if number("print") == 0 {
+        faults.push("no style for paper".to_owned());
+    }
+    faults
+}
+
+/// The page of a study of a small case.
+fn studied(scratch: &Scratch) -> String {
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
+    say(scratch, "study c -n 60 --factors f_k,f_q --quiet").done();
+    scratch.read("out/c/study/report.html")
+}
+
+#[test]
+fn the_page_opens_without_an_error_draws_every_chart_asks_for_nothing_and_fits_a_phone() {
+    let scratch = Scratch::new("page");
+    scratch.write("page.html", studied(&scratch));
+    for width in [DESK, PHONE] {
+        assert_eq!(faults(&scratch, width), Vec::<String>::new(), "at {width} pixels");
+    }
+}
+
+/// Each spoils the page in one way, and is caught by the faults it must be caught by.
+#[test]
+fn a_spoiled_page_is_caught() {
+    let scratch = Scratch::new("spoiled");
+    let page = studied(&scratch);
+    let wide = "<div style=\"width:2000px\">wide</div>";
+    let asking = "<img src=\"http://127.0.0.1:9/picture.png\" alt=\"\">";
+    for (from, to, caught) in [
+        ("id=\"charts\">[", "id=\"charts\">[[", &["console: ", "0 of "] as &[&str]),
+        ("</main>", &format!("{wide}{asking}</main>"), &["pixels wide", "picture.png"]),
+        ("@media print", "@media tv", &["no style for paper"]),
+    ] {
+        assert!(page.contains(from), "{from:?} stands on the page");
+        scratch.write("page.html", page.replacen(from, to, 1));
+        let found = faults(&scratch, PHONE);
+        for fault in caught {
+            assert!(found.iter().any(|said| said.contains(fault)), "{fault:?} is not caught: {found:?}");
+        }
+    }
+}
