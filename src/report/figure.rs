@@ -1,10 +1,5 @@
-<<<<<<< HEAD
-//! One neutral description of a figure, drawn as a still (`svg`) and as a chart
-//! (`chart`), so that the two cannot show different things.
-=======
 //! One neutral description of a figure, drawn as a still (`svg`) and as a chart (`chart`), so
 //! that the two cannot show different things.
->>>>>>> testsb
 
 /// What is drawn, and what is said of it.
 #[derive(Clone, Debug)]
