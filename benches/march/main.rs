@@ -11,8 +11,7 @@ mod peak;
 use alone::{lanes_on_one_thread, scalar};
 use bondline::case::Bounds;
 use bondline::ensemble::{Ensemble, Sampling};
-use bondline::march::{Precision, march_all};
-use bondline::physics::lanes::Lanes;
+use bondline::march::march_all;
 use bondline::plan::Plan;
 use common::{Carrier, devices, lanes, shortest};
 use counted::Work;
@@ -100,10 +99,7 @@ fn time(carrier: &mut Carrier, plan: &Plan, ensemble: &Ensemble) -> f64 {
 
 /// What the threads of a march could do at most, flop/s. A hardware device has none that is measured here.
 fn peak(carrier: &Carrier) -> Option<f64> {
-    carrier.threads.map(|threads| match carrier.precision {
-        Precision::F64 => peak::flops_per_s::<Lanes<f64, 8>>(threads),
-        Precision::F32 => peak::flops_per_s::<Lanes<f32, 16>>(threads),
-    })
+    carrier.threads.map(|threads| peak::flops_per_s(carrier.precision, threads))
 }
 
 fn gigaflops(flops_per_s: f64) -> String {

@@ -1,45 +1,67 @@
 //! How fast the processor multiplies and adds, and nothing else: what a march is measured against.
 
-use bondline::physics::Real;
+use bondline::march::Precision;
+use pulp::{Simd, WithSimd};
 use std::array::from_fn;
 use std::hint::black_box;
 use std::time::Instant;
 
 /// Turns of a chain between two readings of the clock: some tens of milliseconds.
 const TURNS: usize = 4_000_000;
+const ROUNDS: usize = 5;
 
-/// Multiplications and additions a second, in lanes of `R`, on so many threads at once, with the widest vectors that
-/// the processor has.
+/// Multiplications and additions a second on so many threads at once, with the widest vectors the processor has.
 ///
-/// Each is an instruction of its own, as in the march, which may not fuse them: both twins must round alike. The
-/// number of independent chains that hides the latency is the machine's affair, so several are tried and the best
-/// counts.
-pub(crate) fn flops_per_s<R: Real>(threads: usize) -> f64 {
+/// Each is an instruction of its own, as in the march, which may not fuse them: both twins must round alike. How many
+/// independent chains hide the latency is the machine's affair, so several are tried and the best counts.
+pub(crate) fn flops_per_s(precision: Precision, threads: usize) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap_or_else(|error| panic!("{error}"));
-    let rates = [rate::<R, 4>(&pool), rate::<R, 6>(&pool), rate::<R, 8>(&pool), rate::<R, 12>(&pool)];
+    let rates = [rate::<4>(&pool, precision), rate::<8>(&pool, precision), rate::<12>(&pool, precision)];
     rates.into_iter().fold(0.0, f64::max)
 }
 
-fn rate<R: Real, const CHAINS: usize>(pool: &rayon::ThreadPool) -> f64 {
+fn rate<const CHAINS: usize>(pool: &rayon::ThreadPool, precision: Precision) -> f64 {
     let turn = || {
         let began = Instant::now();
-        pool.broadcast(|_| pulp::Arch::new().dispatch(|| multiply_and_add::<R, CHAINS>()));
-        began.elapsed().as_secs_f64()
+        let flops: usize = pool.broadcast(|_| pulp::Arch::new().dispatch(Chains::<CHAINS>(precision))).iter().sum();
+        flops as f64 / began.elapsed().as_secs_f64()
     };
-    let seconds = (0..5).map(|_| turn()).fold(f64::INFINITY, f64::min);
-    (2 * TURNS * CHAINS * R::LANES * pool.current_num_threads()) as f64 / seconds
+    (0..ROUNDS).map(|_| turn()).fold(0.0, f64::max)
 }
 
-#[inline(always)]
-fn multiply_and_add<R: Real, const CHAINS: usize>() {
-    let (factor, term) = (R::constant(black_box(0.999)), R::constant(black_box(1e-3)));
-    // Every lane of every chain begins elsewhere and is asked for at the end, so that none can be left out.
-    let begin = |chain: usize| R::from_lanes(|lane| black_box((chain * R::LANES + lane) as f64));
-    let mut chains: [R; CHAINS] = from_fn(begin);
-    for _ in 0..TURNS {
-        for chain in &mut chains {
-            *chain = *chain * factor + term;
+/// So many vectors, each multiplied and added to in turn.
+struct Chains<const N: usize>(Precision);
+
+impl<const N: usize> WithSimd for Chains<N> {
+    /// Multiplications and additions done.
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> usize {
+        // Every chain begins elsewhere and is asked for at the end, so that none can be left out.
+        match self.0 {
+            Precision::F64 => {
+                let (factor, term) = (simd.splat_f64s(black_box(0.999)), simd.splat_f64s(black_box(1e-3)));
+                let mut chains: [S::f64s; N] = from_fn(|chain| simd.splat_f64s(black_box(chain as f64)));
+                for _ in 0..TURNS {
+                    for chain in &mut chains {
+                        *chain = simd.add_f64s(simd.mul_f64s(*chain, factor), term);
+                    }
+                }
+                black_box(chains);
+                2 * TURNS * N * S::F64_LANES
+            }
+            Precision::F32 => {
+                let (factor, term) = (simd.splat_f32s(black_box(0.999)), simd.splat_f32s(black_box(1e-3)));
+                let mut chains: [S::f32s; N] = from_fn(|chain| simd.splat_f32s(black_box(chain as f32)));
+                for _ in 0..TURNS {
+                    for chain in &mut chains {
+                        *chain = simd.add_f32s(simd.mul_f32s(*chain, factor), term);
+                    }
+                }
+                black_box(chains);
+                2 * TURNS * N * S::F32_LANES
+            }
         }
     }
-    black_box(chains.map(|chain| (0..R::LANES).map(|lane| chain.lane(lane)).sum::<f64>()));
 }
