@@ -11,7 +11,7 @@ use crate::traces::{Balance, Traces};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Lanes of f64, of f32: two vectors of AVX-512, which hides the latency of one.
+/// Lanes of f64, of f32: 64 bytes of either, which a compiler cuts into the vectors its target has.
 const LANES_F64: usize = 8;
 const LANES_F32: usize = 16;
 
