@@ -37,7 +37,7 @@ fn face_flux(
     let hot_wall = face.hot_wall_kg_j;
     let film = scale.film * face.film_w_m2_k;
     let radiance = scale.exchange * emission * real(STEFAN_BOLTZMANN);
-    let surroundings = face.surroundings_k;
+    let surroundings = drive.surroundings_k;
     let square = temperature_k * temperature_k;
     let surroundings_square = surroundings * surroundings;
     var flux = convected * (1.0 - hot_wall * enthalpy_j_kg);

@@ -26,7 +26,6 @@ struct Cell {
 
 struct Face {
     film_w_m2_k: real,
-    surroundings_k: real,
     hot_wall_kg_j: real,
     held: real,
 }
@@ -35,6 +34,7 @@ struct Drive {
     flux_w_m2: real,
     radiant_w_m2: real,
     gas_k: real,
+    surroundings_k: real,
     held_k: real,
 }
 

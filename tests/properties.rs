@@ -38,7 +38,7 @@ fn at_rest(mut case: Case, temperature_k: f64, gas_k: f64) -> Case {
         film_w_m2_k: 50.0,
         gas_k: Schedule::constant(gas_k),
         emissivity: Emissivity::Material,
-        surroundings_k: temperature_k,
+        surroundings_k: Schedule::constant(temperature_k),
         ..OpenFace::insulated()
     };
     case.exposure.hot_face = Face::Open(face.clone());

@@ -185,7 +185,7 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             twin: &|x, _, y| put(y, &[gain_across(x[0], x[1], x[2]), flux_slope(x[0], x[3], x[4], x[5])]),
         },
         Probe {
-            body: "let q = face_flux(Drive(x[0], x[1], x[2], 0.0), Face(x[3], x[4], x[5], 0.0),
+            body: "let q = face_flux(Drive(x[0], x[1], x[2], x[4], 0.0), Face(x[3], x[5], 0.0),
                        FaceScale(x[6], x[7], x[8], x[9]), x[10], x[11], x[12], x[13]);
                    y[0] = q.flux; y[1] = q.slope;",
             inputs: vec![
@@ -206,8 +206,14 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             ],
             outputs: 2,
             twin: &|x, _, y| {
-                let drive = Drive { flux_w_m2: x[0], radiant_w_m2: x[1], gas_k: x[2], held_k: W::scalar(0.0) };
-                let face = Face { film_w_m2_k: x[3], surroundings_k: x[4], hot_wall_kg_j: x[5], held: W::scalar(0.0) };
+                let drive = Drive {
+                    flux_w_m2: x[0],
+                    radiant_w_m2: x[1],
+                    gas_k: x[2],
+                    surroundings_k: x[4],
+                    held_k: W::scalar(0.0),
+                };
+                let face = Face { film_w_m2_k: x[3], hot_wall_kg_j: x[5], held: W::scalar(0.0) };
                 let scale = FaceScale { heating: x[6], film: x[7], exchange: x[8], emissivity: x[9] };
                 let q = face_flux(drive, face, scale, x[10], x[11], x[12], x[13]);
                 put(y, &[q.flux, q.slope]);

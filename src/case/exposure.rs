@@ -9,8 +9,13 @@ pub struct Exposure {
     /// Temperature at the start over depth below the hot face (m, K): straight lines between points,
     /// held beyond them; one point is a uniform start.
     pub initial_k: Vec<(f64, f64)>,
-    /// Gas pressure inside the layup, Pa; it enters through k(T, P).
-    pub pressure_pa: f64,
+    /// Gas pressure at the hot face, Pa; throughout the layup where no gas flows by Darcy's law. It enters through
+    /// k(T, P).
+    pub pressure_pa: Schedule,
+    /// Gas pressure at a back face that lets gas through, Pa; `None` is sealed.
+    pub back_pressure_pa: Option<Schedule>,
+    /// What the layup loses sideways.
+    pub holder: Option<Holder>,
     pub hot_face: Face,
     pub back_face: Face,
 }
@@ -40,7 +45,18 @@ pub struct OpenFace {
     pub film_heats: bool,
     pub gas_k: Schedule,
     pub emissivity: Emissivity,
-    pub surroundings_k: f64,
+    pub surroundings_k: Schedule,
+    /// λ of the blowing correction: 0.5 for a laminar and 0.4 for a turbulent boundary layer, zero for none. It reduces
+    /// a flux that has a recovery enthalpy, whose film coefficient is known.
+    pub blowing: f64,
+}
+
+/// A holder around the layup, a heat sink that every cell feels.
+#[derive(Clone, Debug)]
+pub struct Holder {
+    /// Conductance to the holder in a volume of layup, W/m³/K.
+    pub conductance_w_m3_k: f64,
+    pub temperature_k: Schedule,
 }
 
 /// Emissivity of a face.
@@ -63,7 +79,8 @@ impl OpenFace {
             film_heats: false,
             gas_k: Schedule::constant(300.0),
             emissivity: Emissivity::Constant(0.0),
-            surroundings_k: 300.0,
+            surroundings_k: Schedule::constant(300.0),
+            blowing: 0.0,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! A substance: its properties over temperature and pressure, each with where it came from.
 
 use super::air::air_in_pores_w_m_k;
+use super::decomposition::{Decomposition, Pores};
 use super::table::Table;
 
 /// How far a number can be trusted.
@@ -61,6 +62,11 @@ pub struct Material {
     pub conductivity_provenance: Provenance,
     pub emissivity: Table,
     pub emissivity_provenance: Provenance,
+    /// As made.
+    pub pores: Pores,
+    pub pores_provenance: Option<Provenance>,
+    /// `None` never changes.
+    pub decomposition: Option<Decomposition>,
 }
 
 /// Conductivity over temperature and pressure, W/m/K.

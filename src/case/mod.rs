@@ -3,6 +3,7 @@
 //! A [`Case`] that exists can be marched: every fault is found when it is loaded.
 
 pub mod air;
+pub mod decomposition;
 pub mod error;
 pub mod exposure;
 pub mod factor;
@@ -14,8 +15,11 @@ pub mod observation;
 pub mod table;
 pub mod unit;
 
+pub use decomposition::{
+    Decomposition, Gas, GasFlow, GasPath, Mixing, Pores, PyrolysisHeat, Reaction, Residue, Sequence,
+};
 pub use error::{CaseError, Fault};
-pub use exposure::{Emissivity, Exposure, Face, OpenFace};
+pub use exposure::{Emissivity, Exposure, Face, Holder, OpenFace};
 pub use factor::{Bounds, Factor, Property};
 pub use layup::{Layup, Ply, Sensor};
 pub use material::{Conductivity, Material};
@@ -34,6 +38,8 @@ pub struct Case {
     pub layup: Layup,
     pub sensors: Vec<Sensor>,
     pub exposure: Exposure,
+    /// How gas leaves, where a ply makes any or is driven through by it.
+    pub gas: Option<GasFlow>,
     pub factors: Vec<Factor>,
     pub observations: Vec<Observation>,
     pub estimate: Estimate,

@@ -54,7 +54,7 @@ pub fn face_flux<R: Real>(
     let hot_wall = R::of(face.hot_wall_kg_j);
     let film = scale.film * R::of(face.film_w_m2_k);
     let radiance = scale.exchange * emission * R::constant(STEFAN_BOLTZMANN);
-    let surroundings = R::of(face.surroundings_k);
+    let surroundings = R::of(drive.surroundings_k);
     let square = temperature_k * temperature_k;
     let surroundings_square = surroundings * surroundings;
     let mut flux = convected * (R::constant(1.0) - hot_wall * enthalpy_j_kg);

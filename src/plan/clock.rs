@@ -56,7 +56,7 @@ fn corners(case: &Case) -> Vec<f64> {
         match face {
             Face::Held(temperature_k) => corners_s.extend(&temperature_k.times_s),
             Face::Open(open) => {
-                for schedule in [&open.flux_w_m2, &open.radiant_w_m2, &open.gas_k] {
+                for schedule in [&open.flux_w_m2, &open.radiant_w_m2, &open.gas_k, &open.surroundings_k] {
                     corners_s.extend(&schedule.times_s);
                 }
             }

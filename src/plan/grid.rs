@@ -58,7 +58,8 @@ fn shares(case: &Case) -> Vec<f64> {
         .map(|ply| {
             let start_k = case.exposure.initial_k[0].1;
             let material = &ply.material;
-            let conductivity: f64 = material.conductivity.parts(start_k, case.exposure.pressure_pa).iter().sum();
+            let conductivity: f64 =
+                material.conductivity.parts(start_k, case.exposure.pressure_pa.after(0.0)).iter().sum();
             let root =
                 ply.thickness_m * (material.density_kg_m3 * material.heat_capacity.at(start_k) / conductivity).sqrt();
             root.powf(0.75)

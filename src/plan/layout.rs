@@ -45,7 +45,6 @@ row! {
     /// What does not change with time on a face.
     Face {
         film_w_m2_k,
-        surroundings_k,
         /// 1/(h_r − h_w(T_cw)) of the hot-wall correction, kg/J; zero leaves the flux as given.
         hot_wall_kg_j,
         /// One where the temperature is prescribed, else zero.
@@ -55,7 +54,7 @@ row! {
 
 row! {
     /// What drives a face at one end of a step.
-    Drive { flux_w_m2, radiant_w_m2, gas_k, held_k }
+    Drive { flux_w_m2, radiant_w_m2, gas_k, surroundings_k, held_k }
 }
 
 row! {

@@ -217,10 +217,9 @@ const COLD_WALL_K: f64 = 300.0;
 
 fn face(face: &Face) -> layout::Face<f64> {
     match face {
-        Face::Held(_) => layout::Face { film_w_m2_k: 0.0, surroundings_k: 0.0, hot_wall_kg_j: 0.0, held: 1.0 },
+        Face::Held(_) => layout::Face { film_w_m2_k: 0.0, hot_wall_kg_j: 0.0, held: 1.0 },
         Face::Open(open) => layout::Face {
             film_w_m2_k: open.film_w_m2_k,
-            surroundings_k: open.surroundings_k,
             hot_wall_kg_j: open
                 .recovery_enthalpy_j_kg
                 .map_or(0.0, |recovery| 1.0 / (recovery - air_enthalpy_j_kg(COLD_WALL_K))),
@@ -246,12 +245,13 @@ fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
 fn drive(face: &Face, read: impl Fn(&Schedule) -> f64) -> Drive<f64> {
     match face {
         Face::Held(temperature_k) => {
-            Drive { flux_w_m2: 0.0, radiant_w_m2: 0.0, gas_k: 0.0, held_k: read(temperature_k) }
+            Drive { flux_w_m2: 0.0, radiant_w_m2: 0.0, gas_k: 0.0, surroundings_k: 0.0, held_k: read(temperature_k) }
         }
         Face::Open(open) => Drive {
             flux_w_m2: read(&open.flux_w_m2),
             radiant_w_m2: read(&open.radiant_w_m2),
             gas_k: read(&open.gas_k),
+            surroundings_k: read(&open.surroundings_k),
             held_k: 0.0,
         },
     }
@@ -280,7 +280,7 @@ fn table(material: &Material, case: &Case, parts: usize) -> Vec<f64> {
     let mut columns = vec![vec![]; parts];
     let (mut heat_capacities, mut enthalpies) = (vec![], vec![0.0]);
     for temperature_k in nodes() {
-        let conductivities = material.conductivity.parts(temperature_k, case.exposure.pressure_pa);
+        let conductivities = material.conductivity.parts(temperature_k, case.exposure.pressure_pa.after(0.0));
         if parts == 1 {
             columns[0].push(conductivities.iter().sum());
         } else {

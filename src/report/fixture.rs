@@ -113,6 +113,9 @@ fn material(id: &str, name: &str, note: &str, hottest_k: f64) -> Arc<Material> {
         conductivity_provenance: provenance(Mark::Remembered, "a paper on aerogel blankets"),
         emissivity: table(0.9, 0.7),
         emissivity_provenance: provenance(Mark::Paper, "stated in the paper"),
+        pores: Pores::SEALED,
+        pores_provenance: None,
+        decomposition: None,
     })
 }
 
@@ -168,10 +171,13 @@ fn case() -> Case {
             .to_owned(),
         layup,
         sensors,
+        gas: None,
         exposure: Exposure {
             duration_s: 200.0,
             initial_k: vec![(0.0, 300.0)],
-            pressure_pa: 8010.0,
+            pressure_pa: Schedule::constant(8010.0),
+            back_pressure_pa: None,
+            holder: None,
             hot_face: Face::Open(OpenFace {
                 flux_w_m2: Schedule { times_s: vec![0.0, 0.5, 41.0, 41.0], values: vec![0.0, 2.67e5, 2.67e5, 0.0] },
                 recovery_enthalpy_j_kg: Some(12e6),

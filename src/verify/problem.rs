@@ -3,8 +3,8 @@
 use super::{Group, Row};
 use crate::case::table::{OutOfRange, Table};
 use crate::case::{
-    Case, Conductivity, Estimate, Exposure, Face, Layup, Material, Observation, OpenFace, Ply, Resolution, Schedule,
-    Sensor,
+    Case, Conductivity, Estimate, Exposure, Face, Layup, Material, Observation, OpenFace, Ply, Pores, Resolution,
+    Schedule, Sensor,
     material::{Mark, Provenance},
 };
 use crate::ensemble::Ensemble;
@@ -94,10 +94,13 @@ impl Problem {
             observations: observations(&sensors, &points),
             layup,
             sensors,
+            gas: None,
             exposure: Exposure {
                 duration_s,
                 initial_k: vec![(0.0, start_k)],
-                pressure_pa: 101_325.0,
+                pressure_pa: Schedule::constant(101_325.0),
+                back_pressure_pa: None,
+                holder: None,
                 hot_face,
                 back_face,
             },
@@ -165,6 +168,9 @@ pub fn material(density_kg_m3: f64, heat_capacity: Table, conductivity: Table) -
         conductivity_provenance: provenance(),
         emissivity: Table::constant(0.0),
         emissivity_provenance: provenance(),
+        pores: Pores::SEALED,
+        pores_provenance: None,
+        decomposition: None,
     })
 }
 

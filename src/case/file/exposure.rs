@@ -94,7 +94,7 @@ fn heated(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
         (None, Some(gas)) => Err(gas.fault("a gas needs a `coefficient`")),
     };
     let emissivity = emissivity(section);
-    let surroundings_k = section.positive_or("surroundings", Dimension::Temperature, ROOM_K);
+    let surroundings_k = surroundings(section, folder);
     lacks?;
     let (film_w_m2_k, gas_k) = film?;
     Ok(OpenFace {
@@ -106,7 +106,14 @@ fn heated(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
         gas_k,
         emissivity: emissivity?,
         surroundings_k: surroundings_k?,
+        blowing: 0.0,
     })
+}
+
+/// What a face radiates to; a room where the file is silent.
+fn surroundings(section: &Section<'_>, folder: &Folder<'_>) -> Read<Schedule> {
+    let room = || Ok(Schedule::constant(ROOM_K));
+    section.optional("surroundings").map_or_else(room, |written| schedule(written, Dimension::Temperature, folder))
 }
 
 fn convective(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
@@ -114,7 +121,7 @@ fn convective(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
     let gas = section.required("gas", Dimension::Temperature.expectation());
     let gas_k = gas.and_then(|written| schedule(written, Dimension::Temperature, folder));
     let emissivity = emissivity(section);
-    let surroundings_k = section.positive_or("surroundings", Dimension::Temperature, ROOM_K);
+    let surroundings_k = surroundings(section, folder);
     Ok(OpenFace {
         film_w_m2_k: film_w_m2_k?,
         film_heats: true,
@@ -131,11 +138,12 @@ fn cooled(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
     let ambient = section.required("ambient", Dimension::Temperature.expectation());
     let gas_k = ambient.and_then(|written| schedule(written, Dimension::Temperature, folder));
     let emissivity = emissivity(section);
-    let surroundings = section.optional("surroundings").map(|written| written.quantity(Dimension::Temperature));
+    let surroundings = section.optional("surroundings");
+    let surroundings = surroundings.map(|written| schedule(written, Dimension::Temperature, folder));
     let (gas_k, surroundings) = (gas_k?, surroundings.transpose()?);
     Ok(OpenFace {
         film_w_m2_k: film_w_m2_k?,
-        surroundings_k: surroundings.unwrap_or(gas_k.values[0]),
+        surroundings_k: surroundings.unwrap_or_else(|| gas_k.clone()),
         gas_k,
         emissivity: emissivity?,
         ..OpenFace::insulated()

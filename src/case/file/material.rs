@@ -4,7 +4,7 @@ use super::written::{Section, Written, all};
 use crate::case::error::Read;
 use crate::case::material::{Mark, Parts, Provenance};
 use crate::case::unit::{Dimension, conversion};
-use crate::case::{Conductivity, Material, OutOfRange, Table};
+use crate::case::{Conductivity, Material, OutOfRange, Pores, Table};
 
 pub(super) fn material(written: Written<'_>, id: String) -> Read<Material> {
     let top = written.section()?;
@@ -34,6 +34,9 @@ pub(super) fn material(written: Written<'_>, id: String) -> Read<Material> {
         conductivity_provenance,
         emissivity,
         emissivity_provenance,
+        pores: Pores::SEALED,
+        pores_provenance: None,
+        decomposition: None,
     })
 }
 

@@ -20,7 +20,7 @@ use super::error::{CaseError, Faults, Place, Read};
 use super::library;
 use super::material::Material;
 use super::unit::Dimension;
-use super::{Case, Exposure, Face, Layup, Resolution, Sensor};
+use super::{Case, Exposure, Face, Layup, Resolution, Schedule, Sensor};
 use exposure::HotFace;
 use nearest::suggestion;
 use sheet::{Series, Sheet};
@@ -230,7 +230,9 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let exposure = Exposure {
         duration_s: duration_s?,
         initial_k: initial_k?,
-        pressure_pa: pressure_pa?,
+        pressure_pa: Schedule::constant(pressure_pa?),
+        back_pressure_pa: None,
+        holder: None,
         hot_face,
         back_face: back_face?,
     };
@@ -240,6 +242,7 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
         note: note?,
         layup,
         sensors,
+        gas: None,
         exposure,
         factors: factors?,
         observations: observations?,

@@ -127,7 +127,7 @@ fn exposure(exposure: &Exposure) -> String {
         format!(
             "{} of exposure at a gas pressure of {} kPa. {start}",
             words::seconds(exposure.duration_s),
-            words::significant(1e-3 * exposure.pressure_pa, 3)
+            words::significant(1e-3 * exposure.pressure_pa.after(0.0), 3)
         ),
         format!("Hot face: {}.", face(&exposure.hot_face)),
         format!("Back face: {}.", face(&exposure.back_face)),
@@ -170,7 +170,7 @@ fn terms(open: &OpenFace) -> Vec<String> {
         Emissivity::Constant(constant) => Some(format!("an emissivity of {}", words::significant(constant, 3))),
     };
     if let Some(emissivity) = emissivity {
-        terms.push(format!("radiation to {} with {emissivity}", words::kelvin(open.surroundings_k)));
+        terms.push(format!("radiation to {} with {emissivity}", words::kelvin(open.surroundings_k.after(0.0))));
     }
     terms
 }

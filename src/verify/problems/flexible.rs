@@ -36,10 +36,13 @@ pub fn layup() -> Case {
         note: String::new(),
         layup,
         sensors,
+        gas: None,
         exposure: Exposure {
             duration_s: 200.0,
             initial_k: vec![(0.0, 300.0)],
-            pressure_pa: 8010.0,
+            pressure_pa: Schedule::constant(8010.0),
+            back_pressure_pa: None,
+            holder: None,
             hot_face: Face::Open(OpenFace {
                 flux_w_m2: Schedule { times_s: vec![0.0, 0.5, 41.0, 41.2], values: vec![0.0, 267e3, 267e3, 0.0] },
                 recovery_enthalpy_j_kg: Some(12e6),

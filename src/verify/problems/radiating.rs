@@ -33,7 +33,11 @@ const LUMPED_SOURCE: &str = "1e-5 of the start, the reference's own acceptance";
 /// A plate of 2 mm, 2700 kg/m³ and 900 J/kg/K from 1200 K before surroundings of 300 K.
 fn cooling() -> Problem {
     let (emissivity, surroundings_k, start_k) = (0.9, 300.0, 1200.0);
-    let radiating = OpenFace { emissivity: Emissivity::Constant(emissivity), surroundings_k, ..OpenFace::insulated() };
+    let radiating = OpenFace {
+        emissivity: Emissivity::Constant(emissivity),
+        surroundings_k: Schedule::constant(surroundings_k),
+        ..OpenFace::insulated()
+    };
     let reached = |temperature_k: f64| Point {
         depth_m: 0.0,
         time_s: exact::cooling_time_s(4860.0, emissivity, surroundings_k, start_k, temperature_k),
@@ -60,7 +64,7 @@ fn heating() -> Problem {
     let radiating = OpenFace {
         flux_w_m2: Schedule::constant(flux_w_m2),
         emissivity: Emissivity::Constant(emissivity),
-        surroundings_k: 0.0,
+        surroundings_k: Schedule::constant(0.0),
         ..OpenFace::insulated()
     };
     let reached = |temperature_k: f64| Point {
@@ -105,7 +109,7 @@ fn nafems_t2() -> Problem {
             hot_face: held(held_k),
             back_face: Face::Open(OpenFace {
                 emissivity: Emissivity::Constant(emissivity),
-                surroundings_k,
+                surroundings_k: Schedule::constant(surroundings_k),
                 ..OpenFace::insulated()
             }),
             cells: 50,
@@ -200,10 +204,8 @@ fn sfpe_case_1() -> Problem {
     let fire = OpenFace {
         film_w_m2_k,
         gas_k: schedule(&gas_k),
-        // Surroundings are constant in a case, so a fire that follows the gas is an incident flux before nothing.
-        radiant_w_m2: schedule(&|t| exact::black_w_m2(gas_k(t))),
         emissivity: Emissivity::Constant(emissivity),
-        surroundings_k: 0.0,
+        surroundings_k: schedule(&gas_k),
         ..OpenFace::insulated()
     };
     let rate_k_s = |time_s: f64, temperature_k: f64| {
@@ -227,7 +229,7 @@ fn sfpe_case_2() -> Problem {
         film_w_m2_k,
         gas_k: Schedule::constant(start_k),
         emissivity: Emissivity::Constant(emissivity),
-        surroundings_k: 0.0,
+        surroundings_k: Schedule::constant(0.0),
         ..OpenFace::insulated()
     };
     let rate_k_s = |_, temperature_k: f64| {
@@ -270,7 +272,7 @@ fn kaowool() -> Problem {
                 film_w_m2_k: 8.0,
                 gas_k: Schedule::constant(room_k),
                 emissivity: Emissivity::Constant(0.95),
-                surroundings_k: room_k,
+                surroundings_k: Schedule::constant(room_k),
                 ..OpenFace::insulated()
             }),
             back_face: convected(10.0, room_k),
