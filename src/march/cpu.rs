@@ -79,6 +79,7 @@ fn carry<R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, memb
         sensors,
         instants,
         temperatures_k: vec![0.0; count * sensors * instants],
+        gauges: Vec::new(),
         arrivals: Vec::with_capacity(count),
         balances: Vec::with_capacity(count),
         extremes_k: Vec::with_capacity(count * plan.plies.len()),
@@ -140,7 +141,14 @@ fn carry_group<R: Real>(
             let [hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, stored_j_m2] = member.heat_j_m2(lane);
             End {
                 strayed: member.strayed(lane),
-                balance: Balance { hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, stored_j_m2 },
+                balance: Balance {
+                    hot_in_j_m2,
+                    hot_out_j_m2,
+                    back_in_j_m2,
+                    back_out_j_m2,
+                    stored_j_m2,
+                    ..Balance::default()
+                },
                 extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
             }
         })

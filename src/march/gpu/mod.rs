@@ -262,6 +262,7 @@ fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], 
         sensors,
         instants,
         temperatures_k,
+        gauges: Vec::new(),
         arrivals: Vec::with_capacity(count),
         balances: Vec::with_capacity(count),
         extremes_k: Vec::with_capacity(count * plan.plies.len()),
@@ -279,6 +280,7 @@ fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], 
             back_in_j_m2: heat(2),
             back_out_j_m2: heat(3),
             stored_j_m2: word(8),
+            ..Balance::default()
         });
         traces.extremes_k.extend(extremes_k);
     }
