@@ -73,6 +73,10 @@ pub struct Balance {
     pub back_in_j_m2: f64,
     pub back_out_j_m2: f64,
     pub stored_j_m2: f64,
+    /// Enthalpy that gas took along out of the layup, less what it brought; absolute where enthalpies are, so of either sign.
+    pub gas_heat_j_m2: f64,
+    /// Heat that reactions gave beyond the enthalpies of what they turned into what; nothing where those are absolute.
+    pub reaction_gain_j_m2: f64,
     /// Solid turned into gas.
     pub solid_lost_kg_m2: f64,
     /// Gas out through both faces.
@@ -86,8 +90,10 @@ impl Balance {
     pub fn residual(&self) -> f64 {
         let came_in = self.hot_in_j_m2 + self.back_in_j_m2;
         let went_out = self.hot_out_j_m2 + self.back_out_j_m2;
-        let moved = came_in.max(went_out).max(self.stored_j_m2.abs());
-        if moved > 0.0 { (came_in - went_out - self.stored_j_m2) / moved } else { 0.0 }
+        let moved = came_in.max(went_out);
+        let moved = if moved > 0.0 { moved } else { self.stored_j_m2.abs() };
+        let left = came_in - went_out - self.gas_heat_j_m2 + self.reaction_gain_j_m2 - self.stored_j_m2;
+        if moved > 0.0 { left / moved } else { 0.0 }
     }
 
     /// Solid lost less gas out less gas stored, relative to the largest of them; nothing moved leaves no residual.

@@ -6,7 +6,7 @@
 
 use crate::march::Precision;
 use crate::plan::Plan;
-use crate::plan::layout::{FACE_COLUMNS, NO_INSTANT, TABLE_NODES, TABLE_STEP_K};
+use crate::plan::layout::{AIR_COLUMNS, GAS_COLUMNS, GAUGES, NO_INSTANT, TABLE_NODES, TABLE_STEP_K};
 use std::fmt::Write;
 
 /// Invocations in a workgroup: two subgroups of hardware, and no matter to a software device.
@@ -48,7 +48,9 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
         ("SENSORS", plan.sensor_cells.len() as u32),
         ("PARTS", plan.parts as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
-        ("FACE_COLUMNS", FACE_COLUMNS as u32),
+        ("AIR_COLUMNS", AIR_COLUMNS as u32),
+        ("GAS_COLUMNS", GAS_COLUMNS as u32),
+        ("GAUGES", GAUGES as u32),
         ("NO_INSTANT", NO_INSTANT),
         ("WORKGROUP", WORKGROUP),
     ];
