@@ -5,6 +5,7 @@ struct PlyScale {
     gas: real,
     radiative: real,
     density_kg_m3: real,
+    holder_w_m3_k: real,
 }
 
 fn ply_scale(ply: Ply, bulk: Bulk) -> PlyScale {
@@ -16,6 +17,7 @@ fn ply_scale(ply: Ply, bulk: Bulk) -> PlyScale {
         conductivity * column(ply.conductivity_gas),
         conductivity * column(ply.conductivity_radiative),
         density * column(ply.heat_capacity) * thickness,
+        bulk.holder_w_m3_k * column(ply.holder) * thickness,
     );
 }
 

@@ -30,21 +30,29 @@ pub enum Arrival {
     },
 }
 
-/// Heat through the two faces over the whole march and heat stored, J/m², all positive but `stored`.
+/// Heat through the two faces and from and to the holder over the whole march, and heat stored, J/m², all positive but `stored`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
     pub hot_in_j_m2: f64,
     pub hot_out_j_m2: f64,
     pub back_in_j_m2: f64,
     pub back_out_j_m2: f64,
+    pub holder_in_j_m2: f64,
+    pub holder_out_j_m2: f64,
     pub stored_j_m2: f64,
 }
 
 impl Balance {
+    /// From the sums that a member keeps: in and out through the hot face and the back face, from and to the holder.
+    pub fn new(sums_j_m2: [f64; 6], stored_j_m2: f64) -> Self {
+        let [hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, holder_in_j_m2, holder_out_j_m2] = sums_j_m2;
+        Self { hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, holder_in_j_m2, holder_out_j_m2, stored_j_m2 }
+    }
+
     /// In less out less stored, relative to what came in.
     pub fn residual(&self) -> f64 {
-        let came_in = self.hot_in_j_m2 + self.back_in_j_m2;
-        let went_out = self.hot_out_j_m2 + self.back_out_j_m2;
+        let came_in = self.hot_in_j_m2 + self.back_in_j_m2 + self.holder_in_j_m2;
+        let went_out = self.hot_out_j_m2 + self.back_out_j_m2 + self.holder_out_j_m2;
         let moved = came_in.max(went_out).max(self.stored_j_m2.abs());
         if moved > 0.0 { (came_in - went_out - self.stored_j_m2) / moved } else { 0.0 }
     }

@@ -136,13 +136,10 @@ fn carry_group<R: Real>(
         });
     }
     (0..lanes)
-        .map(|lane| {
-            let [hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, stored_j_m2] = member.heat_j_m2(lane);
-            End {
-                strayed: member.strayed(lane),
-                balance: Balance { hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, stored_j_m2 },
-                extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
-            }
+        .map(|lane| End {
+            strayed: member.strayed(lane),
+            balance: Balance::new(member.heat_j_m2(lane), member.stored_j_m2(lane)),
+            extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
         })
         .collect()
 }

@@ -13,6 +13,8 @@ pub struct PlyScale<R> {
     pub radiative: R,
     /// Bulk density times the factors of all that stores, kg/m³.
     pub density_kg_m3: R,
+    /// Conductance to the holder in a volume of the unstretched grid, W/m³/K.
+    pub holder_w_m3_k: R,
 }
 
 /// The scales of a ply from a member's columns.
@@ -26,6 +28,7 @@ pub fn ply_scale<R: Real>(ply: &Ply<u32>, bulk: Bulk<R::Scalar>, column: impl Fn
         gas: conductivity * column(ply.conductivity_gas),
         radiative: conductivity * column(ply.conductivity_radiative),
         density_kg_m3: density * column(ply.heat_capacity) * thickness,
+        holder_w_m3_k: R::of(bulk.holder_w_m3_k) * column(ply.holder) * thickness,
     }
 }
 

@@ -3,13 +3,14 @@
 use super::Real;
 use super::compensated::{Pair, advanced, difference, keep};
 use super::faces::{FaceFlux, FaceScale, face_flux, face_scale};
+use super::holder::flux_sideways;
 use super::material::{
     PlyScale, conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across,
     heat_capacity, ply_scale,
 };
 use super::reading::{followed, reading};
 use super::table::{integral, look_up, spot};
-use crate::plan::layout::{Drive, FACE_COLUMNS};
+use crate::plan::layout::{Drive, FACE_COLUMNS, HEATS};
 use crate::plan::{Plan, Rows};
 
 /// One member, or lanes of them, on its way.
@@ -23,8 +24,8 @@ pub struct Member<'a, R: Real> {
     /// Readings at the end of the last step, and the beads that follow them.
     pub(super) readings: Vec<Pair<R>>,
     pub(super) beads: Vec<Pair<R>>,
-    /// Hot in, hot out, back in, back out, J/m².
-    pub(super) heat: [Pair<R>; 4],
+    /// Hot in, hot out, back in, back out, from the holder, to the holder, J/m².
+    pub(super) heat: [Pair<R>; HEATS],
     pub(super) stored_j_m2: R,
     /// Coldest and hottest of each ply, K.
     pub(super) extremes_k: Vec<(R, R)>,
@@ -69,7 +70,7 @@ impl<'a, R: Real> Member<'a, R> {
             temperatures: rows.cells.iter().map(|cell| Pair { high: R::of(cell.start_k), low: zero }).collect(),
             readings: vec![none; sensors],
             beads: vec![none; sensors],
-            heat: [none; 4],
+            heat: [none; HEATS],
             stored_j_m2: zero,
             extremes_k: vec![(R::constant(1e9), zero); plan.plies.len()],
             strayed: vec![None; R::LANES],
@@ -157,7 +158,7 @@ impl<'a, R: Real> Member<'a, R> {
     }
 
     /// Heat into the face cell: through an open face from outside, of a held one what passes on to its
-    /// neighbour.
+    /// neighbour and to the holder.
     #[inline(always)]
     pub(super) fn through(
         &self,
@@ -178,7 +179,9 @@ impl<'a, R: Real> Member<'a, R> {
         let held = R::of(rows.faces[face].held);
         let free = R::constant(1.0) - held;
         let conductance = self.conductances[cell.min(neighbour)];
-        let onward = conductance * difference(self.staged(cell), self.staged(neighbour));
+        let next = conductance * difference(self.staged(cell), self.staged(neighbour));
+        let sideways = self.conductance_sideways(face * (self.plies.len() - 1), cell);
+        let onward = next - flux_sideways(sideways, R::of(drive.holder_k), self.staged(cell));
         FaceFlux { flux: held * onward + free * open.flux, slope: free * open.slope }
     }
 
@@ -257,10 +260,14 @@ impl<'a, R: Real> Member<'a, R> {
         self.beads[sensor].high.lane(lane) + self.beads[sensor].low.lane(lane)
     }
 
-    /// Hot in, hot out, back in, back out and stored of one lane, J/m².
-    pub fn heat_j_m2(&self, lane: usize) -> [f64; 5] {
-        let [hot_in, hot_out, back_in, back_out] = self.heat.map(|pair| pair.high.lane(lane) + pair.low.lane(lane));
-        [hot_in, hot_out, back_in, back_out, self.stored_j_m2.lane(lane)]
+    /// Hot in, hot out, back in, back out, from and to the holder of one lane, J/m².
+    pub fn heat_j_m2(&self, lane: usize) -> [f64; HEATS] {
+        self.heat.map(|pair| pair.high.lane(lane) + pair.low.lane(lane))
+    }
+
+    /// Heat stored since the start in one lane, J/m².
+    pub fn stored_j_m2(&self, lane: usize) -> f64 {
+        self.stored_j_m2.lane(lane)
     }
 
     /// Coldest and hottest temperature that a ply met in one lane, K.

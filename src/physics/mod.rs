@@ -6,6 +6,7 @@
 
 pub mod compensated;
 pub mod faces;
+pub mod holder;
 pub mod lanes;
 pub mod material;
 pub mod member;
@@ -17,7 +18,8 @@ pub mod tridiagonal;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Twin files: the Rust text under `src/physics`, the WGSL text under `shaders`.
-pub const TWINS: &[&str] = &["compensated", "table", "material", "faces", "tridiagonal", "reading", "member", "step"];
+pub const TWINS: &[&str] =
+    &["compensated", "table", "material", "faces", "tridiagonal", "reading", "member", "holder", "step"];
 
 /// A number a march is made of: `f64` the truth, `f32` the shader's twin, or lanes of members of either.
 pub trait Real:

@@ -54,7 +54,15 @@ row! {
 
 row! {
     /// What drives a face at one end of a step.
-    Drive { flux_w_m2, radiant_w_m2, gas_k, surroundings_k, held_k }
+    Drive {
+        flux_w_m2,
+        radiant_w_m2,
+        gas_k,
+        surroundings_k,
+        held_k,
+        /// Of the holder around the layup, the same for either face.
+        holder_k,
+    }
 }
 
 row! {
@@ -87,6 +95,7 @@ row! {
         heat_capacity,
         density,
         thickness,
+        holder,
     }
 }
 
@@ -96,8 +105,8 @@ row! {
 }
 
 row! {
-    /// Per-ply constant: its bulk density, kg/m³.
-    Bulk { density_kg_m3 }
+    /// Constants of a ply: its bulk density, kg/m³, and its conductance to the holder in a volume, W/m³/K.
+    Bulk { density_kg_m3, holder_w_m3_k }
 }
 
 /// Temperature of the first node of every table, K.
@@ -109,6 +118,9 @@ pub const TABLE_NODES: usize = 801;
 /// Columns of the faces' block of tables: emissivity of the hot face, enthalpy of air over that at the
 /// cold wall (J/kg), its slope (J/kg/K), emissivity of the back face.
 pub const FACE_COLUMNS: usize = 4;
+
+/// Sums of heat that a member keeps: in and out through the hot face and the back face, from and to the holder.
+pub const HEATS: usize = 6;
 
 /// No reading falls on the end of this step.
 pub const NO_INSTANT: u32 = u32::MAX;

@@ -9,7 +9,7 @@ pub mod grid;
 pub mod layout;
 
 use crate::case::air::air_enthalpy_j_kg;
-use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutOfRange, Property, Schedule};
+use crate::case::{Case, Conductivity, Emissivity, Face, Holder, Material, OpenFace, OutOfRange, Property, Schedule};
 use clock::Clock;
 use grid::Grid;
 use layout::{
@@ -34,6 +34,8 @@ pub struct Plan {
     pub sensor_cells: Vec<u32>,
     /// Conductivity columns of a table: one, or solid, gas and radiative where a factor tells them apart.
     pub parts: usize,
+    /// Whether a holder takes heat sideways; where none does, nothing is spent on it.
+    pub has_holder: bool,
     /// Factors of a member; columns are one more.
     pub factors: usize,
     /// Where a ply refuses to leave its tables: the range of temperatures it allows, K.
@@ -86,7 +88,7 @@ impl Plan {
         let parts = if case.factors.iter().any(|factor| is_part(factor.property)) { 3 } else { 1 };
         let (sensor_cells, sensors) = grid.sensors.iter().map(|&(cell, sensor)| (cell as u32, sensor)).unzip();
         let rows = Rows {
-            bulks: case.layup.plies.iter().map(|ply| Bulk { density_kg_m3: ply.material.density_kg_m3 }).collect(),
+            bulks: bulks(case),
             contacts_m2_k_w: case.layup.contacts_w_m2_k.iter().map(|h| h.map_or(0.0, |h| 1.0 / h)).collect(),
             faces: [face(&case.exposure.hot_face), face(&case.exposure.back_face)],
             drives: drives(case, &clock),
@@ -106,6 +108,7 @@ impl Plan {
             contact: column(case, "", Property::Contact),
             sensor_cells,
             parts,
+            has_holder: case.exposure.holder.is_some(),
             factors: case.factors.len(),
             allowed_k: case.layup.plies.iter().map(|ply| allowed(&ply.material)).collect(),
             rows,
@@ -180,9 +183,16 @@ fn plies(case: &Case, cells: &[(usize, usize)], parts: usize) -> Vec<Ply<u32>> {
             heat_capacity: of(Property::HeatCapacity),
             density: of(Property::Density),
             thickness: of(Property::Thickness),
+            holder: column(case, "", Property::Holder),
         }
     })
     .collect()
+}
+
+fn bulks(case: &Case) -> Vec<Bulk<f64>> {
+    let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
+    let bulk = |ply: &crate::case::Ply| Bulk { density_kg_m3: ply.material.density_kg_m3, holder_w_m3_k };
+    case.layup.plies.iter().map(bulk).collect()
 }
 
 fn scalings(case: &Case) -> [Scaling<u32>; 2] {
@@ -233,8 +243,9 @@ fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
     let mut drives = Vec::with_capacity(4 * clock.times_s.len());
     for step in clock.times_s.windows(2) {
         for face in [&exposure.hot_face, &exposure.back_face] {
-            drives.push(drive(face, |schedule| schedule.after(step[0])));
-            drives.push(drive(face, |schedule| schedule.before(step[1])));
+            let holder = exposure.holder.as_ref();
+            drives.push(drive(face, holder, |schedule| schedule.after(step[0])));
+            drives.push(drive(face, holder, |schedule| schedule.before(step[1])));
         }
     }
     let end = [drives[drives.len() - 3], drives[drives.len() - 1]];
@@ -242,17 +253,24 @@ fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
     drives
 }
 
-fn drive(face: &Face, read: impl Fn(&Schedule) -> f64) -> Drive<f64> {
+fn drive(face: &Face, holder: Option<&Holder>, read: impl Fn(&Schedule) -> f64) -> Drive<f64> {
+    let holder_k = holder.map_or(0.0, |holder| read(&holder.temperature_k));
     match face {
-        Face::Held(temperature_k) => {
-            Drive { flux_w_m2: 0.0, radiant_w_m2: 0.0, gas_k: 0.0, surroundings_k: 0.0, held_k: read(temperature_k) }
-        }
+        Face::Held(temperature_k) => Drive {
+            flux_w_m2: 0.0,
+            radiant_w_m2: 0.0,
+            gas_k: 0.0,
+            surroundings_k: 0.0,
+            held_k: read(temperature_k),
+            holder_k,
+        },
         Face::Open(open) => Drive {
             flux_w_m2: read(&open.flux_w_m2),
             radiant_w_m2: read(&open.radiant_w_m2),
             gas_k: read(&open.gas_k),
             surroundings_k: read(&open.surroundings_k),
             held_k: 0.0,
+            holder_k,
         },
     }
 }

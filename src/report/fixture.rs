@@ -82,6 +82,7 @@ fn nominal(strength: f64) -> Nominal {
             back_in_j_m2: 0.0,
             back_out_j_m2: 0.6e6,
             stored_j_m2: 2.5e6,
+            ..Balance::default()
         },
         extremes_k: vec![(300.0, 1690.0), (300.0, 1550.0), (300.0, 1320.0), (300.0, 900.0), (300.0, 630.0)],
         misfits: (0..4).map(|n| misfit(f64::from(n) * 6.0 + 8.0)).collect(),

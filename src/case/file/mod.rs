@@ -216,10 +216,14 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let sensors = layup::sensors(top, layup.as_ref().ok());
     let hot_face = exposure::hot_face(top, folder, layup.as_ref().ok(), sensors.as_deref().ok());
     let back_face = exposure::back_face(top, folder);
+    let holder = exposure::around(top, folder);
     let observations = observation::observations(top, folder, sensors.as_deref().ok(), duration_s);
     let marched = marched(layup, sensors.clone(), hot_face);
-    let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok());
-    let scaled = scaled.map(|((layup, _, hot_face), back_face)| factor::Scaled { layup, hot_face, back_face });
+    let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(holder.as_ref().ok());
+    let scaled = scaled.map(|(((layup, _, hot_face), back_face), holder)| {
+        let has_holder = holder.is_some();
+        factor::Scaled { layup, hot_face, back_face, has_holder }
+    });
     let factors = factor::factors(top, scaled);
     let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);
     let plies = marched.as_ref().map_or(1, |(layup, ..)| layup.plies.len());
@@ -232,7 +236,7 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
         initial_k: initial_k?,
         pressure_pa: Schedule::constant(pressure_pa?),
         back_pressure_pa: None,
-        holder: None,
+        holder: holder?,
         hot_face,
         back_face: back_face?,
     };
