@@ -63,6 +63,7 @@ struct Ply {
     density: u32,
     thickness: u32,
     holder: u32,
+    extinction: u32,
 }
 
 struct Scaling {

@@ -1,14 +1,17 @@
-//! What a layup has beside its plies: a holder around it.
+//! What a layup has beside its plies: a holder around it, density that shades.
 
 use crate::parity::differing;
 use crate::support::{BALANCE, SINGLE_K, Scratch, adapter, coarse, drawn, with_factor};
-use bondline::case::{Case, Face, Holder, Property, Schedule};
+use bondline::case::{Case, Conductivity, Face, Holder, Property, Schedule};
+use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
 use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::Device;
 use bondline::march::{March, Precision};
 use bondline::plan::Plan;
+use bondline::study::sensitivity::sensitivity;
 use bondline::traces::{Balance, Traces};
+use std::sync::Arc;
 
 /// The layup of every day in a holder that warms, which takes a good part of the heat.
 fn held_sideways() -> Case {
@@ -89,6 +92,61 @@ fn a_holder_that_takes_twice_as_much_leaves_every_peak_lower() {
             assert!(less + 1.0 < *more, "sensor {sensor}: {more} K, then {less} K");
         }
     }
+}
+
+/// The layup of every day, of whose insulation heat capacity and density alone may vary; its extinction by mass or fixed.
+fn shaded(by_mass: bool) -> Case {
+    let mut case = coarse();
+    let kept = [Property::HeatCapacity, Property::Density];
+    case.factors.retain(|factor| factor.group == "INS" && kept.contains(&factor.property));
+    assert_eq!(case.factors.len(), 2);
+    for ply in case.layup.plies.iter_mut().filter(|ply| ply.group == "INS") {
+        let material = Arc::make_mut(&mut ply.material);
+        let Conductivity::Parts(parts) = &mut material.conductivity else { panic!("{} has no parts", material.id) };
+        assert!(parts.extinction_follows_density, "{} states its extinction by mass", material.id);
+        parts.extinction_follows_density = by_mass;
+    }
+    case
+}
+
+#[test]
+fn density_tells_itself_from_heat_capacity_where_it_shades_and_only_there() {
+    let [by_mass, fixed] = [true, false].map(|by_mass| {
+        let case = shaded(by_mass);
+        let plan = Plan::new(&case);
+        assert_eq!(plan.parts, 1 + usize::from(by_mass), "nothing is spent where nothing follows");
+        let found = sensitivity(&case, &plan, &mut Cpu::new(Precision::F64), 1e-5);
+        found.expect("the processor does not fail").all
+    });
+    assert_eq!((by_mass.rank, fixed.rank), (2, 1), "{by_mass:?} {fixed:?}");
+    assert!(by_mass.alignment[0][1] < 1.0 - 1e-5, "{:?}", by_mass.alignment);
+    assert!(fixed.alignment[0][1] > 1.0 - 1e-9, "{:?}", fixed.alignment);
+}
+
+#[test]
+fn a_denser_felt_is_one_of_more_extinction() {
+    let denser = shaded(true);
+    let mut opaquer = denser.clone();
+    for ply in opaquer.layup.plies.iter_mut().filter(|ply| ply.group == "INS") {
+        let material = Arc::make_mut(&mut ply.material);
+        material.density_kg_m3 *= 1.1;
+        let Conductivity::Parts(parts) = &mut material.conductivity else { panic!("it has parts") };
+        parts.extinction_1_m = parts.extinction_1_m.map(|extinction| 1.1 * extinction);
+    }
+    let of = |case: &Case, density: f64, shades: bool| {
+        let place = case.factors.iter().position(|factor| factor.property == Property::Density).expect("it may vary");
+        let row = (0..2).map(|factor| if factor == place { density } else { 1.0 }).collect();
+        // The grid is that of the factors at one, which those of the plan do not move.
+        let mut plan = Plan::new(&denser);
+        plan.rows.bulks = Plan::new(case).rows.bulks;
+        plan.rows.tables = Plan::new(case).rows.tables;
+        plan.plies.iter_mut().filter(|_| !shades).for_each(|ply| ply.extinction = 0);
+        Cpu::new(Precision::F64).march(&plan, &Ensemble::at(2, row), 0..1).expect("the processor does not fail")
+    };
+    let (scaled, stated) = (of(&denser, 1.1, true), of(&opaquer, 1.0, true));
+    assert!(apart_k(&scaled, &stated) < 1e-6, "{} K", apart_k(&scaled, &stated));
+    assert!(apart_k(&scaled, &of(&denser, 1.0, true)) > 1.0, "a tenth more density changed nothing");
+    assert!(apart_k(&scaled, &of(&denser, 1.1, false)) > 0.1, "a tenth more extinction changed nothing");
 }
 
 /// A case of two plies, as written, with more at its end.

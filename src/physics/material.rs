@@ -5,7 +5,8 @@ use super::table::{Spot, look_up};
 use crate::plan::layout::{Bulk, Ply};
 
 /// What one member's factors make of a ply. A thickness factor f stretches the ply; on the unstretched
-/// grid that is conductivity over f and heat capacity times f.
+/// grid that is conductivity over f and heat capacity times f. Where extinction is stated by mass, a factor on
+/// density divides the radiative part.
 #[derive(Clone, Copy)]
 pub struct PlyScale<R> {
     pub solid: R,
@@ -26,7 +27,7 @@ pub fn ply_scale<R: Real>(ply: &Ply<u32>, bulk: Bulk<R::Scalar>, column: impl Fn
     PlyScale {
         solid: conductivity * column(ply.conductivity_solid),
         gas: conductivity * column(ply.conductivity_gas),
-        radiative: conductivity * column(ply.conductivity_radiative),
+        radiative: conductivity * column(ply.conductivity_radiative) / column(ply.extinction),
         density_kg_m3: density * column(ply.heat_capacity) * thickness,
         holder_w_m3_k: R::of(bulk.holder_w_m3_k) * column(ply.holder) * thickness,
     }
@@ -39,7 +40,9 @@ pub fn conductivity<R: Real>(tables: &[R::Scalar], spot: Spot<R>, parts: usize, 
     let mut sum = scale.solid * look_up(tables, spot, columns, table);
     if parts == 3 {
         sum = sum + scale.gas * look_up(tables, spot, columns, table + 1);
-        sum = sum + scale.radiative * look_up(tables, spot, columns, table + 2);
+    }
+    if parts > 1 {
+        sum = sum + scale.radiative * look_up(tables, spot, columns, table + parts - 1);
     }
     sum
 }
@@ -57,7 +60,9 @@ pub fn conductivity_slope<R: Real>(
     let mut sum = scale.solid * look_up(tables, spot, columns, table + parts);
     if parts == 3 {
         sum = sum + scale.gas * look_up(tables, spot, columns, table + parts + 1);
-        sum = sum + scale.radiative * look_up(tables, spot, columns, table + parts + 2);
+    }
+    if parts > 1 {
+        sum = sum + scale.radiative * look_up(tables, spot, columns, table + 2 * parts - 1);
     }
     sum
 }

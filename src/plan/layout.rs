@@ -96,6 +96,8 @@ row! {
         density,
         thickness,
         holder,
+        /// The factor on density where extinction follows it.
+        extinction,
     }
 }
 

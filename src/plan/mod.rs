@@ -32,7 +32,8 @@ pub struct Plan {
     pub contact: u32,
     /// The cell over each sensor's face.
     pub sensor_cells: Vec<u32>,
-    /// Conductivity columns of a table: one, or solid, gas and radiative where a factor tells them apart.
+    /// Conductivity columns of a table: one; two, the last of them radiative, where a factor on density makes a ply more
+    /// opaque; solid, gas and radiative where a factor tells them apart.
     pub parts: usize,
     /// Whether a holder takes heat sideways; where none does, nothing is spent on it.
     pub has_holder: bool,
@@ -85,7 +86,7 @@ impl Plan {
     pub fn new(case: &Case) -> Self {
         let grid = Grid::new(case);
         let clock = Clock::new(case);
-        let parts = if case.factors.iter().any(|factor| is_part(factor.property)) { 3 } else { 1 };
+        let parts = parts(case);
         let (sensor_cells, sensors) = grid.sensors.iter().map(|&(cell, sensor)| (cell as u32, sensor)).unzip();
         let rows = Rows {
             bulks: bulks(case),
@@ -153,8 +154,23 @@ fn instants(clock: &Clock) -> Vec<u32> {
         .collect()
 }
 
-fn is_part(property: Property) -> bool {
-    matches!(property, Property::ConductivitySolid | Property::ConductivityGas | Property::ConductivityRadiative)
+fn parts(case: &Case) -> usize {
+    let is_part = |property| {
+        matches!(property, Property::ConductivitySolid | Property::ConductivityGas | Property::ConductivityRadiative)
+    };
+    if case.factors.iter().any(|factor| is_part(factor.property)) {
+        3
+    } else if case.layup.plies.iter().any(|ply| extinction(case, ply) > 0) {
+        2
+    } else {
+        1
+    }
+}
+
+/// The column of the factor on the density of a ply, where extinction follows that.
+fn extinction(case: &Case, ply: &crate::case::Ply) -> u32 {
+    let follows = ply.material.conductivity.extinction_follows_density();
+    if follows { column(case, &ply.name, Property::Density) } else { 0 }
 }
 
 /// The ensemble column of the factor on a property of a ply (by its group or name), 0 where there is none.
@@ -184,6 +200,7 @@ fn plies(case: &Case, cells: &[(usize, usize)], parts: usize) -> Vec<Ply<u32>> {
             density: of(Property::Density),
             thickness: of(Property::Thickness),
             holder: column(case, "", Property::Holder),
+            extinction: extinction(case, ply),
         }
     })
     .collect()
@@ -299,11 +316,13 @@ fn table(material: &Material, case: &Case, parts: usize) -> Vec<f64> {
     let (mut heat_capacities, mut enthalpies) = (vec![], vec![0.0]);
     for temperature_k in nodes() {
         let conductivities = material.conductivity.parts(temperature_k, case.exposure.pressure_pa.after(0.0));
-        if parts == 1 {
-            columns[0].push(conductivities.iter().sum());
-        } else {
-            columns.iter_mut().zip(conductivities).for_each(|(column, part)| column.push(part));
-        }
+        let [solid, gas, radiative] = conductivities;
+        let told_apart = match parts {
+            1 => vec![solid + gas + radiative],
+            2 => vec![solid + gas, radiative],
+            _ => vec![solid, gas, radiative],
+        };
+        columns.iter_mut().zip(told_apart).for_each(|(column, part)| column.push(part));
         heat_capacities.push(material.heat_capacity.at(temperature_k));
     }
     for pair in heat_capacities.windows(2) {
