@@ -46,6 +46,8 @@ pub enum Property {
     Contact,
     /// Film and radiation of the back face.
     Loss,
+    /// Conductance to the holder.
+    Holder,
 }
 
 /// Which of a factor's two side constraints hold.

@@ -21,6 +21,8 @@ pub enum Dimension {
     HeatFlux,
     /// W/m²/K: a film, a contact, a holder.
     Conductance,
+    /// W/m³/K: a holder around a volume.
+    VolumeConductance,
     /// W/m/K
     Conductivity,
     /// J/kg
@@ -63,6 +65,7 @@ impl Dimension {
             Self::Pressure => "a pressure such as \"8.01 kPa\"",
             Self::HeatFlux => "a heat flux such as \"26.7 W/cm^2\"",
             Self::Conductance => "a heat transfer coefficient such as \"500 W/m^2/K\"",
+            Self::VolumeConductance => "a conductance in a volume such as \"20 kW/m^3/K\"",
             Self::Conductivity => "a conductivity such as \"0.05 W/m/K\"",
             Self::SpecificEnthalpy => "an enthalpy such as \"12 MJ/kg\"",
             Self::HeatCapacity => "a heat capacity such as \"900 J/kg/K\"",
@@ -87,6 +90,7 @@ impl Dimension {
             Self::Pressure => [1, -1, -2, 0, 0],
             Self::HeatFlux => [1, 0, -3, 0, 0],
             Self::Conductance => [1, 0, -3, -1, 0],
+            Self::VolumeConductance => [1, -1, -3, -1, 0],
             Self::Conductivity => [1, 1, -3, -1, 0],
             Self::SpecificEnthalpy => [0, 2, -2, 0, 0],
             Self::HeatCapacity => [0, 2, -2, -1, 0],
@@ -105,13 +109,14 @@ impl Dimension {
 
     /// The noun that these powers would be: `a length`.
     fn noun_of(powers: Powers) -> &'static str {
-        const ALL: [Dimension; 18] = [
+        const ALL: [Dimension; 19] = [
             Dimension::Length,
             Dimension::Time,
             Dimension::Temperature,
             Dimension::Pressure,
             Dimension::HeatFlux,
             Dimension::Conductance,
+            Dimension::VolumeConductance,
             Dimension::Conductivity,
             Dimension::SpecificEnthalpy,
             Dimension::HeatCapacity,
@@ -328,6 +333,7 @@ mod tests {
             ("12 MJ/kg", Dimension::SpecificEnthalpy, 12e6),
             ("500 W/m^2/K", Dimension::Conductance, 500.0),
             ("500 W/(m^2*K)", Dimension::Conductance, 500.0),
+            ("20 kW/m^3/K", Dimension::VolumeConductance, 20e3),
             ("300 K", Dimension::Temperature, 300.0),
             ("20 degC", Dimension::Temperature, 293.15),
             ("68 degF", Dimension::Temperature, 293.15),

@@ -5,7 +5,8 @@ use super::table::{Spot, look_up};
 use crate::plan::layout::{Bulk, Ply, Substance, TABLE_NODES};
 
 /// What one member's factors make of a ply. A thickness factor f stretches the ply; on the unstretched
-/// grid that is conductivity over f and heat capacity times f.
+/// grid that is conductivity over f and heat capacity times f. Where extinction is stated by mass, a factor on
+/// density divides the radiative part.
 #[derive(Clone, Copy)]
 pub struct PlyScale<R> {
     pub solid: R,
@@ -24,6 +25,8 @@ pub struct PlyScale<R> {
     /// Of what is lost, so that the char is as much more as its yield.
     pub loss: R,
     pub permeability: R,
+    /// Conductance to the holder in a volume of the unstretched grid, W/m³/K.
+    pub holder_w_m3_k: R,
 }
 
 /// Where a pressure falls among the levels of the tables: the level under it, and the share of the way to the next.
@@ -51,7 +54,7 @@ pub fn ply_scale<R: Real>(
     PlyScale {
         solid: conductivity * column(ply.conductivity_solid),
         gas: conductivity * column(ply.conductivity_gas),
-        radiative: conductivity * column(ply.conductivity_radiative),
+        radiative: conductivity * column(ply.conductivity_radiative) / column(ply.extinction),
         density_kg_m3: density * column(ply.heat_capacity) * thickness,
         heat_capacity: column(ply.heat_capacity),
         mass_kg_m3: density * thickness,
@@ -61,6 +64,7 @@ pub fn ply_scale<R: Real>(
         pyrolysis_heat: column(ply.pyrolysis_heat),
         loss: (one - column(ply.char_yield) * remains) / lost,
         permeability: column(ply.permeability) / thickness,
+        holder_w_m3_k: R::of(bulk.holder_w_m3_k) * column(ply.holder) * thickness,
     }
 }
 
@@ -81,7 +85,9 @@ pub fn conductivity<R: Real>(tables: &[R::Scalar], spot: Spot<R>, parts: usize, 
     let mut sum = scale.solid * look_up(tables, spot, columns, table);
     if parts == 3 {
         sum = sum + scale.gas * look_up(tables, spot, columns, table + 1);
-        sum = sum + scale.radiative * look_up(tables, spot, columns, table + 2);
+    }
+    if parts > 1 {
+        sum = sum + scale.radiative * look_up(tables, spot, columns, table + parts - 1);
     }
     sum
 }
@@ -99,7 +105,9 @@ pub fn conductivity_slope<R: Real>(
     let mut sum = scale.solid * look_up(tables, spot, columns, table + parts);
     if parts == 3 {
         sum = sum + scale.gas * look_up(tables, spot, columns, table + parts + 1);
-        sum = sum + scale.radiative * look_up(tables, spot, columns, table + parts + 2);
+    }
+    if parts > 1 {
+        sum = sum + scale.radiative * look_up(tables, spot, columns, table + 2 * parts - 1);
     }
     sum
 }

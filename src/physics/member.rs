@@ -4,6 +4,7 @@ use super::Real;
 use super::compensated::{Pair, advanced, difference, keep};
 use super::gas::Porous;
 use super::faces::{FaceFlux, FaceScale, face_flux, face_scale};
+use super::holder::flux_sideways;
 use super::material::{
     PlyScale, conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across,
     heat_capacity, ply_scale,
@@ -11,7 +12,7 @@ use super::material::{
 use super::reading::{followed, reading};
 use super::table::{integral, look_up, spot};
 use crate::case::GasPath;
-use crate::plan::layout::{Drive, Ply};
+use crate::plan::layout::{Drive, HEATS, Ply};
 use crate::plan::{Plan, Rows};
 use crate::traces::Balance;
 
@@ -26,8 +27,8 @@ pub struct Member<'a, R: Real> {
     /// Readings at the end of the last step, and the beads that follow them.
     pub(super) readings: Vec<Pair<R>>,
     pub(super) beads: Vec<Pair<R>>,
-    /// Hot in, hot out, back in, back out, J/m².
-    pub(super) heat: [Pair<R>; 4],
+    /// Hot in, hot out, back in, back out, from the holder, to the holder, J/m².
+    pub(super) heat: [Pair<R>; HEATS],
     pub(super) stored_j_m2: R,
     /// Coldest and hottest of each ply, K.
     pub(super) extremes_k: Vec<(R, R)>,
@@ -116,7 +117,7 @@ impl<'a, R: Real> Member<'a, R> {
             temperatures: rows.cells.iter().map(|cell| Pair { high: R::of(cell.start_k), low: zero }).collect(),
             readings: vec![none; sensors],
             beads: vec![none; sensors],
-            heat: [none; 4],
+            heat: [none; HEATS],
             stored_j_m2: zero,
             extremes_k: vec![(R::constant(1e9), zero); plan.plies.len()],
             strayed: vec![None; R::LANES],
@@ -244,7 +245,7 @@ impl<'a, R: Real> Member<'a, R> {
     }
 
     /// Heat into the face cell: through an open face from outside, of a held one what passes on to its
-    /// neighbour.
+    /// neighbour and to the holder.
     #[inline(always)]
     pub(super) fn through(
         &self,
@@ -274,7 +275,9 @@ impl<'a, R: Real> Member<'a, R> {
         let held = R::of(rows.faces[face].held);
         let free = R::constant(1.0) - held;
         let conductance = self.conductances[cell.min(neighbour)];
-        let onward = conductance * difference(self.staged(cell), self.staged(neighbour));
+        let next = conductance * difference(self.staged(cell), self.staged(neighbour));
+        let sideways = self.conductance_sideways(face * (self.plies.len() - 1), cell);
+        let onward = next - flux_sideways(sideways, R::of(drive.holder_k), self.staged(cell));
         FaceFlux { flux: held * onward + free * open.flux, slope: free * open.slope }
     }
 
@@ -376,18 +379,13 @@ impl<'a, R: Real> Member<'a, R> {
     /// Heat and mass through the faces and stored, of one lane.
     pub fn balance(&self, lane: usize) -> Balance {
         let whole = |pair: Pair<R>| pair.high.lane(lane) + pair.low.lane(lane);
-        let [hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2] = self.heat.map(whole);
         Balance {
-            hot_in_j_m2,
-            hot_out_j_m2,
-            back_in_j_m2,
-            back_out_j_m2,
-            stored_j_m2: self.stored_j_m2.lane(lane),
             gas_heat_j_m2: whole(self.gas_heat),
             reaction_gain_j_m2: whole(self.reaction_gain),
             solid_lost_kg_m2: self.mass_kg_m2[0].lane(lane),
             gas_out_kg_m2: whole(self.gas_out),
             gas_stored_kg_m2: self.mass_kg_m2[1].lane(lane),
+            ..Balance::new(self.heat.map(whole), self.stored_j_m2.lane(lane))
         }
     }
 

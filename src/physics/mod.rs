@@ -12,6 +12,7 @@ pub mod faces;
 mod flowing;
 pub mod gas;
 mod gauges;
+pub mod holder;
 pub mod lanes;
 pub mod material;
 pub mod member;
@@ -39,6 +40,7 @@ pub const TWINS: &[&str] = &[
     "flowing",
     "carrying",
     "gauges",
+    "holder",
     "step",
 ];
 

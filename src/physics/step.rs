@@ -39,6 +39,7 @@ impl<R: Real> Member<'_, R> {
         let mut start = Ends { hot: none, back: none };
         let mut onward = [[none.flux; 2]; 2];
         let mut driven = [none.flux; 2];
+        let mut start_sideways = none.flux;
         for stage in 0..2 {
             if self.plan.gas.is_some() {
                 if step < self.plan.steps() {
@@ -60,8 +61,10 @@ impl<R: Real> Member<'_, R> {
             if self.plan.gas.is_some() {
                 ends = self.warm(step, stage, ends);
             }
+            let sideways = if self.plan.has_holder { self.exchange(step, stage) } else { none.flux };
             if stage == 0 {
                 start = ends;
+                start_sideways = sideways;
                 onward = [[self.lower[0], self.upper[0]], [self.upper[last - 1], self.lower[last - 1]]];
                 driven = self.driven(step, &start);
                 self.assemble(step, &start, driven);
@@ -76,6 +79,9 @@ impl<R: Real> Member<'_, R> {
             } else {
                 self.account(0, step, start.hot, ends.hot, onward[0], 0, 1);
                 self.account(1, step, start.back, ends.back, onward[1], last, last - 1);
+                if self.plan.has_holder {
+                    self.account_sideways(step, start_sideways, sideways);
+                }
             }
         }
         self.update(step);
@@ -117,6 +123,9 @@ impl<R: Real> Member<'_, R> {
             self.lower[i] = -(gamma * arriving);
             self.upper[i] = -(gamma * returned);
             arriving = leaving;
+        }
+        if self.plan.has_holder {
+            self.brace();
         }
         for (cell, face, slope) in [(0, 0, start.hot.slope), (last, 1, start.back.slope)] {
             let held = R::of(self.rows.faces[face].held);

@@ -56,7 +56,17 @@ row! {
 
 row! {
     /// What drives a face at one end of a step.
-    Drive { flux_w_m2, radiant_w_m2, gas_k, surroundings_k, pressure_pa, held_k }
+    Drive {
+        flux_w_m2,
+        radiant_w_m2,
+        gas_k,
+        surroundings_k,
+        /// Of the gas outside.
+        pressure_pa,
+        held_k,
+        /// Of the holder around the layup, the same for either face.
+        holder_k,
+    }
 }
 
 row! {
@@ -99,6 +109,9 @@ row! {
         pyrolysis_heat,
         char_yield,
         permeability,
+        holder,
+        /// The factor on density where extinction follows it.
+        extinction,
     }
 }
 
@@ -118,6 +131,8 @@ row! {
         by_volume,
         /// One where enthalpies are absolute and hold the heat of pyrolysis, zero where the reactions do.
         absolute,
+        /// Conductance to the holder in a volume.
+        holder_w_m3_k,
     }
 }
 
@@ -177,6 +192,9 @@ pub const STATES_MAX: usize = 4;
 pub const LEVELS_MAX: usize = 17;
 /// What is told of a whole layup at every instant, where it makes gas or lets it through.
 pub const GAUGES: usize = 6;
+
+/// Sums of heat that a member keeps: in and out through the hot face and the back face, from and to the holder.
+pub const HEATS: usize = 6;
 
 /// No reading falls on the end of this step.
 pub const NO_INSTANT: u32 = u32::MAX;

@@ -12,7 +12,7 @@ mod tables;
 use crate::case::air::air_enthalpy_j_kg;
 use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
 use crate::case::{
-    Case, Conductivity, Emissivity, Face, GasPath, Material, Mixing, OpenFace, OutOfRange, Pores, Property,
+    Case, Conductivity, Emissivity, Face, GasPath, Holder, Material, Mixing, OpenFace, OutOfRange, Pores, Property,
     PyrolysisHeat, Schedule, Sequence, Table,
 };
 use clock::Clock;
@@ -37,7 +37,8 @@ pub struct Plan {
     pub contact: u32,
     /// The cell over each sensor's face.
     pub sensor_cells: Vec<u32>,
-    /// Conductivity columns of a table: one, or solid, gas and radiative where a factor tells them apart.
+    /// Conductivity columns of a table: one; two, the last of them radiative, where a factor on density makes a ply more
+    /// opaque; solid, gas and radiative where a factor tells them apart.
     pub parts: usize,
     /// Levels of pressure in the tables: one where the pressure never changes.
     pub levels: usize,
@@ -52,6 +53,8 @@ pub struct Plan {
     pub gas: Option<GasPath>,
     /// Whether the back face lets gas through.
     pub back_is_open: bool,
+    /// Whether a holder takes heat sideways; where none does, nothing is spent on it.
+    pub has_holder: bool,
     /// Factors of a member; columns are one more.
     pub factors: usize,
     /// Where a ply refuses to leave its tables: the range of temperatures it allows, K.
@@ -107,12 +110,13 @@ impl Plan {
     pub fn new(case: &Case) -> Self {
         let grid = Grid::new(case);
         let clock = Clock::new(case);
-        let parts = if case.factors.iter().any(|factor| is_part(factor.property)) { 3 } else { 1 };
+        let parts = parts(case);
         let (levels, middle_pa) = tables::levels(case);
         let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
         let (sensor_cells, sensors) = grid.sensors.iter().map(|&(cell, sensor)| (cell as u32, sensor)).unzip();
+        let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
         let rows = Rows {
-            bulks: case.layup.plies.iter().map(|ply| bulk(&ply.material)).collect(),
+            bulks: case.layup.plies.iter().map(|ply| bulk(&ply.material, holder_w_m3_k)).collect(),
             substances: case.layup.plies.iter().flat_map(|ply| substances(&ply.material)).collect(),
             reactions: case.layup.plies.iter().flat_map(|ply| reactions(&ply.material)).collect(),
             contacts_m2_k_w: case.layup.contacts_w_m2_k.iter().map(|h| h.map_or(0.0, |h| 1.0 / h)).collect(),
@@ -138,6 +142,7 @@ impl Plan {
             paths: case.layup.plies.iter().flat_map(|ply| paths(&ply.material)).collect(),
             gas: case.gas.as_ref().map(|flow| flow.path),
             back_is_open: case.exposure.back_pressure_pa.is_some(),
+            has_holder: case.exposure.holder.is_some(),
             factors: case.factors.len(),
             allowed_k: case.layup.plies.iter().map(|ply| allowed(&ply.material)).collect(),
             rows,
@@ -197,8 +202,23 @@ fn instants(clock: &Clock) -> Vec<u32> {
         .collect()
 }
 
-fn is_part(property: Property) -> bool {
-    matches!(property, Property::ConductivitySolid | Property::ConductivityGas | Property::ConductivityRadiative)
+fn parts(case: &Case) -> usize {
+    let is_part = |property| {
+        matches!(property, Property::ConductivitySolid | Property::ConductivityGas | Property::ConductivityRadiative)
+    };
+    if case.factors.iter().any(|factor| is_part(factor.property)) {
+        3
+    } else if case.layup.plies.iter().any(|ply| extinction(case, ply) > 0) {
+        2
+    } else {
+        1
+    }
+}
+
+/// The column of the factor on the density of a ply, where extinction follows that.
+fn extinction(case: &Case, ply: &crate::case::Ply) -> u32 {
+    let follows = ply.material.conductivity.extinction_follows_density();
+    if follows { column(case, &ply.name, Property::Density) } else { 0 }
 }
 
 /// The ensemble column of the factor on a property of a ply (by its group or name), 0 where there is none.
@@ -238,6 +258,8 @@ fn plies(case: &Case, cells: &[(usize, usize)], parts: usize, levels: usize) -> 
             pyrolysis_heat: of(Property::PyrolysisHeat),
             char_yield: of(Property::CharYield),
             permeability: of(Property::Permeability),
+            holder: column(case, "", Property::Holder),
+            extinction: extinction(case, ply),
         };
         (state, reaction) = (state + states, reaction + reactions);
         row
@@ -262,8 +284,9 @@ fn paths(material: &Material) -> Vec<Path<u32>> {
         .collect()
 }
 
-fn bulk(material: &Material) -> Bulk<f64> {
-    let inert = Bulk { density_kg_m3: material.density_kg_m3, shrinkage: 0.0, by_volume: 0.0, absolute: 0.0 };
+fn bulk(material: &Material, holder_w_m3_k: f64) -> Bulk<f64> {
+    let density_kg_m3 = material.density_kg_m3;
+    let inert = Bulk { density_kg_m3, shrinkage: 0.0, by_volume: 0.0, absolute: 0.0, holder_w_m3_k };
     let flag = |is: bool| f64::from(u8::from(is));
     material.decomposition.as_ref().map_or(inert, |decomposition| Bulk {
         shrinkage: decomposition.shrinkage,
@@ -371,8 +394,9 @@ fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
     let sides = [(&exposure.hot_face, &exposure.pressure_pa), (&exposure.back_face, back_pressure_pa)];
     for step in clock.times_s.windows(2) {
         for (face, pressure_pa) in sides {
-            drives.push(drive(face, pressure_pa, |schedule| schedule.after(step[0])));
-            drives.push(drive(face, pressure_pa, |schedule| schedule.before(step[1])));
+            let holder = exposure.holder.as_ref();
+            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.after(step[0])));
+            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.before(step[1])));
         }
     }
     let end = [drives[drives.len() - 3], drives[drives.len() - 1]];
@@ -380,12 +404,24 @@ fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
     drives
 }
 
-fn drive(face: &Face, pressure_pa: &Schedule, read: impl Fn(&Schedule) -> f64) -> Drive<f64> {
+fn drive(
+    face: &Face,
+    holder: Option<&Holder>,
+    pressure_pa: &Schedule,
+    read: impl Fn(&Schedule) -> f64,
+) -> Drive<f64> {
+    let holder_k = holder.map_or(0.0, |holder| read(&holder.temperature_k));
     let pressure_pa = read(pressure_pa);
     match face {
-        Face::Held(temperature_k) => {
-            Drive { pressure_pa, flux_w_m2: 0.0, radiant_w_m2: 0.0, gas_k: 0.0, surroundings_k: 0.0, held_k: read(temperature_k) }
-        }
+        Face::Held(temperature_k) => Drive {
+            flux_w_m2: 0.0,
+            radiant_w_m2: 0.0,
+            gas_k: 0.0,
+            surroundings_k: 0.0,
+            pressure_pa,
+            held_k: read(temperature_k),
+            holder_k,
+        },
         Face::Open(open) => Drive {
             flux_w_m2: read(&open.flux_w_m2),
             radiant_w_m2: read(&open.radiant_w_m2),
@@ -393,6 +429,7 @@ fn drive(face: &Face, pressure_pa: &Schedule, read: impl Fn(&Schedule) -> f64) -
             surroundings_k: read(&open.surroundings_k),
             pressure_pa,
             held_k: 0.0,
+            holder_k,
         },
     }
 }

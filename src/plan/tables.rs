@@ -81,12 +81,13 @@ fn solid_table(conductivity: &Conductivity, heat_capacity: &Table, pressure_pa: 
     let mut columns = vec![vec![]; parts];
     let heat_capacities: Vec<f64> = nodes().map(|temperature_k| heat_capacity.at(temperature_k)).collect();
     for temperature_k in nodes() {
-        let conductivities = conductivity.parts(temperature_k, pressure_pa);
-        if parts == 1 {
-            columns[0].push(conductivities.iter().sum());
-        } else {
-            columns.iter_mut().zip(conductivities).for_each(|(column, part)| column.push(part));
-        }
+        let [solid, gas, radiative] = conductivity.parts(temperature_k, pressure_pa);
+        let told_apart = match parts {
+            1 => vec![solid + gas + radiative],
+            2 => vec![solid + gas, radiative],
+            _ => vec![solid, gas, radiative],
+        };
+        columns.iter_mut().zip(told_apart).for_each(|(column, part)| column.push(part));
     }
     let enthalpies = risen(&heat_capacities);
     columns.extend(columns.iter().map(|column| slopes(column)).collect::<Vec<_>>());

@@ -115,6 +115,7 @@ pub(super) fn meaning(factor: &Factor) -> String {
         Property::Heating => "heating of the hot face",
         Property::Contact => "contact conductance",
         Property::Loss => "losses from the back face",
+        Property::Holder => "losses to the holder",
     };
     if factor.group.is_empty() { property.to_owned() } else { format!("{property} of {}", factor.group) }
 }

@@ -1,4 +1,4 @@
-//! `[hot_face]` and `[back_face]`, and what runs through time: a value, a list of corners or a column of a CSV.
+//! `[hot_face]`, `[back_face]` and `[holder]`, and what runs through time: a value, a list of corners or a column of a CSV.
 
 use super::Folder;
 use super::layup::held_at;
@@ -6,7 +6,7 @@ use super::nearest::suggestion;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
 use crate::case::unit::Dimension;
-use crate::case::{Emissivity, Face, Layup, OpenFace, Schedule, Sensor};
+use crate::case::{Emissivity, Face, Holder, Layup, OpenFace, Schedule, Sensor};
 
 /// Of a face whose case names no surroundings, K.
 const ROOM_K: f64 = 300.0;
@@ -72,6 +72,19 @@ pub(super) fn pressure(written: Written<'_>, folder: &Folder<'_>) -> Read<Schedu
         Some(value) => Err(written.fault(format!("a pressure of {value} Pa is not positive"))),
         None => Ok(schedule),
     }
+}
+
+/// What the layup loses sideways, where the file says.
+pub(super) fn around(case: &Section<'_>, folder: &Folder<'_>) -> Read<Option<Holder>> {
+    let Some(written) = case.optional("holder") else {
+        return Ok(None);
+    };
+    let section = written.section()?;
+    let conductance_w_m3_k = section.positive("conductance", Dimension::VolumeConductance);
+    let temperature = section.required("temperature", Dimension::Temperature.expectation());
+    let temperature_k = temperature.and_then(|written| schedule(written, Dimension::Temperature, folder));
+    section.close();
+    Ok(Some(Holder { conductance_w_m3_k: conductance_w_m3_k?, temperature_k: temperature_k? }))
 }
 
 /// An unknown kind leaves the other keys unread: nobody knows what they should be.

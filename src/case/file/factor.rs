@@ -23,6 +23,7 @@ const PROPERTIES: &[(&str, Property)] = &[
     ("heating", Property::Heating),
     ("contact", Property::Contact),
     ("loss", Property::Loss),
+    ("holder", Property::Holder),
 ];
 
 /// What a factor may scale: the layup as marched, and its faces.
@@ -32,6 +33,7 @@ pub(super) struct Scaled<'a> {
     pub(super) hot_face: &'a Face,
     pub(super) back_face: &'a Face,
     pub(super) gas_path: Option<GasPath>,
+    pub(super) has_holder: bool,
 }
 
 /// The factors, in the order written. Where the layup or a face is at fault, only their own keys are read.
@@ -63,7 +65,7 @@ fn in_group(ply: &Ply, group: &str) -> bool {
 }
 
 fn has_plies(property: Property) -> bool {
-    !matches!(property, Property::Heating | Property::Contact | Property::Loss)
+    !matches!(property, Property::Heating | Property::Contact | Property::Loss | Property::Holder)
 }
 
 fn factor(section: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Factor> {
@@ -156,6 +158,7 @@ fn idle(property: Property, scaled: Scaled<'_>) -> Option<&'static str> {
         Property::Heating if matches!(scaled.hot_face, Face::Held(_)) => {
             Some("the hot face is held: there is no heating to scale")
         }
+        Property::Holder if !scaled.has_holder => Some("there is no [holder] to lose heat to"),
         Property::Loss if kept(scaled.back_face) => Some("the back face gives off nothing that could be scaled"),
         Property::Contact if scaled.layup.contacts_w_m2_k.iter().all(Option::is_none) => {
             Some("every contact is perfect: there is no conductance to scale")
@@ -166,7 +169,7 @@ fn idle(property: Property, scaled: Scaled<'_>) -> Option<&'static str> {
 
 /// Why a factor of a group of plies cannot be, which goes up to `highest`.
 fn refused(property: Property, group: &str, highest: f64, scaled: Scaled<'_>) -> Option<String> {
-    let Scaled { layup, hot_face, back_face, gas_path } = scaled;
+    let Scaled { layup, hot_face, back_face, gas_path, .. } = scaled;
     let plies: Vec<&Ply> = layup.plies.iter().filter(|ply| in_group(ply, group)).collect();
     if plies.is_empty() {
         let known = layup.plies.iter().flat_map(|ply| [ply.group.as_str(), ply.name.as_str()]);

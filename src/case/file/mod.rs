@@ -272,13 +272,14 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let sensors = layup::sensors(top, layup.as_ref().ok());
     let hot_face = exposure::hot_face(top, folder, layup.as_ref().ok(), sensors.as_deref().ok());
     let back_face = exposure::back_face(top, folder);
+    let holder = exposure::around(top, folder);
     let observations = observation::observations(top, folder, sensors.as_deref().ok(), duration_s);
     let marched = marched(layup, sensors.clone(), hot_face);
     let gas = gas::flow(top, folder, marched.as_ref().ok().map(|(layup, ..)| layup), back_face.as_ref().ok());
-    let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(gas.as_ref().ok());
-    let scaled = scaled.map(|(((layup, _, hot_face), BackFace { face: back_face, .. }), gas)| {
-        let gas_path = gas.as_ref().map(|gas| gas.path);
-        factor::Scaled { layup, hot_face, back_face, gas_path }
+    let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(gas.as_ref().ok().zip(holder.as_ref().ok()));
+    let scaled = scaled.map(|(((layup, _, hot_face), BackFace { face: back_face, .. }), (gas, holder))| {
+        let (gas_path, has_holder) = (gas.as_ref().map(|gas| gas.path), holder.is_some());
+        factor::Scaled { layup, hot_face, back_face, gas_path, has_holder }
     });
     let factors = factor::factors(top, scaled);
     let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);
@@ -293,7 +294,7 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
         initial_k: initial_k?,
         pressure_pa: pressure_pa?,
         back_pressure_pa: back_pressure.map(|(schedule, _)| schedule),
-        holder: None,
+        holder: holder?,
         hot_face,
         back_face,
     };

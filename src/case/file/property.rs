@@ -75,6 +75,7 @@ fn parts(section: &Section<'_>, density_kg_m3: f64) -> Read<Parts> {
         solid_exponent: solid_exponent?,
         pores: pores?,
         extinction_1_m: extinction_1_m?,
+        extinction_follows_density: specific.is_some(),
         range_k: range?,
     })
 }

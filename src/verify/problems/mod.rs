@@ -1,6 +1,7 @@
 //! The problems, by family.
 
 pub mod flexible;
+mod holder;
 mod layered;
 pub mod nonlinear;
 mod radiating;
@@ -21,7 +22,7 @@ const CELSIUS_K: f64 = 273.15;
 
 /// Every problem, the simplest first.
 pub fn all() -> Vec<Problem> {
-    [slab::problems(), layered::problems(), nonlinear::problems(), radiating::problems()]
+    [slab::problems(), layered::problems(), nonlinear::problems(), radiating::problems(), holder::problems()]
         .into_iter()
         .flatten()
         .collect()
