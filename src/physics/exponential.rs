@@ -30,6 +30,7 @@ const SERIES: [f64; 13] = [
 ];
 
 /// eˣ for x within ±80, and at the nearer end beyond.
+#[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
 #[inline(always)]
 pub fn exponential<R: Real>(x: R) -> R {
     let bounded = x.max(R::constant(-LARGEST)).min(R::constant(LARGEST));

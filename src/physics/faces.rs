@@ -53,6 +53,7 @@ pub fn blown<R: Real>(film_kg_m2_s: R, twice_blowing_kg_m2_s: R) -> R {
 
 /// Heat flux into the layup at a temperature. The slope leaves out that of the emissivity, which is slight;
 /// the scheme keeps its order with any slope.
+#[expect(clippy::too_many_arguments, reason = "the twin in WGSL takes the same scalars")]
 #[inline(always)]
 pub fn face_flux<R: Real>(
     drive: Drive<R::Scalar>,

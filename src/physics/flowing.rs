@@ -64,6 +64,7 @@ impl<R: Real> Member<'_, R> {
     }
 
     /// Gas in the pores of a cell at `T + Δ₁`.
+    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
     pub(super) fn porous(&self, p: usize, i: usize) -> Porous<R> {
         let ply = &self.plan.plies[p];

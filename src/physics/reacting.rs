@@ -36,6 +36,7 @@ impl<R: Real> Member<'_, R> {
     }
 
     /// Mass of a cell over that of the virgin material.
+    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
     pub(super) fn mass_left(&self, ply: usize, phases: [R; STATES_MAX]) -> R {
         let mut density = phases[0];
@@ -73,6 +74,7 @@ impl<R: Real> Member<'_, R> {
     }
 
     /// Emissivity of the ply behind a face.
+    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
     pub(super) fn face_emissivity(&self, face: usize, ply: usize, cell: usize, at: Spot<R>) -> R {
         let weights = self.weights_of(ply, self.phases_of(ply, cell));
@@ -148,6 +150,7 @@ impl<R: Real> Member<'_, R> {
     }
 
     /// Enthalpy of a cell over its virgin mass, J/kg.
+    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
     pub(super) fn solid_enthalpy(&self, ply: usize, phases: [R; STATES_MAX], at: Spot<R>) -> R {
         let mut sum = R::constant(0.0);
