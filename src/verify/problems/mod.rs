@@ -1,10 +1,14 @@
 //! The problems, by family.
 
+pub mod charring;
 pub mod flexible;
+mod kinetics;
 mod layered;
 pub mod nonlinear;
 mod radiating;
+mod seeping;
 mod slab;
+mod tacot;
 
 use super::problem::Problem;
 
@@ -21,8 +25,17 @@ const CELSIUS_K: f64 = 273.15;
 
 /// Every problem, the simplest first.
 pub fn all() -> Vec<Problem> {
-    [slab::problems(), layered::problems(), nonlinear::problems(), radiating::problems()]
-        .into_iter()
-        .flatten()
-        .collect()
+    [
+        slab::problems(),
+        layered::problems(),
+        nonlinear::problems(),
+        radiating::problems(),
+        kinetics::problems(),
+        seeping::problems(),
+        charring::problems(),
+        tacot::problems(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
