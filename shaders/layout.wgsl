@@ -36,6 +36,7 @@ struct Drive {
     gas_k: real,
     surroundings_k: real,
     held_k: real,
+    holder_k: real,
 }
 
 struct Sensor {
@@ -61,6 +62,8 @@ struct Ply {
     heat_capacity: u32,
     density: u32,
     thickness: u32,
+    holder: u32,
+    extinction: u32,
 }
 
 struct Scaling {
@@ -72,6 +75,7 @@ struct Scaling {
 
 struct Bulk {
     density_kg_m3: real,
+    holder_w_m3_k: real,
 }
 
 @group(0) @binding(0) var<uniform> run: Run;
@@ -96,7 +100,7 @@ struct Bulk {
 // Factor × member.
 @group(0) @binding(14) var<storage, read> factors: array<real>;
 // Slot × member: temperatures, readings and beads in two words each; then what a member leaves behind:
-// heat through the faces in two words each, heat stored, coldest and hottest of each ply.
+// sums of heat in two words each, heat stored, coldest and hottest of each ply.
 @group(0) @binding(15) var<storage, read_write> state: array<real>;
 // Instant × sensor × word × member.
 @group(0) @binding(16) var<storage, read_write> traces: array<real>;

@@ -2,6 +2,7 @@
 // step it only reads the sensors and sums up); all it needs to go on is in `state`, so that no dispatch is long and none runs out of the loops a driver allows it.
 
 const OUTCOME = 2u * CELLS + 4u * SENSORS;
+const EXTREMES = OUTCOME + 2u * HEATS + 1u;
 
 fn slot(index: u32) -> u32 {
     return index * run.members + member;
@@ -16,12 +17,12 @@ fn load() {
         readings[s] = Pair(state[slot(base)], state[slot(base + 1u)]);
         beads_now[s] = Pair(state[slot(base + 2u)], state[slot(base + 3u)]);
     }
-    for (var h = 0u; h < 4u; h++) {
+    for (var h = 0u; h < HEATS; h++) {
         heat[h] = Pair(state[slot(OUTCOME + 2u * h)], state[slot(OUTCOME + 2u * h + 1u)]);
     }
     for (var p = 0u; p < run.plies; p++) {
-        coldest[p] = state[slot(OUTCOME + 9u + 2u * p)];
-        hottest[p] = state[slot(OUTCOME + 10u + 2u * p)];
+        coldest[p] = state[slot(EXTREMES + 2u * p)];
+        hottest[p] = state[slot(EXTREMES + 1u + 2u * p)];
     }
     strayed = progress[run.members + member];
 }
@@ -36,14 +37,14 @@ fn save() -> u32 {
         state[slot(base + 2u)] = beads_now[s].high;
         state[slot(base + 3u)] = beads_now[s].low;
     }
-    for (var h = 0u; h < 4u; h++) {
+    for (var h = 0u; h < HEATS; h++) {
         state[slot(OUTCOME + 2u * h)] = heat[h].high;
         state[slot(OUTCOME + 2u * h + 1u)] = heat[h].low;
     }
-    state[slot(OUTCOME + 8u)] = stored_j_m2;
+    state[slot(OUTCOME + 2u * HEATS)] = stored_j_m2;
     for (var p = 0u; p < run.plies; p++) {
-        state[slot(OUTCOME + 9u + 2u * p)] = coldest[p];
-        state[slot(OUTCOME + 10u + 2u * p)] = hottest[p];
+        state[slot(EXTREMES + 2u * p)] = coldest[p];
+        state[slot(EXTREMES + 1u + 2u * p)] = hottest[p];
     }
     progress[run.members + member] = strayed;
     var saved = 0u;

@@ -5,6 +5,7 @@ struct PlyScale {
     gas: real,
     radiative: real,
     density_kg_m3: real,
+    holder_w_m3_k: real,
 }
 
 fn ply_scale(ply: Ply, bulk: Bulk) -> PlyScale {
@@ -14,8 +15,9 @@ fn ply_scale(ply: Ply, bulk: Bulk) -> PlyScale {
     return PlyScale(
         conductivity * column(ply.conductivity_solid),
         conductivity * column(ply.conductivity_gas),
-        conductivity * column(ply.conductivity_radiative),
+        conductivity * column(ply.conductivity_radiative) / column(ply.extinction),
         density * column(ply.heat_capacity) * thickness,
+        bulk.holder_w_m3_k * column(ply.holder) * thickness,
     );
 }
 
@@ -24,7 +26,9 @@ fn conductivity(spot: Spot, table: u32, scale: PlyScale) -> real {
     var sum = scale.solid * look_up(spot, columns, table);
     if PARTS == 3u {
         sum = sum + scale.gas * look_up(spot, columns, table + 1u);
-        sum = sum + scale.radiative * look_up(spot, columns, table + 2u);
+    }
+    if PARTS > 1u {
+        sum = sum + scale.radiative * look_up(spot, columns, table + PARTS - 1u);
     }
     return sum;
 }
@@ -34,7 +38,9 @@ fn conductivity_slope(spot: Spot, table: u32, scale: PlyScale) -> real {
     var sum = scale.solid * look_up(spot, columns, table + PARTS);
     if PARTS == 3u {
         sum = sum + scale.gas * look_up(spot, columns, table + PARTS + 1u);
-        sum = sum + scale.radiative * look_up(spot, columns, table + PARTS + 2u);
+    }
+    if PARTS > 1u {
+        sum = sum + scale.radiative * look_up(spot, columns, table + 2u * PARTS - 1u);
     }
     return sum;
 }

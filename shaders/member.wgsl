@@ -11,7 +11,7 @@ var<private> face_scales: array<FaceScale, 2>;
 var<private> temperatures: array<Pair, CELLS>;
 var<private> readings: array<Pair, SENSORS>;
 var<private> beads_now: array<Pair, SENSORS>;
-var<private> heat: array<Pair, 4>;
+var<private> heat: array<Pair, HEATS>;
 var<private> stored_j_m2: real;
 var<private> coldest: array<real, PLIES>;
 var<private> hottest: array<real, PLIES>;
@@ -127,7 +127,9 @@ fn through(face: u32, drive: Drive, cell: u32, neighbour: u32, column: u32) -> F
     let held = faces[face].held;
     let free = 1.0 - held;
     let conductance = conductances[min(cell, neighbour)];
-    let onward = conductance * difference(staged(cell), staged(neighbour));
+    let next = conductance * difference(staged(cell), staged(neighbour));
+    let sideways = conductance_sideways(face * (PLIES - 1u), cell);
+    let onward = next - flux_sideways(sideways, drive.holder_k, staged(cell));
     return FaceFlux(held * onward + free * open.flux, free * open.slope);
 }
 

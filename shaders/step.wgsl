@@ -9,6 +9,7 @@ fn advance(step: u32) {
     var start: Ends;
     var onward: array<vec2<real>, 2>;
     var by_schedule: vec2<real>;
+    var start_sideways = real(0.0);
     for (var stage = 0u; stage < run.stages; stage++) {
         properties(stage);
         if stage == 0u {
@@ -20,8 +21,13 @@ fn advance(step: u32) {
             }
         }
         let ends = imbalance(drives[4u * step + stage], drives[4u * step + 2u + stage]);
+        var sideways = real(0.0);
+        if HOLDER == 1u {
+            sideways = exchange(step, stage);
+        }
         if stage == 0u {
             start = ends;
+            start_sideways = sideways;
             onward[0] = vec2<real>(lower[0], upper[0]);
             onward[1] = vec2<real>(upper[LAST_CELL - 1u], lower[LAST_CELL - 1u]);
             by_schedule = driven(step, start);
@@ -37,6 +43,9 @@ fn advance(step: u32) {
         } else {
             account(0u, step, start.hot, ends.hot, onward[0], 0u, 1u);
             account(1u, step, start.back, ends.back, onward[1], LAST_CELL, LAST_CELL - 1u);
+            if HOLDER == 1u {
+                account_sideways(step, start_sideways, sideways);
+            }
         }
     }
     update(step);
@@ -68,6 +77,9 @@ fn assemble(step: u32, start: Ends, driven: vec2<real>) {
         lower[i] = -(gamma * arriving);
         upper[i] = -(gamma * returned);
         arriving = leaving;
+    }
+    if HOLDER == 1u {
+        brace();
     }
     for (var face = 0u; face < run.faces; face++) {
         let cell = face * LAST_CELL;

@@ -64,15 +64,21 @@ pub enum Arrival {
     },
 }
 
-/// Heat and gas through the two faces over the whole march, and what was stored of them: J/m² and kg/m². Heat is
-/// positive but for what is stored; gas counts out of the layup less into it.
+/// Heat through the two faces and from and to the holder over the whole march, gas through the faces, and what was
+/// stored of both: J/m² and kg/m². Heat is positive but where a field says otherwise; gas counts out of the layup.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
     pub hot_in_j_m2: f64,
     pub hot_out_j_m2: f64,
     pub back_in_j_m2: f64,
     pub back_out_j_m2: f64,
+    pub holder_in_j_m2: f64,
+    pub holder_out_j_m2: f64,
     pub stored_j_m2: f64,
+    /// Enthalpy that gas took along out of the layup, less what it brought; absolute where enthalpies are, so of either sign.
+    pub gas_heat_j_m2: f64,
+    /// Heat that reactions gave beyond the enthalpies of what they turned into what; nothing where those are absolute.
+    pub reaction_gain_j_m2: f64,
     /// Solid turned into gas.
     pub solid_lost_kg_m2: f64,
     /// Gas out through both faces.
@@ -82,12 +88,20 @@ pub struct Balance {
 }
 
 impl Balance {
+    /// From the sums that a member keeps: in and out through the hot face and the back face, from and to the holder.
+    pub fn new(sums_j_m2: [f64; 6], stored_j_m2: f64) -> Self {
+        let [hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, holder_in_j_m2, holder_out_j_m2] = sums_j_m2;
+        Self { hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, holder_in_j_m2, holder_out_j_m2, stored_j_m2, ..Self::default() }
+    }
+
     /// In less out less stored, relative to what came in.
     pub fn residual(&self) -> f64 {
-        let came_in = self.hot_in_j_m2 + self.back_in_j_m2;
-        let went_out = self.hot_out_j_m2 + self.back_out_j_m2;
-        let moved = came_in.max(went_out).max(self.stored_j_m2.abs());
-        if moved > 0.0 { (came_in - went_out - self.stored_j_m2) / moved } else { 0.0 }
+        let came_in = self.hot_in_j_m2 + self.back_in_j_m2 + self.holder_in_j_m2;
+        let went_out = self.hot_out_j_m2 + self.back_out_j_m2 + self.holder_out_j_m2;
+        let moved = came_in.max(went_out);
+        let moved = if moved > 0.0 { moved } else { self.stored_j_m2.abs() };
+        let left = came_in - went_out - self.gas_heat_j_m2 + self.reaction_gain_j_m2 - self.stored_j_m2;
+        if moved > 0.0 { left / moved } else { 0.0 }
     }
 
     /// Solid lost less gas out less gas stored, relative to the largest of them; nothing moved leaves no residual.

@@ -99,9 +99,9 @@ fn between_a_held_face_and_an_insulated_one_no_temperature_is_new() {
 }
 
 #[test]
-fn heat_capacity_and_density_are_one_and_the_same() {
-    let case = coarse();
-    let of = |property| case.factors.iter().position(|f| f.property == property && f.group == "INS").expect("varied");
+fn heat_capacity_and_density_are_one_and_the_same_where_density_does_not_shade() {
+    let case = with_factor(coarse(), "OF", Property::Density);
+    let of = |property| case.factors.iter().position(|f| f.property == property && f.group == "OF").expect("varied");
     let (capacity, density) = (of(Property::HeatCapacity), of(Property::Density));
     let mut rows = vec![1.0; 4 * case.factors.len()];
     let mut set = |member: usize, factor: usize, value: f64| rows[member * case.factors.len() + factor] = value;
@@ -219,7 +219,12 @@ fn a_nominal_member_is_the_case_itself() {
         marched(&case, &Ensemble::nominal(&case.factors), Precision::F64),
         marched(&without, &Ensemble::at(0, vec![]), Precision::F64),
     );
-    assert_eq!(with.temperatures_k, without.temperatures_k);
+    // Not to the last bit: a factor on density tells the radiative part from the rest, and a sum of two is rounded.
+    let apart_k = |other: &Traces| {
+        let pairs = with.temperatures_k.iter().zip(&other.temperatures_k);
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    assert!(apart_k(&without) <= ROUNDING_K, "{} K", apart_k(&without));
     let other = marched(&case, &varied(&case, 0, &[1.001]), Precision::F64);
-    assert_ne!(with.temperatures_k, other.temperatures_k);
+    assert!(apart_k(&other) > ROUNDING_K, "{} K", apart_k(&other));
 }

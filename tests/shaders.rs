@@ -167,6 +167,7 @@ const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("member", "note", "the processor hands readings to its caller, the device writes them to a binding"),
     ("member", "shown_k", "the host reads a member through it; the device has bindings"),
     ("member", "heat_j_m2", "the host reads a member through it; the device has bindings"),
+    ("member", "stored_j_m2", "the host reads a member through it; the device has bindings"),
     ("member", "extremes_k", "the host reads a member through it; the device has bindings"),
     ("member", "strayed", "the host reads a member through it; the device has bindings"),
 ];

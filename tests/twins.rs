@@ -6,6 +6,7 @@ use bondline::march::gpu::shader;
 use bondline::physics::Real;
 use bondline::physics::compensated::{Pair, advanced, difference, two_sum};
 use bondline::physics::faces::{FaceScale, face_flux};
+use bondline::physics::holder::flux_sideways;
 use bondline::physics::material::{
     PlyScale, conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across,
     heat_capacity,
@@ -13,7 +14,7 @@ use bondline::physics::material::{
 use bondline::physics::reading::{followed, reading};
 use bondline::physics::table::{integral, look_up, spot};
 use bondline::physics::tridiagonal::{factorise, substitute};
-use bondline::plan::layout::{Bead, Drive, FACE_COLUMNS, Face, NO_INSTANT, Sensor, TABLE_NODES, TABLE_STEP_K};
+use bondline::plan::layout::{Bead, Drive, FACE_COLUMNS, Face, HEATS, NO_INSTANT, Sensor, TABLE_NODES, TABLE_STEP_K};
 use bytemuck::Pod;
 
 const SAMPLES: usize = 4096;
@@ -54,6 +55,8 @@ where
         ("PLIES", 3),
         ("SENSORS", 1),
         ("PARTS", 3),
+        ("HOLDER", 1),
+        ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
         ("FACE_COLUMNS", FACE_COLUMNS as u32),
         ("NO_INSTANT", NO_INSTANT),
@@ -151,14 +154,16 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             },
         },
         Probe {
-            body: "let s = spot(x[0]); let scale = PlyScale(x[1], x[2], x[3], x[4]);
+            body: "let s = spot(x[0]); let scale = PlyScale(x[1], x[2], x[3], x[4], 0.0);
                    y[0] = conductivity(s, 0u, scale); y[1] = heat_capacity(s, 0u, scale);
                    y[2] = conductivity_slope(s, 0u, scale);",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5), (80.0, 1200.0)],
             outputs: 3,
             twin: &|x, tables, y| {
                 let s = spot(x[0]);
-                let scale = PlyScale { solid: x[1], gas: x[2], radiative: x[3], density_kg_m3: x[4] };
+                let none = W::scalar(0.0);
+                let scale =
+                    PlyScale { solid: x[1], gas: x[2], radiative: x[3], density_kg_m3: x[4], holder_w_m3_k: none };
                 put(
                     y,
                     &[
@@ -185,7 +190,7 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             twin: &|x, _, y| put(y, &[gain_across(x[0], x[1], x[2]), flux_slope(x[0], x[3], x[4], x[5])]),
         },
         Probe {
-            body: "let q = face_flux(Drive(x[0], x[1], x[2], x[4], 0.0), Face(x[3], x[5], 0.0),
+            body: "let q = face_flux(Drive(x[0], x[1], x[2], x[4], 0.0, 0.0), Face(x[3], x[5], 0.0),
                        FaceScale(x[6], x[7], x[8], x[9]), x[10], x[11], x[12], x[13]);
                    y[0] = q.flux; y[1] = q.slope;",
             inputs: vec![
@@ -212,12 +217,19 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
                     gas_k: x[2],
                     surroundings_k: x[4],
                     held_k: W::scalar(0.0),
+                    holder_k: W::scalar(0.0),
                 };
                 let face = Face { film_w_m2_k: x[3], hot_wall_kg_j: x[5], held: W::scalar(0.0) };
                 let scale = FaceScale { heating: x[6], film: x[7], exchange: x[8], emissivity: x[9] };
                 let q = face_flux(drive, face, scale, x[10], x[11], x[12], x[13]);
                 put(y, &[q.flux, q.slope]);
             },
+        },
+        Probe {
+            body: "y[0] = flux_sideways(x[0], x[1], Pair(x[2], x[3]));",
+            inputs: vec![(0.0, 50.0), (280.0, 310.0), hot, low],
+            outputs: 1,
+            twin: &|x, _, y| put(y, &[flux_sideways(x[0], x[1], pair(x, 2))]),
         },
         Probe {
             body: "let r = reading(Pair(x[0], x[1]), Pair(x[2], x[3]), x[4], x[5], x[6],

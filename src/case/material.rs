@@ -92,6 +92,8 @@ pub struct Parts {
     pub pores: Vec<(f64, f64)>,
     /// Rosseland extinction β, 1/m; `None` has no radiative part.
     pub extinction_1_m: Option<f64>,
+    /// Whether β was stated by mass, so that a felt of other density is as much more or less opaque.
+    pub extinction_follows_density: bool,
     /// Temperatures for which the fit holds, K.
     pub range_k: (f64, f64),
 }
@@ -107,6 +109,11 @@ impl Conductivity {
             Self::Tables(tables) => [between(tables, temperature_k, pressure_pa), 0.0, 0.0],
             Self::Parts(parts) => parts.at(temperature_k, pressure_pa),
         }
+    }
+
+    /// Whether radiation passes the less the denser the material is.
+    pub fn extinction_follows_density(&self) -> bool {
+        matches!(self, Self::Parts(parts) if parts.extinction_follows_density)
     }
 
     /// The temperatures for which it is known, K.

@@ -22,7 +22,7 @@ use super::member::{Ends, Member};
 use super::tridiagonal::{factorise, substitute};
 use crate::plan::layout::{TABLE_NODES, TABLE_STEP_K};
 
-const GAMMA: f64 = 0.292_893_218_813_452_4;
+pub(super) const GAMMA: f64 = 0.292_893_218_813_452_4;
 /// Round-off below absolute zero is forgiven, a kelvin is not.
 const STRAY_MARGIN_K: f32 = 1.0;
 /// From the margin to the last node of the tables.
@@ -39,8 +39,16 @@ impl<R: Real> Member<'_, R> {
         let mut start = Ends { hot: none, back: none };
         let mut onward = [[none.flux; 2]; 2];
         let mut driven = [none.flux; 2];
+        let mut start_sideways = none.flux;
         for stage in 0..2 {
-            self.properties(stage);
+            if self.plan.gas.is_some() {
+                if step < self.plan.steps() {
+                    self.react(step, stage);
+                }
+                self.flow(step, stage);
+                self.blown = self.leaving[stage];
+            }
+            self.properties(step, stage);
             if stage == 0 {
                 self.look(step);
                 note(self);
@@ -49,9 +57,14 @@ impl<R: Real> Member<'_, R> {
                     return;
                 }
             }
-            let ends = self.imbalance(self.rows.drives[4 * step + stage], self.rows.drives[4 * step + 2 + stage]);
+            let mut ends = self.imbalance(self.rows.drives[4 * step + stage], self.rows.drives[4 * step + 2 + stage]);
+            if self.plan.gas.is_some() {
+                ends = self.warm(step, stage, ends);
+            }
+            let sideways = if self.plan.has_holder { self.exchange(step, stage) } else { none.flux };
             if stage == 0 {
                 start = ends;
+                start_sideways = sideways;
                 onward = [[self.lower[0], self.upper[0]], [self.upper[last - 1], self.lower[last - 1]]];
                 driven = self.driven(step, &start);
                 self.assemble(step, &start, driven);
@@ -66,6 +79,9 @@ impl<R: Real> Member<'_, R> {
             } else {
                 self.account(0, step, start.hot, ends.hot, onward[0], 0, 1);
                 self.account(1, step, start.back, ends.back, onward[1], last, last - 1);
+                if self.plan.has_holder {
+                    self.account_sideways(step, start_sideways, sideways);
+                }
             }
         }
         self.update(step);
@@ -83,8 +99,8 @@ impl<R: Real> Member<'_, R> {
     fn driven(&self, step: usize, start: &Ends<R>) -> [R; 2] {
         let last = self.second.len() - 1;
         let gamma = R::constant(GAMMA);
-        let hot = self.through(0, self.rows.drives[4 * step + 1], 0, 1, 0);
-        let back = self.through(1, self.rows.drives[4 * step + 3], last, last - 1, 3);
+        let hot = self.through(0, self.rows.drives[4 * step + 1], 0, 1);
+        let back = self.through(1, self.rows.drives[4 * step + 3], last, last - 1);
         [gamma * (hot.flux - start.hot.flux), gamma * (back.flux - start.back.flux)]
     }
 
@@ -107,6 +123,9 @@ impl<R: Real> Member<'_, R> {
             self.lower[i] = -(gamma * arriving);
             self.upper[i] = -(gamma * returned);
             arriving = leaving;
+        }
+        if self.plan.has_holder {
+            self.brace();
         }
         for (cell, face, slope) in [(0, 0, start.hot.slope), (last, 1, start.back.slope)] {
             let held = R::of(self.rows.faces[face].held);

@@ -52,6 +52,7 @@ fn settle(mut times_s: Vec<f64>, duration_s: f64) -> Vec<f64> {
 /// Where the exposure has a kink or a jump.
 fn corners(case: &Case) -> Vec<f64> {
     let mut corners_s = vec![0.0];
+    corners_s.extend(case.exposure.holder.iter().flat_map(|holder| &holder.temperature_k.times_s));
     for face in [&case.exposure.hot_face, &case.exposure.back_face] {
         match face {
             Face::Held(temperature_k) => corners_s.extend(&temperature_k.times_s),

@@ -107,9 +107,15 @@ pub(super) fn meaning(factor: &Factor) -> String {
         Property::Density => "density",
         Property::Emissivity => "emissivity",
         Property::Thickness => "thickness",
+        Property::Kinetics => "rates of reaction",
+        Property::ActivationEnergy => "activation energies",
+        Property::PyrolysisHeat => "heat of pyrolysis",
+        Property::CharYield => "char yield",
+        Property::Permeability => "permeability",
         Property::Heating => "heating of the hot face",
         Property::Contact => "contact conductance",
         Property::Loss => "losses from the back face",
+        Property::Holder => "losses to the holder",
     };
     if factor.group.is_empty() { property.to_owned() } else { format!("{property} of {}", factor.group) }
 }

@@ -1,4 +1,4 @@
-//! `[hot_face]` and `[back_face]`, and what runs through time: a value, a list of corners or a column of a CSV.
+//! `[hot_face]`, `[back_face]` and `[holder]`, and what runs through time: a value, a list of corners or a column of a CSV.
 
 use super::Folder;
 use super::layup::held_at;
@@ -6,7 +6,7 @@ use super::nearest::suggestion;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
 use crate::case::unit::Dimension;
-use crate::case::{Emissivity, Face, Layup, OpenFace, Schedule, Sensor};
+use crate::case::{Emissivity, Face, Holder, Layup, OpenFace, Schedule, Sensor};
 
 /// Of a face whose case names no surroundings, K.
 const ROOM_K: f64 = 300.0;
@@ -15,6 +15,12 @@ const ROOM_K: f64 = 300.0;
 pub(super) struct HotFace<'a> {
     pub(super) face: Face,
     pub(super) held: Option<(f64, Written<'a>)>,
+}
+
+/// A back face, and the pressure there where it lets gas through.
+pub(super) struct BackFace<'a> {
+    pub(super) face: Face,
+    pub(super) pressure: Option<(Schedule, Written<'a>)>,
 }
 
 pub(super) fn hot_face<'a>(
@@ -43,9 +49,9 @@ pub(super) fn hot_face<'a>(
     face
 }
 
-pub(super) fn back_face(case: &Section<'_>, folder: &Folder<'_>) -> Read<Face> {
+pub(super) fn back_face<'a>(case: &Section<'a>, folder: &Folder<'_>) -> Read<BackFace<'a>> {
     let Some(written) = case.optional("back_face") else {
-        return Ok(Face::Open(OpenFace::insulated()));
+        return Ok(BackFace { face: Face::Open(OpenFace::insulated()), pressure: None });
     };
     let section = written.section()?;
     let face = match kind(&section, &["insulated", "cooled", "holder", "held"])? {
@@ -54,8 +60,31 @@ pub(super) fn back_face(case: &Section<'_>, folder: &Folder<'_>) -> Read<Face> {
         "holder" => holder(&section, folder).map(Face::Open),
         _ => held(&section, folder),
     };
+    let pressure = section.optional("pressure").map(|written| Ok((pressure(written, folder)?, written))).transpose();
     section.close();
-    face
+    Ok(BackFace { face: face?, pressure: pressure? })
+}
+
+/// A pressure through time, above zero.
+pub(super) fn pressure(written: Written<'_>, folder: &Folder<'_>) -> Read<Schedule> {
+    let schedule = schedule(written, Dimension::Pressure, folder)?;
+    match schedule.values.iter().find(|value| **value <= 0.0) {
+        Some(value) => Err(written.fault(format!("a pressure of {value} Pa is not positive"))),
+        None => Ok(schedule),
+    }
+}
+
+/// What the layup loses sideways, where the file says.
+pub(super) fn around(case: &Section<'_>, folder: &Folder<'_>) -> Read<Option<Holder>> {
+    let Some(written) = case.optional("holder") else {
+        return Ok(None);
+    };
+    let section = written.section()?;
+    let conductance_w_m3_k = section.positive("conductance", Dimension::VolumeConductance);
+    let temperature = section.required("temperature", Dimension::Temperature.expectation());
+    let temperature_k = temperature.and_then(|written| schedule(written, Dimension::Temperature, folder));
+    section.close();
+    Ok(Some(Holder { conductance_w_m3_k: conductance_w_m3_k?, temperature_k: temperature_k? }))
 }
 
 /// An unknown kind leaves the other keys unread: nobody knows what they should be.
@@ -95,6 +124,7 @@ fn heated(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
     };
     let emissivity = emissivity(section);
     let surroundings_k = surroundings(section, folder);
+    let blowing = section.optional("blowing").map_or(Ok(0.0), |written| blowing(written, recovery.is_some()));
     lacks?;
     let (film_w_m2_k, gas_k) = film?;
     Ok(OpenFace {
@@ -106,8 +136,20 @@ fn heated(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
         gas_k,
         emissivity: emissivity?,
         surroundings_k: surroundings_k?,
-        blowing: 0.0,
+        blowing: blowing?,
     })
+}
+
+/// The blowing correction needs a film coefficient, which a flux has by its recovery enthalpy.
+fn blowing(written: Written<'_>, corrected: bool) -> Read<f64> {
+    let lambda = written.number()?;
+    if !(0.0..=1.0).contains(&lambda) {
+        return Err(written.fault(format!("blowing {lambda} lies outside 0 to 1: 0.5 laminar, 0.4 turbulent")));
+    }
+    if lambda > 0.0 && !corrected {
+        return Err(written.fault("blowing reduces a `flux` with a `recovery_enthalpy`, and there is none"));
+    }
+    Ok(lambda)
 }
 
 /// What a face radiates to; a room where the file is silent.

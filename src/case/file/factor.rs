@@ -4,7 +4,7 @@ use super::layup::names;
 use super::nearest::suggestion;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
-use crate::case::{Conductivity, Emissivity, Face, Factor, Layup, Ply, Property};
+use crate::case::{Conductivity, Emissivity, Face, Factor, GasPath, Layup, Ply, Property, PyrolysisHeat};
 
 const PROPERTIES: &[(&str, Property)] = &[
     ("conductivity", Property::Conductivity),
@@ -15,9 +15,15 @@ const PROPERTIES: &[(&str, Property)] = &[
     ("density", Property::Density),
     ("emissivity", Property::Emissivity),
     ("thickness", Property::Thickness),
+    ("kinetics", Property::Kinetics),
+    ("activation_energy", Property::ActivationEnergy),
+    ("pyrolysis_heat", Property::PyrolysisHeat),
+    ("char_yield", Property::CharYield),
+    ("permeability", Property::Permeability),
     ("heating", Property::Heating),
     ("contact", Property::Contact),
     ("loss", Property::Loss),
+    ("holder", Property::Holder),
 ];
 
 /// What a factor may scale: the layup as marched, and its faces.
@@ -26,6 +32,8 @@ pub(super) struct Scaled<'a> {
     pub(super) layup: &'a Layup,
     pub(super) hot_face: &'a Face,
     pub(super) back_face: &'a Face,
+    pub(super) gas_path: Option<GasPath>,
+    pub(super) has_holder: bool,
 }
 
 /// The factors, in the order written. Where the layup or a face is at fault, only their own keys are read.
@@ -57,7 +65,7 @@ fn in_group(ply: &Ply, group: &str) -> bool {
 }
 
 fn has_plies(property: Property) -> bool {
-    !matches!(property, Property::Heating | Property::Contact | Property::Loss)
+    !matches!(property, Property::Heating | Property::Contact | Property::Loss | Property::Holder)
 }
 
 fn factor(section: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Factor> {
@@ -67,7 +75,8 @@ fn factor(section: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Factor> {
     let small = section.required("small", "bounds such as [0.75, 1.25]").and_then(bounds);
     let large = section.optional("large").map_or(small, bounds);
     let nominal = section.optional("nominal").map(Written::number).transpose();
-    let scales = property.and_then(|property| scales(section, property, group, scaled));
+    let highest = large.map_or(1.0, |(_, high)| high);
+    let scales = property.and_then(|property| scales(section, property, group, highest, scaled));
     section.close();
     let (name, small, large, nominal) = (name?, small?, large?, nominal?.unwrap_or(1.0));
     if large.0 > small.0 || large.1 < small.1 {
@@ -121,6 +130,7 @@ fn scales(
     section: &Section<'_>,
     property: Property,
     group: Option<Written<'_>>,
+    highest: f64,
     scaled: Option<Scaled<'_>>,
 ) -> Read<String> {
     match (group, has_plies(property)) {
@@ -132,7 +142,7 @@ fn scales(
         }
         (Some(written), true) => {
             let group = written.text()?;
-            let refused = scaled.and_then(|scaled| refused(property, group, scaled));
+            let refused = scaled.and_then(|scaled| refused(property, group, highest, scaled));
             refused.map_or(Ok(group.to_owned()), |reason| Err(written.fault(reason)))
         }
     }
@@ -148,6 +158,7 @@ fn idle(property: Property, scaled: Scaled<'_>) -> Option<&'static str> {
         Property::Heating if matches!(scaled.hot_face, Face::Held(_)) => {
             Some("the hot face is held: there is no heating to scale")
         }
+        Property::Holder if !scaled.has_holder => Some("there is no [holder] to lose heat to"),
         Property::Loss if kept(scaled.back_face) => Some("the back face gives off nothing that could be scaled"),
         Property::Contact if scaled.layup.contacts_w_m2_k.iter().all(Option::is_none) => {
             Some("every contact is perfect: there is no conductance to scale")
@@ -156,9 +167,9 @@ fn idle(property: Property, scaled: Scaled<'_>) -> Option<&'static str> {
     }
 }
 
-/// Why a factor of a group of plies cannot be.
-fn refused(property: Property, group: &str, scaled: Scaled<'_>) -> Option<String> {
-    let Scaled { layup, hot_face, back_face } = scaled;
+/// Why a factor of a group of plies cannot be, which goes up to `highest`.
+fn refused(property: Property, group: &str, highest: f64, scaled: Scaled<'_>) -> Option<String> {
+    let Scaled { layup, hot_face, back_face, gas_path, .. } = scaled;
     let plies: Vec<&Ply> = layup.plies.iter().filter(|ply| in_group(ply, group)).collect();
     if plies.is_empty() {
         let known = layup.plies.iter().flat_map(|ply| [ply.group.as_str(), ply.name.as_str()]);
@@ -177,6 +188,16 @@ fn refused(property: Property, group: &str, scaled: Scaled<'_>) -> Option<String
             let idle = !faces.iter().any(radiates);
             return idle.then(|| format!("no open face with the emissivity of its material is of group {group:?}"));
         }
+        Property::Kinetics | Property::ActivationEnergy | Property::PyrolysisHeat | Property::CharYield => {
+            return plies.into_iter().find_map(|ply| unreacting(property, ply, highest));
+        }
+        Property::Permeability => {
+            if gas_path != Some(GasPath::Darcy) {
+                return Some("no gas flows by Darcy's law: there is no permeability to scale".to_owned());
+            }
+            let sealed = plies.into_iter().find(|ply| ply.material.pores.permeability_m2 == 0.0)?;
+            return Some(format!("{:?} (ply {:?}) lets nothing through", sealed.material.id, sealed.name));
+        }
         _ => return None,
     };
     let lacks = plies.iter().find(|ply| match &ply.material.conductivity {
@@ -189,4 +210,22 @@ fn refused(property: Property, group: &str, scaled: Scaled<'_>) -> Option<String
     })?;
     let part = ["solid", "gas", "radiative"][part];
     Some(format!("the conductivity of {:?} (ply {:?}) has no {part} part", lacks.material.id, lacks.name))
+}
+
+/// Why the reactions of a ply cannot be scaled.
+fn unreacting(property: Property, ply: &Ply, highest: f64) -> Option<String> {
+    let (id, name) = (&ply.material.id, &ply.name);
+    let Some(decomposition) = &ply.material.decomposition else {
+        return Some(format!("{id:?} (ply {name:?}) does not decompose"));
+    };
+    let left = 1.0 - decomposition.loss();
+    match property {
+        Property::CharYield if left * highest >= 1.0 => {
+            Some(format!("{highest} times the {left:.3} that {id:?} (ply {name:?}) leaves is no less than all of it"))
+        }
+        Property::PyrolysisHeat if decomposition.heat != PyrolysisHeat::OfReaction => {
+            Some(format!("the heat of {id:?} (ply {name:?}) lies in absolute enthalpies: there is none to scale"))
+        }
+        _ => None,
+    }
 }

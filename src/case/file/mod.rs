@@ -4,12 +4,15 @@
 //! fault, and reading goes on past a fault so that all of them are told at once. `cases/README.md` is the reference
 //! of its keys.
 
+mod decomposition;
 mod exposure;
 mod factor;
+mod gas;
 mod layup;
 mod material;
 mod nearest;
 mod observation;
+mod property;
 mod sheet;
 mod source;
 #[cfg(test)]
@@ -20,8 +23,8 @@ use super::error::{CaseError, Faults, Place, Read};
 use super::library;
 use super::material::Material;
 use super::unit::Dimension;
-use super::{Case, Exposure, Face, Layup, Resolution, Schedule, Sensor};
-use exposure::HotFace;
+use super::{Case, Exposure, Face, Gas, Layup, Resolution, Schedule, Sensor};
+use exposure::{BackFace, HotFace};
 use nearest::suggestion;
 use sheet::{Series, Sheet};
 use std::cell::RefCell;
@@ -91,13 +94,47 @@ impl Material {
     }
 }
 
+impl Gas {
+    /// The gas of a file.
+    ///
+    /// # Errors
+    /// Every fault of the file, each with its line and column.
+    pub fn load(path: &Path) -> Result<Self, CaseError> {
+        let faults = Faults::default();
+        let gas = document(path, &faults).and_then(|root| gas::filed(root.read(&faults), id(path)));
+        faults.settle(gas.map(|filed| filed.gas))
+    }
+
+    /// A gas of the database that is built in; `-` in a name is as good as `_`.
+    ///
+    /// # Errors
+    /// No such gas: the names that there are, the nearest first.
+    pub fn named(id: &str) -> Result<Self, CaseError> {
+        let faults = Faults::default();
+        let gas = match library::gas_text(id) {
+            Some((id, text)) => shipped_gas(id, text, &faults),
+            None => Err(faults.record(&Place::whole(id), unknown_gas(id))),
+        };
+        faults.settle(gas.map(|filed| filed.gas))
+    }
+}
+
 fn unknown_material(id: &str) -> String {
     format!("unknown material {id:?}{}", suggestion(id, library::known()))
+}
+
+fn unknown_gas(id: &str) -> String {
+    format!("unknown gas {id:?}{}", suggestion(id, library::known_gases()))
 }
 
 fn shipped(id: &str, text: &str, faults: &Faults) -> Read<Material> {
     let root = Node::document(text, &format!("data/materials/{id}.toml"), faults)?;
     material::material(root.read(faults), id.to_owned())
+}
+
+fn shipped_gas(id: &str, text: &str, faults: &Faults) -> Read<gas::Filed> {
+    let root = Node::document(text, &format!("data/gases/{id}.toml"), faults)?;
+    gas::filed(root.read(faults), id.to_owned())
 }
 
 fn document(file: &Path, faults: &Faults) -> Read<Node> {
@@ -153,23 +190,40 @@ impl Folder<'_> {
     /// `"pyrogel3350"`: of `materials/pyrogel3350.toml` beside the case where there is one, else of the database that is
     /// built in; or `{ file = "mine.toml" }`.
     fn material(&self, written: Written<'_>) -> Read<Arc<Material>> {
+        if let Some((file, id)) = self.own(written, "materials")? {
+            return self.shared(&file.display().to_string(), || {
+                material::material(document(&file, self.faults)?.read(self.faults), id)
+            });
+        }
+        let id = written.text()?;
+        let (id, text) = library::text(id).ok_or_else(|| written.fault(unknown_material(id)))?;
+        self.shared(id, || shipped(id, text, self.faults))
+    }
+
+    /// As a material, its folder `gases`.
+    fn gas(&self, written: Written<'_>) -> Read<gas::Filed> {
+        if let Some((file, id)) = self.own(written, "gases")? {
+            return gas::filed(document(&file, self.faults)?.read(self.faults), id);
+        }
+        let id = written.text()?;
+        let (id, text) = library::gas_text(id).ok_or_else(|| written.fault(unknown_gas(id)))?;
+        shipped_gas(id, text, self.faults)
+    }
+
+    /// The file and the id of what lies beside the case; `None` of what can only be built in.
+    fn own(&self, written: Written<'_>, folder: &str) -> Read<Option<(PathBuf, String)>> {
         if written.is_table() {
             let section = written.section()?;
             let file = section.required("file", "a file such as \"mine.toml\"").and_then(|file| self.file(file));
             section.close();
             let file = file?;
-            return self.shared(&file.display().to_string(), || {
-                material::material(document(&file, self.faults)?.read(self.faults), id(&file))
-            });
+            let id = id(&file);
+            return Ok(Some((file, id)));
         }
         let id = written.text()?.replace('-', "_");
         let known = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        let own = self.path.join("materials").join(format!("{id}.toml"));
-        if id.chars().all(known) && own.is_file() {
-            return self.shared(&id, || material::material(document(&own, self.faults)?.read(self.faults), id.clone()));
-        }
-        let (id, text) = library::text(&id).ok_or_else(|| written.fault(unknown_material(&id)))?;
-        self.shared(id, || shipped(id, text, self.faults))
+        let own = self.path.join(folder).join(format!("{id}.toml"));
+        Ok((id.chars().all(known) && own.is_file()).then_some((own, id)))
     }
 
     fn shared(&self, key: &str, read: impl FnOnce() -> Read<Material>) -> Read<Arc<Material>> {
@@ -209,17 +263,24 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let name = top.text_or("name", &id);
     let note = top.text_or("note", "");
     let duration_s = top.positive("duration", Dimension::Time);
-    let pressure_pa = top.positive_or("pressure", Dimension::Pressure, 101_325.0);
+    let atmosphere = || Ok(Schedule::constant(101_325.0));
+    let pressure = top.optional("pressure");
+    let pressure_pa = pressure.map_or_else(atmosphere, |written| exposure::pressure(written, folder));
     let initial = top.required("initial_temperature", Dimension::Temperature.expectation());
     let initial_k = initial.and_then(exposure::initial);
-    let layup = layup::layup(top, folder);
+    let layup = gas::reacting(top, layup::layup(top, folder));
     let sensors = layup::sensors(top, layup.as_ref().ok());
     let hot_face = exposure::hot_face(top, folder, layup.as_ref().ok(), sensors.as_deref().ok());
     let back_face = exposure::back_face(top, folder);
+    let holder = exposure::around(top, folder);
     let observations = observation::observations(top, folder, sensors.as_deref().ok(), duration_s);
     let marched = marched(layup, sensors.clone(), hot_face);
-    let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok());
-    let scaled = scaled.map(|((layup, _, hot_face), back_face)| factor::Scaled { layup, hot_face, back_face });
+    let gas = gas::flow(top, folder, marched.as_ref().ok().map(|(layup, ..)| layup), back_face.as_ref().ok());
+    let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(gas.as_ref().ok().zip(holder.as_ref().ok()));
+    let scaled = scaled.map(|(((layup, _, hot_face), BackFace { face: back_face, .. }), (gas, holder))| {
+        let (gas_path, has_holder) = (gas.as_ref().map(|gas| gas.path), holder.is_some());
+        factor::Scaled { layup, hot_face, back_face, gas_path, has_holder }
+    });
     let factors = factor::factors(top, scaled);
     let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);
     let plies = marched.as_ref().map_or(1, |(layup, ..)| layup.plies.len());
@@ -227,14 +288,15 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     top.close();
 
     let (layup, sensors, hot_face) = marched?;
+    let BackFace { face: back_face, pressure: back_pressure } = back_face?;
     let exposure = Exposure {
         duration_s: duration_s?,
         initial_k: initial_k?,
-        pressure_pa: Schedule::constant(pressure_pa?),
-        back_pressure_pa: None,
-        holder: None,
+        pressure_pa: pressure_pa?,
+        back_pressure_pa: back_pressure.map(|(schedule, _)| schedule),
+        holder: holder?,
         hot_face,
-        back_face: back_face?,
+        back_face,
     };
     Ok(Case {
         id,
@@ -242,7 +304,7 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
         note: note?,
         layup,
         sensors,
-        gas: None,
+        gas: gas?,
         exposure,
         factors: factors?,
         observations: observations?,

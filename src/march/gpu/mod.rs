@@ -11,9 +11,11 @@ pub mod shader;
 use super::{Backend, March, MarchError, Precision, arrival};
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
+use crate::plan::layout::HEATS;
 use crate::traces::{Balance, Traces};
 use bytemuck::{Pod, Zeroable};
 use device::Device;
+use std::array::from_fn;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -234,9 +236,12 @@ impl Gpu {
     }
 }
 
+/// Words of the sums of heat, in two words each, and of the heat stored: where the extremes begin.
+const HEATS_END: usize = 2 * HEATS + 1;
+
 /// Words of one member in the state: two a cell, four a sensor, then what it leaves behind.
 fn state_words(plan: &Plan) -> usize {
-    2 * plan.cells() + 4 * plan.sensor_cells.len() + 9 + 2 * plan.plies.len()
+    2 * plan.cells() + 4 * plan.sensor_cells.len() + HEATS_END + 2 * plan.plies.len()
 }
 
 /// Words of one member in the traces.
@@ -271,17 +276,10 @@ fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], 
         let word = |index: usize| left[index * count + member].real();
         let heat = |index: usize| word(2 * index) + word(2 * index + 1);
         let extremes_k: Vec<(f64, f64)> =
-            (0..plan.plies.len()).map(|ply| (word(9 + 2 * ply), word(10 + 2 * ply))).collect();
+            (0..plan.plies.len()).map(|ply| (word(HEATS_END + 2 * ply), word(HEATS_END + 1 + 2 * ply))).collect();
         let step = (strayed[member] as usize).checked_sub(1);
         traces.arrivals.push(arrival(plan, step, &extremes_k));
-        traces.balances.push(Balance {
-            hot_in_j_m2: heat(0),
-            hot_out_j_m2: heat(1),
-            back_in_j_m2: heat(2),
-            back_out_j_m2: heat(3),
-            stored_j_m2: word(8),
-            ..Balance::default()
-        });
+        traces.balances.push(Balance::new(from_fn(heat), word(2 * HEATS)));
         traces.extremes_k.extend(extremes_k);
     }
     traces

@@ -6,7 +6,7 @@
 
 use crate::march::Precision;
 use crate::plan::Plan;
-use crate::plan::layout::{FACE_COLUMNS, NO_INSTANT, TABLE_NODES, TABLE_STEP_K};
+use crate::plan::layout::{AIR_COLUMNS, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, TABLE_NODES, TABLE_STEP_K};
 use std::fmt::Write;
 
 /// Invocations in a workgroup: two subgroups of hardware, and no matter to a software device.
@@ -29,6 +29,7 @@ pub const PARTS: &[(&str, &str)] = &[
     part!("tridiagonal"),
     part!("reading"),
     part!("member"),
+    part!("holder"),
     part!("step"),
 ];
 
@@ -47,8 +48,12 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
         ("PLIES", plan.plies.len() as u32),
         ("SENSORS", plan.sensor_cells.len() as u32),
         ("PARTS", plan.parts as u32),
+        ("HOLDER", u32::from(plan.has_holder)),
+        ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
-        ("FACE_COLUMNS", FACE_COLUMNS as u32),
+        ("AIR_COLUMNS", AIR_COLUMNS as u32),
+        ("GAS_COLUMNS", GAS_COLUMNS as u32),
+        ("GAUGES", GAUGES as u32),
         ("NO_INSTANT", NO_INSTANT),
         ("WORKGROUP", WORKGROUP),
     ];
@@ -74,8 +79,9 @@ pub fn loop_turns(plan: &Plan) -> (u32, u32) {
     let properties = 2 * cells + plies;
     let stage = properties + cells + 2 * cells;
     let step = 2 * stage + cells + cells + cells + 2 + 2 + 2 + cells + (cells + plies) + 2 * sensors + 2 + 1;
-    let around = 2 * (cells + sensors + plies + 4) + (plies + cells) + 2;
-    (step, around)
+    let sideways = if plan.has_holder { 4 * (cells + plies) } else { 0 };
+    let around = 2 * (cells + sensors + plies + HEATS as u32) + (plies + cells) + 2;
+    (step + sideways, around)
 }
 
 /// Loop turns a dispatch may take on a software device, which silently ends all loops of an invocation

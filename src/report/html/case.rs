@@ -123,7 +123,14 @@ fn exposure(exposure: &Exposure) -> String {
             format!("Starts between {} and {} over depth.", words::kelvin(coldest), words::kelvin(hottest))
         }
     };
-    let said = [
+    let beside = exposure.holder.as_ref().map(|holder| {
+        format!(
+            "Beside: a holder at {}, {} kW/m³/K.",
+            reach(&holder.temperature_k, 1.0, "K"),
+            words::significant(1e-3 * holder.conductance_w_m3_k, 3)
+        )
+    });
+    let mut said = vec![
         format!(
             "{} of exposure at a gas pressure of {} kPa. {start}",
             words::seconds(exposure.duration_s),
@@ -132,6 +139,7 @@ fn exposure(exposure: &Exposure) -> String {
         format!("Hot face: {}.", face(&exposure.hot_face)),
         format!("Back face: {}.", face(&exposure.back_face)),
     ];
+    said.extend(beside);
     "<h3>Exposure</h3>\n".to_owned() + &list(&said)
 }
 

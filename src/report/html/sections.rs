@@ -102,6 +102,8 @@ fn nominal(story: &Story, outcome: &Nominal) -> String {
         heat(balance.hot_out_j_m2),
         heat(balance.back_in_j_m2),
         heat(balance.back_out_j_m2),
+        heat(balance.holder_in_j_m2),
+        heat(balance.holder_out_j_m2),
         heat(balance.stored_j_m2),
         words::significant(balance.residual(), 2),
     ]];
@@ -112,8 +114,18 @@ fn nominal(story: &Story, outcome: &Nominal) -> String {
             &misfits,
         )
         + &table(
-            "Heat through the faces and stored, MJ/m²",
-            &["Balance", "In, hot", "Out, hot", "In, back", "Out, back", "Stored", "Residual, relative"],
+            "Heat through the faces, from and to the holder, and stored, MJ/m²",
+            &[
+                "Balance",
+                "In, hot",
+                "Out, hot",
+                "In, back",
+                "Out, back",
+                "In, holder",
+                "Out, holder",
+                "Stored",
+                "Residual, relative",
+            ],
             &balances,
         )
 }

@@ -39,6 +39,7 @@ fn gpyro_substance(permeability_m2: f64) -> Arc<Material> {
             solid_exponent: 0.0,
             pores: Vec::new(),
             extinction_1_m: Some(16.0 / (3.0 * radiating_m)),
+            extinction_follows_density: false,
             range_k: (250.0, 2000.0),
         }),
         emissivity: Table::constant(emissivity),

@@ -2,6 +2,7 @@
 
 pub mod charring;
 pub mod flexible;
+mod holder;
 mod kinetics;
 mod layered;
 pub mod nonlinear;
@@ -30,6 +31,7 @@ pub fn all() -> Vec<Problem> {
         layered::problems(),
         nonlinear::problems(),
         radiating::problems(),
+        holder::problems(),
         kinetics::problems(),
         seeping::problems(),
         charring::problems(),

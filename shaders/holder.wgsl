@@ -1,0 +1,50 @@
+// Heat that every cell exchanges sideways with a holder: twin of src/physics/holder.rs.
+
+fn flux_sideways(conductance_w_m2_k: real, holder_k: real, cell: Pair) -> real {
+    return conductance_w_m2_k * ((holder_k - cell.high) - cell.low);
+}
+
+fn holder_k(step: u32, stage: u32) -> real {
+    let start = drives[4u * step].holder_k;
+    let end = drives[4u * step + 1u].holder_k;
+    let foreseen = real(GAMMA) * (end - start);
+    return select(end - foreseen, start + foreseen, stage == 0u);
+}
+
+fn conductance_sideways(ply: u32, cell: u32) -> real {
+    return ply_scales[ply].holder_w_m3_k * cells[cell].width_m;
+}
+
+fn exchange(step: u32, stage: u32) -> real {
+    let holder_k = holder_k(step, stage);
+    var sum = real(0.0);
+    for (var p = 0u; p < run.plies; p++) {
+        for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
+            let flux = flux_sideways(conductance_sideways(p, i), holder_k, staged(i));
+            second[i] = second[i] + flux;
+            sum = sum + flux;
+        }
+    }
+    return sum;
+}
+
+fn brace() {
+    for (var p = 0u; p < run.plies; p++) {
+        for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
+            diagonal[i] = diagonal[i] + real(GAMMA) * conductance_sideways(p, i);
+        }
+    }
+}
+
+fn account_sideways(step: u32, start: real, end: real) {
+    var taken = real(0.0);
+    for (var p = 0u; p < run.plies; p++) {
+        for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
+            taken = taken + conductance_sideways(p, i) * (first[i] + second[i]);
+        }
+    }
+    let half_length = 0.5 * lengths[step];
+    let amount = half_length * (start + end - real(GAMMA) * taken);
+    heat[4] = advanced(heat[4], max(amount, 0.0));
+    heat[5] = advanced(heat[5], max(-amount, 0.0));
+}

@@ -1,0 +1,78 @@
+//! Heat that every cell exchanges sideways with a holder around the layup.
+//!
+//! `q = g w (T_h − T)` into a cell of width w, implicit in its temperature. The scheme's γr, by how much the
+//! holder's schedule raises q over a step, enters through the temperature that either stage sees: it is
+//! ahead of the schedule by γ of the rise at the first and behind it by as much at the second, so that it
+//! cancels in the heat. What a held cell loses its face makes good.
+
+use super::Real;
+use super::compensated::{Pair, advanced};
+use super::member::Member;
+use super::step::GAMMA;
+
+/// Heat flux from the holder into a cell, W/m².
+#[inline(always)]
+pub fn flux_sideways<R: Real>(conductance_w_m2_k: R, holder_k: R, cell: Pair<R>) -> R {
+    conductance_w_m2_k * ((holder_k - cell.high) - cell.low)
+}
+
+impl<R: Real> Member<'_, R> {
+    /// The holder's temperature as a stage sees it, K.
+    #[inline(always)]
+    fn holder_k(&self, step: usize, stage: usize) -> R {
+        let start = R::of(self.rows.drives[4 * step].holder_k);
+        let end = R::of(self.rows.drives[4 * step + 1].holder_k);
+        let foreseen = R::constant(GAMMA) * (end - start);
+        if stage == 0 { start + foreseen } else { end - foreseen }
+    }
+
+    /// Conductance from the holder to a cell of a ply, W/m²/K.
+    #[inline(always)]
+    pub(super) fn conductance_sideways(&self, ply: usize, cell: usize) -> R {
+        self.plies[ply].holder_w_m3_k * R::of(self.rows.cells[cell].width_m)
+    }
+
+    /// Add to `second` what the cells take up from the holder at `T + Δ₁`; all of it together, W/m².
+    #[inline(always)]
+    pub(super) fn exchange(&mut self, step: usize, stage: usize) -> R {
+        let holder_k = self.holder_k(step, stage);
+        let mut sum = R::constant(0.0);
+        for p in 0..self.plies.len() {
+            let ply = &self.plan.plies[p];
+            for i in ply.first_cell as usize..ply.end_cell as usize {
+                let flux = flux_sideways(self.conductance_sideways(p, i), holder_k, self.staged(i));
+                self.second[i] = self.second[i] + flux;
+                sum = sum + flux;
+            }
+        }
+        sum
+    }
+
+    /// The holder's part of the system.
+    #[inline(always)]
+    pub(super) fn brace(&mut self) {
+        for p in 0..self.plies.len() {
+            let ply = &self.plan.plies[p];
+            for i in ply.first_cell as usize..ply.end_cell as usize {
+                self.diagonal[i] = self.diagonal[i] + R::constant(GAMMA) * self.conductance_sideways(p, i);
+            }
+        }
+    }
+
+    /// Add the heat from the holder over a step: the stages' mean, and the scheme's own implicit part.
+    #[inline(always)]
+    pub(super) fn account_sideways(&mut self, step: usize, start: R, end: R) {
+        let mut taken = R::constant(0.0);
+        for p in 0..self.plies.len() {
+            let ply = &self.plan.plies[p];
+            for i in ply.first_cell as usize..ply.end_cell as usize {
+                taken = taken + self.conductance_sideways(p, i) * (self.first[i] + self.second[i]);
+            }
+        }
+        let half_length = R::constant(0.5) * R::of(self.rows.lengths_s[step]);
+        let amount = half_length * (start + end - R::constant(GAMMA) * taken);
+        let zero = R::constant(0.0);
+        self.heat[4] = advanced(self.heat[4], amount.max(zero));
+        self.heat[5] = advanced(self.heat[5], (-amount).max(zero));
+    }
+}
