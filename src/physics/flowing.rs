@@ -23,7 +23,7 @@ use crate::case::GasPath;
 use crate::plan::layout::GAS_COLUMNS;
 
 /// γ of the pressures' pair: the other root of 2γ² − 4γ + 1 = 0, as stable as the lesser one of the temperatures and
-/// with four times its error. Its first stage keeps the sign of what it damps, (γ − 1)/γ, where the lesser one
+/// with some times its error. Its first stage keeps the sign of what it damps, (γ − 1)/γ, where the lesser one
 /// overshoots by −2.4: gas that runs into all but empty pores, whose ease is the pressure's own, would be driven below
 /// nothing and the member stray (J. Verwer, E. Spee, J. Blom, W. Hundsdorfer, 1999).
 const PRESSURE_GAMMA: f64 = 1.0 + std::f64::consts::FRAC_1_SQRT_2;

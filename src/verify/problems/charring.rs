@@ -128,9 +128,9 @@ fn permeable(series: &'static str, permeability_m2: f64) -> Problem {
         reference: GPYRO,
         quantity: "pressure at the back, 300 to 700 s",
         points,
-        tolerance: 0.2,
+        tolerance: 0.02,
         measure: Measure::ShareOf(largest_pa),
-        source_of_tolerance: "its viscosity is only nearly copied; ten times the pressure at a tenth of the permeability",
+        source_of_tolerance: "81 cells in steps of 0.1 s, whose gas flux is 1 % off that of 321",
     };
     let name = format!("charring slab, {series}");
     let mut problem =
