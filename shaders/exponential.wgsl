@@ -38,8 +38,8 @@ fn logarithm(x: real) -> real {
     sum = keep(sum * square) + real(1.0 / 3.0);
     sum = keep(sum * square) + 1.0;
     let near = twos * real(LN_2) + keep((s + s) * sum);
-    let reached = exponential(near);
-    return near + (x - reached) * 2.0 / (x + reached);
+    let back = exponential(near);
+    return near + (x - back) * 2.0 / (x + back);
 }
 
 fn power(x: real, m: real) -> real {

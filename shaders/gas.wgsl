@@ -17,6 +17,15 @@ fn level(pressure_pa: real, middle_pa: real) -> real {
     return pressure_pa / (pressure_pa + middle_pa);
 }
 
+fn midway(start: Porous, end: Porous) -> Porous {
+    return Porous(
+        0.5 * (start.storage + end.storage),
+        0.5 * (start.mobility_s + end.mobility_s),
+        0.5 * (start.slip_pa + end.slip_pa),
+        0.5 * (start.inertia_m_pa2 + end.inertia_m_pa2),
+    );
+}
+
 fn gas_flux(
     upper: Porous,
     upper_m: real,

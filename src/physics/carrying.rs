@@ -15,12 +15,12 @@ impl<R: Real> Member<'_, R> {
     /// Enthalpy of the gas in a cell at `T + Δ₁`, J/kg.
     #[inline(always)]
     fn gas_in(&self, cell: usize) -> R {
-        self.gas_enthalpy(spot(self.temperatures[cell].high + self.first[cell]))
+        self.gas_enthalpy_at(spot(self.temperatures[cell].high + self.first[cell]))
     }
 
     /// Half the heat that gas under a cell carries per kelvin of the cell and of the next, W/m²/K.
     #[inline(always)]
-    pub(super) fn carried(&self, cell: usize) -> [R; 2] {
+    pub(super) fn carried_slopes(&self, cell: usize) -> [R; 2] {
         let (tables, rise) = (&self.rows.tables, self.plan.gas_table() + 1);
         let half = R::constant(0.5) * self.flows[cell];
         let here = look_up(tables, spot(self.temperatures[cell].high + self.first[cell]), GAS_COLUMNS, rise);
@@ -56,8 +56,8 @@ impl<R: Real> Member<'_, R> {
         let start_k = R::of(self.rows.cells[cell].start_k);
         let (tables, molar) = (&self.rows.tables, self.plan.gas_table() + 2);
         let work_j_kg = start_k / look_up(tables, spot(start_k), GAS_COLUMNS, molar);
-        let then_j_kg = self.gas_enthalpy(spot(start_k)) - work_j_kg;
-        self.mass_kg_m2[1] = self.mass_kg_m2[1] + (now_kg_m2 - then_kg_m2);
+        let then_j_kg = self.gas_enthalpy_at(spot(start_k)) - work_j_kg;
+        self.lost_and_stored[1] = self.lost_and_stored[1] + (now_kg_m2 - then_kg_m2);
         now_kg_m2 * now_j_kg - then_kg_m2 * then_j_kg
     }
 
@@ -95,7 +95,7 @@ impl<R: Real> Member<'_, R> {
                         drawn[1] = drawn[1] - beyond;
                     }
                     if is_unhindered {
-                        let leaves = self.made(p, i) * self.gas_in(i);
+                        let leaves = self.made_in(p, i) * self.gas_in(i);
                         out = out + leaves;
                         if i == 0 {
                             drawn[0] = drawn[0] + leaves;

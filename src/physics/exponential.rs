@@ -55,8 +55,8 @@ pub fn logarithm<R: Real>(x: R) -> R {
         sum = keep(sum * square) + R::constant(1.0 / f64::from(11 - 2 * n));
     }
     let near = twos * R::constant(std::f64::consts::LN_2) + keep((s + s) * sum);
-    let reached = exponential(near);
-    near + (x - reached) * R::constant(2.0) / (x + reached)
+    let back = exponential(near);
+    near + (x - back) * R::constant(2.0) / (x + back)
 }
 
 /// xᵐ for x not below zero; what is nearer zero than 1e-30 counts as that.

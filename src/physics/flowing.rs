@@ -4,18 +4,19 @@
 //! pressure has its own pair of stages between those of temperature:
 //!
 //! ```text
-//! (S*/Δt + γB) δ₁ = G(T, p) + made − p (S* − S)/Δt
-//! (S*/Δt + γB) δ₂ = G(T*, p + δ₁) + made − p (S* − S)/Δt − 2 S*/Δt δ₁
+//! (S*/Δt + γB) δ₁ = G(p) + made − p (S* − S)/Δt
+//! (S*/Δt + γB) δ₂ = G(p + δ₁) + made − p (S* − S)/Δt − 2 S*/Δt δ₁
 //! p' = p + 3/2 δ₁ + 1/2 δ₂
 //! ```
 //!
 //! with S mass over pressure and B what a pressure drives out of its cell. Then `S*p' − Sp` is exactly what
-//! flowed in and was made. Heat takes the mean flux of the step, its first stage that of the step before:
+//! flowed in and was made. Both stages take the mobilities midway: in a stiff flow whose mobility changes
+//! from stage to stage the scheme would answer a disturbance by −4 times that change. Heat takes the mean flux of the step, its first stage that of the step before:
 //! a flux at an instant would magnify what little a pressure is off its balance by all the ease of the flow.
 
 use super::Real;
 use super::compensated::{Pair, advanced, difference};
-use super::gas::{GasFlux, Porous, gas_flux};
+use super::gas::{GasFlux, Porous, gas_flux, midway};
 use super::member::Member;
 use super::table::{look_up, spot};
 use super::tridiagonal::{factorise, substitute};
@@ -47,7 +48,7 @@ impl<R: Real> Member<'_, R> {
             let ply = self.plan.plies[p];
             for up in 0..(ply.end_cell - ply.first_cell) as usize {
                 let i = ply.end_cell as usize - 1 - up;
-                let here = self.made(p, i);
+                let here = self.made_in(p, i);
                 self.flows[i] = carries * risen;
                 risen = risen + here;
             }
@@ -76,8 +77,8 @@ impl<R: Real> Member<'_, R> {
         let at = spot(temperature_k);
         let molar_kg_k_j = look_up(tables, at, GAS_COLUMNS, self.plan.gas_table() + 2);
         let viscosity_pa_s = look_up(tables, at, GAS_COLUMNS, self.plan.gas_table() + 3);
-        let phases = self.phases(p, i);
-        let stretch = self.stretch(p, self.density(p, phases));
+        let phases = self.phases_of(p, i);
+        let stretch = self.stretch_of(p, self.mass_left(p, phases));
         let zero = R::constant(0.0);
         let (mut porosity, mut permeability, mut slip, mut inertia) = (zero, zero, zero, zero);
         for state in 0..ply.states as usize {
@@ -91,7 +92,8 @@ impl<R: Real> Member<'_, R> {
         let density_s2_m2 = molar_kg_k_j / temperature_k;
         let volume_m = R::of(self.rows.cells[i].width_m) * self.plies[p].thickness * stretch;
         Porous {
-            storage: volume_m * porosity * density_s2_m2,
+            // A sealed cell holds next to nothing, which keeps its pivot from vanishing.
+            storage: (volume_m * porosity * density_s2_m2).max(R::constant(1e-18)),
             mobility_s: ease * density_s2_m2,
             slip_pa: slip * temperature_k,
             inertia_m_pa2: R::constant(4.0) * inertia * ease * ease * density_s2_m2,
@@ -106,11 +108,11 @@ impl<R: Real> Member<'_, R> {
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 let held = self.pores[i].storage;
                 self.flows[i] = self.mean_flows[i];
-                self.made_first[i] = self.made(p, i);
+                self.made_first[i] = self.made_in(p, i);
                 self.pores[i] = self.porous(p, i);
                 if step > 0 {
                     let storage = self.pores[i].storage;
-                    let off = self.pressures[i].high * ((held - storage) / storage.max(R::constant(1e-30)));
+                    let off = self.pressures[i].high * ((held - storage) / storage);
                     self.pressures[i] = advanced(self.pressures[i], off);
                 }
             }
@@ -136,13 +138,13 @@ impl<R: Real> Member<'_, R> {
 
     /// Flux up through the face under a cell, at pressures `p + δ₁`.
     #[inline(always)]
-    fn gas_under(&self, i: usize, upper: Porous<R>, lower: Porous<R>) -> GasFlux<R> {
+    fn gas_under(&self, i: usize) -> GasFlux<R> {
         let cells = &self.rows.cells;
         gas_flux(
-            upper,
+            midway(self.pores[i], self.later[i]),
             R::of(cells[i].below_m),
             self.pressed(i),
-            lower,
+            midway(self.pores[i + 1], self.later[i + 1]),
             R::of(cells[i + 1].above_m),
             self.pressed(i + 1),
         )
@@ -172,7 +174,7 @@ impl<R: Real> Member<'_, R> {
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 self.later[i] = self.porous(p, i);
                 let expansion = (self.later[i].storage - self.pores[i].storage) * per_length;
-                let made = R::constant(0.5) * (self.made_first[i] + self.made(p, i));
+                let made = R::constant(0.5) * (self.made_first[i] + self.made_in(p, i));
                 self.supply[i] = made - self.pressures[i].high * expansion;
             }
         }
@@ -181,7 +183,7 @@ impl<R: Real> Member<'_, R> {
         let mut above = zero;
         for i in 0..=last {
             let under = if i < last {
-                self.gas_under(i, self.pores[i], self.pores[i + 1])
+                self.gas_under(i)
             } else {
                 GasFlux { flux: zero, above: zero, below: zero }
             };
@@ -211,8 +213,7 @@ impl<R: Real> Member<'_, R> {
         }
         let mut above = zero;
         for i in 0..=last {
-            let under =
-                if i < last { self.gas_under(i, self.later[i], self.later[i + 1]).flux } else { zero };
+            let under = if i < last { self.gas_under(i).flux } else { zero };
             let carried = self.later[i].storage * per_length * self.pressed_first[i];
             self.pressed_second[i] = under - above + self.supply[i] - (carried + carried);
             self.first_flows[i] = self.first_flows[i] + under;
@@ -254,7 +255,7 @@ impl<R: Real> Member<'_, R> {
         let mut left = [zero; 2];
         for (face, cell, inner) in [(0, 0, self.mean_flows[0]), (1, last, -self.mean_flows[last - 1])] {
             let ply = if face == 0 { 0 } else { self.plies.len() - 1 };
-            let made = half * (self.made_first[cell] + self.made(ply, cell));
+            let made = half * (self.made_first[cell] + self.made_in(ply, cell));
             let rise = R::constant(1.5) * self.pressed_first[cell] + half * self.pressed_second[cell];
             let storage = self.later[cell].storage;
             let held = storage * rise + (storage - self.pores[cell].storage) * self.pressures[cell].high;

@@ -40,6 +40,18 @@ pub fn level<R: Real>(pressure_pa: R, middle_pa: R) -> R {
     pressure_pa / (pressure_pa + middle_pa)
 }
 
+/// Pores midway between the start and the end of a step.
+#[inline(always)]
+pub fn midway<R: Real>(start: Porous<R>, end: Porous<R>) -> Porous<R> {
+    let half = R::constant(0.5);
+    Porous {
+        storage: half * (start.storage + end.storage),
+        mobility_s: half * (start.mobility_s + end.mobility_s),
+        slip_pa: half * (start.slip_pa + end.slip_pa),
+        inertia_m_pa2: half * (start.inertia_m_pa2 + end.inertia_m_pa2),
+    }
+}
+
 /// Flux through the face between two cells, half a cell of each in series.
 #[inline(always)]
 pub fn gas_flux<R: Real>(

@@ -56,7 +56,7 @@ pub struct Member<'a, R: Real> {
     pub(super) leaving: [R; 2],
     pub(super) back_leaving: R,
     /// Out of the hot face at the stage at hand; means of the last two steps.
-    pub(super) blown: R,
+    pub(super) outflow: R,
     pub(super) recent: [R; 2],
     /// Gas that left, kg/m²; heat that it took along and that reactions gave beyond enthalpies, J/m².
     pub(super) gas_out: Pair<R>,
@@ -64,7 +64,7 @@ pub struct Member<'a, R: Real> {
     pub(super) reaction_gain: Pair<R>,
     pub(super) stage_heat: [R; 2],
     /// Solid lost and gas stored since the start, kg/m².
-    pub(super) mass_kg_m2: [R; 2],
+    pub(super) lost_and_stored: [R; 2],
     /// Of gas by Darcy's law: pressures (Pa), their rates (Pa/s), pores, mean fluxes of the last step and what a step
     /// of pressure works on.
     pub(super) pressures: Vec<Pair<R>>,
@@ -137,13 +137,13 @@ impl<'a, R: Real> Member<'a, R> {
             flows: vec![zero; flowing],
             leaving: [zero; 2],
             back_leaving: zero,
-            blown: zero,
+            outflow: zero,
             recent: [zero; 2],
             gas_out: none,
             gas_heat: none,
             reaction_gain: none,
             stage_heat: [zero; 2],
-            mass_kg_m2: [zero; 2],
+            lost_and_stored: [zero; 2],
             pressures: vec![outside; darcy],
             pressure_rates: vec![zero; darcy],
             pores: vec![sealed; darcy],
@@ -232,7 +232,7 @@ impl<'a, R: Real> Member<'a, R> {
     pub(super) fn incline(&mut self, i: usize, above_1_m: R, below_1_m: R) {
         let drop = difference(self.temperatures[i], self.temperatures[i + 1]);
         let zero = R::constant(0.0);
-        let [above, below] = if self.plan.gas.is_some() { self.carried(i) } else { [zero, zero] };
+        let [above, below] = if self.plan.gas.is_some() { self.carried_slopes(i) } else { [zero, zero] };
         self.lower[i] = flux_slope(self.conductances[i], above_1_m, self.slopes[i], drop, above);
         self.upper[i] = flux_slope(self.conductances[i], below_1_m, self.slopes[i + 1], -drop, below);
     }
@@ -258,7 +258,7 @@ impl<'a, R: Real> Member<'a, R> {
         let temperature_k = self.temperatures[cell].high + self.first[cell];
         let at = spot(temperature_k);
         let ply = face * (self.plies.len() - 1);
-        let emissivity = self.emissivity(face, ply, cell, at);
+        let emissivity = self.face_emissivity(face, ply, cell, at);
         let enthalpy_j_kg = look_up(&rows.tables, at, columns, table);
         let rise_j_kg_k = look_up(&rows.tables, at, columns, table + 1);
         let scale = self.faces[face];
@@ -270,7 +270,7 @@ impl<'a, R: Real> Member<'a, R> {
             emissivity,
             enthalpy_j_kg,
             rise_j_kg_k,
-            self.blown,
+            self.outflow,
         );
         let held = R::of(rows.faces[face].held);
         let free = R::constant(1.0) - held;
@@ -362,11 +362,11 @@ impl<'a, R: Real> Member<'a, R> {
             let then_j_kg = integral(&rows.tables, then, columns, offset);
             return keep(now_j_kg - then_j_kg) * self.plies[p].density_kg_m3 * width_m + self.gas_gained(p, i);
         }
-        let phases = self.phases(p, i);
+        let phases = self.phases_of(p, i);
         let mass_kg_m2 = self.plies[p].mass_kg_m3 * width_m;
-        let lost_kg_m2 = mass_kg_m2 * (R::constant(1.0) - self.density(p, phases));
-        self.mass_kg_m2[0] = self.mass_kg_m2[0] + lost_kg_m2;
-        let then_j_kg = self.enthalpy(p, 0, then);
+        let lost_kg_m2 = mass_kg_m2 * (R::constant(1.0) - self.mass_left(p, phases));
+        self.lost_and_stored[0] = self.lost_and_stored[0] + lost_kg_m2;
+        let then_j_kg = self.enthalpy_of(p, 0, then);
         let now_j_kg = self.solid_enthalpy(p, phases, now);
         keep(now_j_kg - then_j_kg) * mass_kg_m2 + self.gas_gained(p, i)
     }
@@ -382,9 +382,9 @@ impl<'a, R: Real> Member<'a, R> {
         Balance {
             gas_heat_j_m2: whole(self.gas_heat),
             reaction_gain_j_m2: whole(self.reaction_gain),
-            solid_lost_kg_m2: self.mass_kg_m2[0].lane(lane),
+            solid_lost_kg_m2: self.lost_and_stored[0].lane(lane),
             gas_out_kg_m2: whole(self.gas_out),
-            gas_stored_kg_m2: self.mass_kg_m2[1].lane(lane),
+            gas_stored_kg_m2: self.lost_and_stored[1].lane(lane),
             ..Balance::new(self.heat.map(whole), self.stored_j_m2.lane(lane))
         }
     }

@@ -1,7 +1,7 @@
 //! A member's reactions: what its cells are made of, what they give off, the heat it takes.
 
 use super::Real;
-use super::compensated::advanced;
+use super::compensated::{advanced, keep};
 use super::decomposition::{consumed, rate};
 use super::gas::level;
 use super::material::{Level, conductivity, conductivity_slope, heat_capacity, levelled};
@@ -13,7 +13,7 @@ use crate::plan::layout::{AIR_COLUMNS, GAS_COLUMNS, STATES_MAX, TABLE_NODES};
 impl<R: Real> Member<'_, R> {
     /// Mass of a state of a ply where it has replaced all the virgin material, over the mass of that.
     #[inline(always)]
-    pub(super) fn remains(&self, ply: usize, state: usize) -> R {
+    pub(super) fn remains_of(&self, ply: usize, state: usize) -> R {
         let one = R::constant(1.0);
         let row = self.plan.plies[ply].first_state as usize + state;
         one - self.plies[ply].loss * (one - R::of(self.rows.substances[row].remains))
@@ -21,7 +21,7 @@ impl<R: Real> Member<'_, R> {
 
     /// Volume of a cell in each state of its ply.
     #[inline(always)]
-    pub(super) fn phases(&self, ply: usize, cell: usize) -> [R; STATES_MAX] {
+    pub(super) fn phases_of(&self, ply: usize, cell: usize) -> [R; STATES_MAX] {
         let row = &self.plan.plies[ply];
         let mut phases = [R::constant(0.0); STATES_MAX];
         phases[0] = R::constant(1.0);
@@ -29,53 +29,53 @@ impl<R: Real> Member<'_, R> {
             let place = cell * self.plan.reactions + j - row.first_reaction as usize;
             let moved = R::of(self.rows.reactions[j].share) * self.advancements[place].high;
             let path = self.plan.paths[j];
-            phases[path.from as usize] = phases[path.from as usize] - moved;
-            phases[path.to as usize] = phases[path.to as usize] + moved;
+            phases[path.source as usize] = phases[path.source as usize] - moved;
+            phases[path.product as usize] = phases[path.product as usize] + moved;
         }
         phases
     }
 
     /// Mass of a cell over that of the virgin material.
     #[inline(always)]
-    pub(super) fn density(&self, ply: usize, phases: [R; STATES_MAX]) -> R {
+    pub(super) fn mass_left(&self, ply: usize, phases: [R; STATES_MAX]) -> R {
         let mut density = phases[0];
         for state in 1..self.plan.plies[ply].states as usize {
-            density = density + phases[state] * self.remains(ply, state);
+            density = density + phases[state] * self.remains_of(ply, state);
         }
         density
     }
 
     /// What each state weighs in the properties of a cell, by volume or by mass.
     #[inline(always)]
-    pub(super) fn weights(&self, ply: usize, phases: [R; STATES_MAX]) -> [R; STATES_MAX] {
+    pub(super) fn weights_of(&self, ply: usize, phases: [R; STATES_MAX]) -> [R; STATES_MAX] {
         let by_volume = R::of(self.rows.bulks[ply].by_volume);
         let by_mass = R::constant(1.0) - by_volume;
-        let density = self.density(ply, phases);
+        let density = self.mass_left(ply, phases);
         let mut weights = phases;
         for state in 0..self.plan.plies[ply].states as usize {
-            weights[state] = phases[state] * (by_volume + by_mass * (self.remains(ply, state) / density));
+            weights[state] = phases[state] * (by_volume + by_mass * (self.remains_of(ply, state) / density));
         }
         weights
     }
 
     /// Share lost of all that a ply can lose.
     #[inline(always)]
-    pub(super) fn conversion(&self, ply: usize, density: R) -> R {
+    pub(super) fn converted(&self, ply: usize, density: R) -> R {
         let one = R::constant(1.0);
         let last = self.plan.plies[ply].states as usize - 1;
-        (one - density) / (one - self.remains(ply, last)).max(R::constant(1e-6))
+        (one - density) / (one - self.remains_of(ply, last)).max(R::constant(1e-6))
     }
 
     /// Thickness of a cell over that of the virgin one.
     #[inline(always)]
-    pub(super) fn stretch(&self, ply: usize, density: R) -> R {
-        R::constant(1.0) - R::of(self.rows.bulks[ply].shrinkage) * self.conversion(ply, density)
+    pub(super) fn stretch_of(&self, ply: usize, density: R) -> R {
+        R::constant(1.0) - R::of(self.rows.bulks[ply].shrinkage) * self.converted(ply, density)
     }
 
     /// Emissivity of the ply behind a face.
     #[inline(always)]
-    pub(super) fn emissivity(&self, face: usize, ply: usize, cell: usize, at: Spot<R>) -> R {
-        let weights = self.weights(ply, self.phases(ply, cell));
+    pub(super) fn face_emissivity(&self, face: usize, ply: usize, cell: usize, at: Spot<R>) -> R {
+        let weights = self.weights_of(ply, self.phases_of(ply, cell));
         let first = self.plan.face_table() + AIR_COLUMNS + face * self.plan.states;
         let mut sum = R::constant(0.0);
         for state in 0..self.plan.plies[ply].states as usize {
@@ -86,15 +86,15 @@ impl<R: Real> Member<'_, R> {
 
     /// Where the block of a state begins in the tables.
     #[inline(always)]
-    pub(super) fn block(&self, ply: usize, state: usize) -> usize {
+    pub(super) fn block_of(&self, ply: usize, state: usize) -> usize {
         let of_state = self.plan.levels * TABLE_NODES * self.plan.table_columns();
         self.plan.plies[ply].table as usize + state * of_state
     }
 
     /// Absolute enthalpy of a state of a ply, J/kg.
     #[inline(always)]
-    pub(super) fn enthalpy(&self, ply: usize, state: usize, at: Spot<R>) -> R {
-        let offset = self.block(ply, state) + 2 * self.plan.parts;
+    pub(super) fn enthalpy_of(&self, ply: usize, state: usize, at: Spot<R>) -> R {
+        let offset = self.block_of(ply, state) + 2 * self.plan.parts;
         let risen = integral(&self.rows.tables, at, self.plan.table_columns(), offset);
         let row = self.plan.plies[ply].first_state as usize + state;
         self.plies[ply].heat_capacity * risen + R::of(self.rows.substances[row].formation_j_kg)
@@ -106,14 +106,14 @@ impl<R: Real> Member<'_, R> {
         let tables = &self.rows.tables;
         let (parts, scale) = (self.plan.parts, self.plies[p]);
         let at = spot(self.temperatures[i].high + self.first[i]);
-        let phases = self.phases(p, i);
-        let weights = self.weights(p, phases);
-        let stretch = self.stretch(p, self.density(p, phases));
-        let level = self.level(i, step, stage);
+        let phases = self.phases_of(p, i);
+        let weights = self.weights_of(p, phases);
+        let stretch = self.stretch_of(p, self.mass_left(p, phases));
+        let level = self.pressure_level(i, step, stage);
         let zero = R::constant(0.0);
         let (mut conducts, mut slope, mut stores) = (zero, zero, zero);
         for state in 0..self.plan.plies[p].states as usize {
-            let block = self.block(p, state);
+            let block = self.block_of(p, state);
             if self.plan.levels > 1 {
                 let [under, over] = levelled(at, level);
                 let low = conductivity(tables, under, parts, block, scale);
@@ -127,7 +127,7 @@ impl<R: Real> Member<'_, R> {
                 slope = slope + weights[state] * conductivity_slope(tables, at, parts, block, scale);
             }
             let stored = heat_capacity(tables, at, parts, block, scale);
-            stores = stores + phases[state] * self.remains(p, state) * stored;
+            stores = stores + phases[state] * self.remains_of(p, state) * stored;
         }
         self.conductivities[i] = conducts / stretch;
         self.slopes[i] = slope / stretch;
@@ -136,7 +136,7 @@ impl<R: Real> Member<'_, R> {
 
     /// Where the pressure of a cell falls among the levels of the tables.
     #[inline(always)]
-    fn level(&self, i: usize, step: usize, stage: usize) -> Level<R> {
+    fn pressure_level(&self, i: usize, step: usize, stage: usize) -> Level<R> {
         let mut pressure_pa = R::of(self.rows.drives[4 * step + stage].pressure_pa);
         if self.plan.gas == Some(GasPath::Darcy) {
             pressure_pa = self.pressures[i].high;
@@ -152,14 +152,14 @@ impl<R: Real> Member<'_, R> {
     pub(super) fn solid_enthalpy(&self, ply: usize, phases: [R; STATES_MAX], at: Spot<R>) -> R {
         let mut sum = R::constant(0.0);
         for state in 0..self.plan.plies[ply].states as usize {
-            sum = sum + phases[state] * self.remains(ply, state) * self.enthalpy(ply, state, at);
+            sum = sum + phases[state] * self.remains_of(ply, state) * self.enthalpy_of(ply, state, at);
         }
         sum
     }
 
     /// Enthalpy of the gas, J/kg.
     #[inline(always)]
-    pub(super) fn gas_enthalpy(&self, at: Spot<R>) -> R {
+    pub(super) fn gas_enthalpy_at(&self, at: Spot<R>) -> R {
         look_up(&self.rows.tables, at, GAS_COLUMNS, self.plan.gas_table())
     }
 
@@ -197,7 +197,8 @@ impl<R: Real> Member<'_, R> {
             let chained = R::of(reaction.chained);
             let ahead = one + chained * (before - one);
             let done = self.advancements[place];
-            let reactant = ((ahead - done.high) - done.low + chained * R::constant(0.5) * fed).max(zero);
+            let left = keep(keep(ahead - done.high) - done.low);
+            let reactant = (left + chained * R::constant(0.5) * fed).max(zero);
             let spent = consumed(reactant, exposure, reaction.order);
             let release = spent * R::of(reaction.loss) * mass_kg_m2 / length_s;
             before = done.high;
@@ -213,7 +214,7 @@ impl<R: Real> Member<'_, R> {
 
     /// Gas made in a cell at a stage, kg/m²/s.
     #[inline(always)]
-    pub(super) fn made(&self, ply: usize, cell: usize) -> R {
+    pub(super) fn made_in(&self, ply: usize, cell: usize) -> R {
         let row = &self.plan.plies[ply];
         let mut sum = R::constant(0.0);
         for j in 0..(row.end_reaction - row.first_reaction) as usize {
@@ -228,15 +229,15 @@ impl<R: Real> Member<'_, R> {
     pub(super) fn reaction_heat(&self, ply: usize, cell: usize) -> [R; 2] {
         let row = &self.plan.plies[ply];
         let at = spot(self.temperatures[cell].high + self.first[cell]);
-        let gas_j_kg = self.gas_enthalpy(at);
+        let gas_j_kg = self.gas_enthalpy_at(at);
         let absolute = R::of(self.rows.bulks[ply].absolute);
         let (mut absorbed, mut given) = (R::constant(0.0), R::constant(0.0));
         for j in row.first_reaction as usize..row.end_reaction as usize {
             let reaction = self.rows.reactions[j];
             let path = self.plan.paths[j];
-            let (from, to) = (path.from as usize, path.to as usize);
-            let lost = self.remains(ply, from) * self.enthalpy(ply, from, at)
-                - self.remains(ply, to) * self.enthalpy(ply, to, at);
+            let (from, to) = (path.source as usize, path.product as usize);
+            let lost = self.remains_of(ply, from) * self.enthalpy_of(ply, from, at)
+                - self.remains_of(ply, to) * self.enthalpy_of(ply, to, at);
             // Enthalpy that the solid gives up per mass of gas.
             let solid_j_kg = R::of(reaction.share) * lost / (self.plies[ply].loss * R::of(reaction.loss));
             let rise = gas_j_kg - solid_j_kg;

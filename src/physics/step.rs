@@ -46,7 +46,7 @@ impl<R: Real> Member<'_, R> {
                     self.react(step, stage);
                 }
                 self.flow(step, stage);
-                self.blown = self.leaving[stage];
+                self.outflow = self.leaving[stage];
             }
             self.properties(step, stage);
             if stage == 0 {

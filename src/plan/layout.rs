@@ -171,7 +171,7 @@ row! {
 
 row! {
     /// Between which states of its ply a reaction leads.
-    Path { from, to }
+    Path { source, product }
 }
 
 /// Temperature of the first node of every table, K.

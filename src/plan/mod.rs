@@ -278,8 +278,8 @@ fn paths(material: &Material) -> Vec<Path<u32>> {
     let places = 0..decomposition.reactions.len() as u32;
     places
         .map(|place| match decomposition.sequence {
-            Sequence::SideBySide => Path { from: 0, to: 1 },
-            Sequence::Chain => Path { from: place, to: place + 1 },
+            Sequence::SideBySide => Path { source: 0, product: 1 },
+            Sequence::Chain => Path { source: place, product: place + 1 },
         })
         .collect()
 }

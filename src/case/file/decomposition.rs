@@ -158,6 +158,7 @@ fn residues(
     virgin: &Virgin,
     reactions: Option<&[Reaction]>,
 ) -> Read<(Vec<Residue>, Vec<f64>)> {
+    let char = section.optional("char").map(Written::section).transpose();
     let mut sections = section.tables("intermediate")?;
     if let Some(reactions) = reactions {
         let wanted = if sequence == Sequence::Chain { reactions.len() - 1 } else { 0 };
@@ -170,7 +171,7 @@ fn residues(
         }
     }
     let count = sections.len();
-    sections.extend(section.optional("char").map(Written::section).transpose()?);
+    sections.extend(char?);
     let lost = |index: usize| {
         let reactions = reactions.unwrap_or_default();
         let through = if index == count { reactions } else { &reactions[..reactions.len().min(index + 1)] };

@@ -1,9 +1,9 @@
 //! A gas file, and how gas leaves a layup: `decomposition` and `[gas]` of a case.
 
 use super::exposure::BackFace;
+use super::folder::{Folder, shipped_gas, unknown_gas};
 use super::property::{choice, provenance, table};
 use super::written::{Section, Written};
-use super::{Folder, shipped_gas, unknown_gas};
 use crate::case::error::{Place, Read};
 use crate::case::library;
 use crate::case::unit::Dimension;
@@ -62,9 +62,7 @@ pub(super) fn reacting(top: &Section<'_>, layup: Read<Layup>) -> Read<Layup> {
     let reacts = written.map_or(Ok(false), Written::truth);
     let (mut layup, reacts) = (layup?, reacts?);
     if !reacts {
-        layup.plies.iter_mut().filter(|ply| ply.material.decomposition.is_some()).for_each(|ply| {
-            ply.material = Arc::new(Material { decomposition: None, ..Material::clone(&ply.material) });
-        });
+        layup.plies.iter_mut().for_each(|ply| ply.material = as_made(&ply.material));
     } else if !layup.plies.iter().any(makes_gas) {
         let fault = |written: Written<'_>| written.fault("no ply is of a material with a [decomposition]");
         return Err(written.map_or_else(|| top.fault("no ply decomposes"), fault));
@@ -72,7 +70,15 @@ pub(super) fn reacting(top: &Section<'_>, layup: Read<Layup>) -> Read<Layup> {
     Ok(layup)
 }
 
-pub(super) fn makes_gas(ply: &Ply) -> bool {
+/// A material that never changes.
+pub(super) fn as_made(material: &Arc<Material>) -> Arc<Material> {
+    match material.decomposition {
+        Some(_) => Arc::new(Material { decomposition: None, ..Material::clone(material) }),
+        None => material.clone(),
+    }
+}
+
+fn makes_gas(ply: &Ply) -> bool {
     ply.material.decomposition.is_some()
 }
 
