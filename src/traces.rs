@@ -91,7 +91,16 @@ impl Balance {
     /// From the sums that a member keeps: in and out through the hot face and the back face, from and to the holder.
     pub fn new(sums_j_m2: [f64; 6], stored_j_m2: f64) -> Self {
         let [hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, holder_in_j_m2, holder_out_j_m2] = sums_j_m2;
-        Self { hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, holder_in_j_m2, holder_out_j_m2, stored_j_m2, ..Self::default() }
+        Self {
+            hot_in_j_m2,
+            hot_out_j_m2,
+            back_in_j_m2,
+            back_out_j_m2,
+            holder_in_j_m2,
+            holder_out_j_m2,
+            stored_j_m2,
+            ..Self::default()
+        }
     }
 
     /// In less out less stored, relative to what came in.

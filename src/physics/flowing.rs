@@ -182,11 +182,7 @@ impl<R: Real> Member<'_, R> {
         let mut returned = zero;
         let mut above = zero;
         for i in 0..=last {
-            let under = if i < last {
-                self.gas_under(i)
-            } else {
-                GasFlux { flux: zero, above: zero, below: zero }
-            };
+            let under = if i < last { self.gas_under(i) } else { GasFlux { flux: zero, above: zero, below: zero } };
             self.slopes_above[i] = under.above;
             self.slopes_below[i] = under.below;
             self.first_flows[i] = under.flux;

@@ -2,8 +2,8 @@
 
 use super::Real;
 use super::compensated::{Pair, advanced, difference, keep};
-use super::gas::Porous;
 use super::faces::{FaceFlux, FaceScale, face_flux, face_scale};
+use super::gas::Porous;
 use super::holder::flux_sideways;
 use super::material::{
     PlyScale, conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across,
@@ -247,13 +247,7 @@ impl<'a, R: Real> Member<'a, R> {
     /// Heat into the face cell: through an open face from outside, of a held one what passes on to its
     /// neighbour and to the holder.
     #[inline(always)]
-    pub(super) fn through(
-        &self,
-        face: usize,
-        drive: Drive<R::Scalar>,
-        cell: usize,
-        neighbour: usize,
-    ) -> FaceFlux<R> {
+    pub(super) fn through(&self, face: usize, drive: Drive<R::Scalar>, cell: usize, neighbour: usize) -> FaceFlux<R> {
         let (rows, table, columns) = (self.rows, self.plan.face_table(), self.plan.face_columns());
         let temperature_k = self.temperatures[cell].high + self.first[cell];
         let at = spot(temperature_k);

@@ -404,12 +404,7 @@ fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
     drives
 }
 
-fn drive(
-    face: &Face,
-    holder: Option<&Holder>,
-    pressure_pa: &Schedule,
-    read: impl Fn(&Schedule) -> f64,
-) -> Drive<f64> {
+fn drive(face: &Face, holder: Option<&Holder>, pressure_pa: &Schedule, read: impl Fn(&Schedule) -> f64) -> Drive<f64> {
     let holder_k = holder.map_or(0.0, |holder| read(&holder.temperature_k));
     let pressure_pa = read(pressure_pa);
     match face {

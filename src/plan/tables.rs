@@ -35,7 +35,8 @@ pub(super) fn tables(case: &Case, parts: usize, levels: usize, states: usize) ->
 /// which the gas part of a conductivity, `P/(P + B(T))`, is close to straight.
 pub(super) fn levels(case: &Case) -> (usize, f64) {
     let exposure = &case.exposure;
-    let pressures_pa = exposure.pressure_pa.values.iter().chain(exposure.back_pressure_pa.iter().flat_map(|p| &p.values));
+    let pressures_pa =
+        exposure.pressure_pa.values.iter().chain(exposure.back_pressure_pa.iter().flat_map(|p| &p.values));
     let (low, high) = pressures_pa.fold((f64::INFINITY, 0.0_f64), |(low, high), &p| (low.min(p), high.max(p)));
     let middle_pa = (low.max(1.0) * high.max(1.0)).sqrt();
     let is_steady = high - low <= 1e-9 * high;
@@ -159,11 +160,7 @@ fn gas_table(case: &Case) -> Vec<f64> {
     let read = |table: &Table, scale: f64| nodes().map(|temperature_k| scale * table.at(temperature_k)).collect();
     let enthalpies: Vec<f64> = read(&flow.gas.enthalpy, 1.0);
     let rises = slopes(&enthalpies);
-    let columns: [Vec<f64>; GAS_COLUMNS] = [
-        enthalpies,
-        rises,
-        read(&flow.gas.molar_mass, 1.0 / GAS_CONSTANT_J_MOL_K),
-        read(&flow.gas.viscosity, 1.0),
-    ];
+    let columns: [Vec<f64>; GAS_COLUMNS] =
+        [enthalpies, rises, read(&flow.gas.molar_mass, 1.0 / GAS_CONSTANT_J_MOL_K), read(&flow.gas.viscosity, 1.0)];
     interleaved(&columns)
 }

@@ -9,9 +9,9 @@ pub mod device;
 pub mod shader;
 
 use super::{Backend, March, MarchError, Precision, arrival};
+use crate::case::GasPath;
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
-use crate::case::GasPath;
 use crate::plan::layout::{HEATS, Path, Reaction};
 use crate::traces::{Balance, Traces};
 use bytemuck::{Pod, Zeroable};
