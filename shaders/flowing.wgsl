@@ -1,5 +1,7 @@
 // A member's gas: twin of src/physics/flowing.rs, where the scheme is written out.
 
+const PRESSURE_GAMMA = 1.7071067811865475;
+
 var<private> flows: Column;
 var<private> leaving: array<real, 2>;
 var<private> back_leaving: real;
@@ -138,7 +140,7 @@ fn pressed(cell: u32) -> Pair {
 }
 
 fn percolate(step: u32) {
-    let gamma = real(GAMMA);
+    let gamma = real(PRESSURE_GAMMA);
     let per_length = 1.0 / lengths[step];
     let open = array<real, 2>(1.0, select(real(0.0), real(1.0), BACK_IS_OPEN));
     for (var i = 0u; i <= LAST_CELL; i++) {
@@ -219,7 +221,7 @@ fn pressure_rises(step: u32) -> array<real, 2> {
 }
 
 fn take_in(step: u32) {
-    let gamma = real(GAMMA);
+    let gamma = real(PRESSURE_GAMMA);
     for (var i = 0u; i <= LAST_CELL; i++) {
         let here = pressed_first[i] + pressed_second[i];
         var next = real(0.0);

@@ -35,7 +35,7 @@ fn gas_flux(
     lower_pa: Pair,
 ) -> GasFlux {
     let tiny = real(1e-30);
-    let mean_pa = 0.5 * (upper_pa.high + lower_pa.high);
+    let mean_pa = 0.5 * ((upper_pa.high + upper_pa.low) + (lower_pa.high + lower_pa.low));
     let drop_pa = difference(lower_pa, upper_pa);
     let gradient = max(drop_pa, -drop_pa) / (upper_m + lower_m);
     let inertia = 0.5 * (upper.inertia_m_pa2 + lower.inertia_m_pa2);

@@ -84,15 +84,17 @@ fn on_cpu(precision: Precision, plan: &Plan, ensemble: &Ensemble) -> Traces {
     carried(&mut Cpu::new(precision), plan, ensemble)
 }
 
-/// Numbers that are not the same to the last bit: temperatures, heats and extremes; and arrivals that differ.
+/// Numbers that are not the same to the last bit: temperatures, gauges, heats, masses and extremes; and arrivals that differ.
 pub(crate) fn differing(one: &Traces, other: &Traces) -> usize {
     let numbers = |traces: &Traces| {
         let heats = traces.balances.iter().flat_map(|b| {
             let faces = [b.hot_in_j_m2, b.hot_out_j_m2, b.back_in_j_m2, b.back_out_j_m2];
-            faces.into_iter().chain([b.holder_in_j_m2, b.holder_out_j_m2, b.stored_j_m2])
+            let masses = [b.solid_lost_kg_m2, b.gas_out_kg_m2, b.gas_stored_kg_m2];
+            faces.into_iter().chain([b.holder_in_j_m2, b.holder_out_j_m2, b.stored_j_m2]).chain(masses)
         });
         let extremes = traces.extremes_k.iter().flat_map(|&(low, high)| [low, high]);
-        let numbers = traces.temperatures_k.iter().copied().chain(heats).chain(extremes);
+        let gauges = traces.gauges.iter().copied();
+        let numbers = traces.temperatures_k.iter().copied().chain(gauges).chain(heats).chain(extremes);
         numbers.map(f64::to_bits).collect::<Vec<u64>>()
     };
     let (a, b) = (numbers(one), numbers(other));

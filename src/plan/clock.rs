@@ -52,6 +52,8 @@ fn settle(mut times_s: Vec<f64>, duration_s: f64) -> Vec<f64> {
 /// Where the exposure has a kink or a jump.
 fn corners(case: &Case) -> Vec<f64> {
     let mut corners_s = vec![0.0];
+    corners_s.extend(&case.exposure.pressure_pa.times_s);
+    corners_s.extend(case.exposure.back_pressure_pa.iter().flat_map(|pressure_pa| &pressure_pa.times_s));
     corners_s.extend(case.exposure.holder.iter().flat_map(|holder| &holder.temperature_k.times_s));
     for face in [&case.exposure.hot_face, &case.exposure.back_face] {
         match face {

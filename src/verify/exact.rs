@@ -1,16 +1,22 @@
-//! Closed forms of one-dimensional conduction.
+//! Closed forms of one-dimensional conduction; of [`kinetics`] and of [`darcy`] flow apart.
 //!
 //! Slabs are dimensionless: depth ξ = x/L below the heated face, Fourier number Fo = αt/L². Unless named
 //! otherwise the back face (ξ = 1) is insulated and the start is zero. Sources: Carslaw and Jaeger (1959),
 //! chapters 2 and 3; Beck, Blackwell and St. Clair (1985), chapter 1, whose numbers of the cases are given
 //! (X12B10T0 and the like).
 
+pub mod darcy;
+pub mod kinetics;
+
 use std::f64::consts::PI;
+use std::ops::Range;
 
 pub use statrs::function::erf::erfc;
 
 /// Stefan–Boltzmann constant, W/m²/K⁴ (CODATA 2018): its own, so that the march is not checked by itself.
 const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
+/// Gas constant, J/mol/K (CODATA 2018): its own as well.
+const GAS_CONSTANT_J_MOL_K: f64 = 8.314462618;
 
 /// Σ term(n, λₙ) exp(−λₙ² Fo) over n = 1, 2, … until the exponential is beneath the last digit.
 fn decaying(fourier: f64, eigenvalue: impl Fn(f64) -> f64, term: impl Fn(f64, f64) -> f64) -> f64 {
@@ -148,18 +154,29 @@ pub fn black_w_m2(temperature_k: f64) -> f64 {
     STEFAN_BOLTZMANN * temperature_k.powi(4)
 }
 
-/// Temperature of a lumped plate after a time, K: dT/dt = `rate_k_s(t, T)` by the classical fourth-order
-/// Runge–Kutta scheme in steps of a second at most.
+/// Temperature of a lumped plate after a time, K: dT/dt = `rate_k_s(t, T)` in steps of a second at most.
 pub fn lumped_k(start_k: f64, time_s: f64, rate_k_s: impl Fn(f64, f64) -> f64) -> f64 {
-    let steps = time_s.ceil() as u32;
-    let h = time_s / f64::from(steps);
-    (0..steps).fold(start_k, |temperature_k, step| {
-        let t = f64::from(step) * h;
-        let k1 = rate_k_s(t, temperature_k);
-        let k2 = rate_k_s(t + 0.5 * h, temperature_k + 0.5 * h * k1);
-        let k3 = rate_k_s(t + 0.5 * h, temperature_k + 0.5 * h * k2);
-        let k4 = rate_k_s(t + h, temperature_k + h * k3);
-        temperature_k + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+    carried([start_k], 0.0..time_s, 1.0, |t, [temperature_k]| [rate_k_s(t, temperature_k)])[0]
+}
+
+/// The end of a system of ordinary differential equations y' = `rate(t, y)` over a span, by the classical fourth-order
+/// Runge–Kutta scheme in equal steps that are no longer than `step_s`.
+pub fn carried<const N: usize>(
+    start: [f64; N],
+    span_s: Range<f64>,
+    step_s: f64,
+    rate: impl Fn(f64, [f64; N]) -> [f64; N],
+) -> [f64; N] {
+    let steps = ((span_s.end - span_s.start) / step_s).ceil() as u32;
+    let h = (span_s.end - span_s.start) / f64::from(steps);
+    let ahead = |y: [f64; N], reach: f64, slope: [f64; N]| std::array::from_fn(|i| y[i] + reach * slope[i]);
+    (0..steps).fold(start, |y, step| {
+        let t = span_s.start + f64::from(step) * h;
+        let k1 = rate(t, y);
+        let k2 = rate(t + 0.5 * h, ahead(y, 0.5 * h, k1));
+        let k3 = rate(t + 0.5 * h, ahead(y, 0.5 * h, k2));
+        let k4 = rate(t + h, ahead(y, h, k3));
+        ahead(y, h / 6.0, std::array::from_fn(|i| k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
     })
 }
 

@@ -13,6 +13,7 @@ pub mod orders;
 pub mod problem;
 pub mod problems;
 mod reference;
+mod substance;
 pub mod twins;
 
 use crate::ensemble::Ensemble;

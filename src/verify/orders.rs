@@ -99,7 +99,7 @@ fn cosine(cells: usize, step_s: f64, wave_s: f64) -> Problem {
         quantity: "",
         points: points(&depths_m, &[0.5 * wave_s, wave_s], rise_k),
         tolerance: f64::INFINITY,
-        measure: Measure::Kelvin,
+        measure: Measure::Plain,
         source_of_tolerance: "",
     };
     let setting = Setting {
@@ -111,11 +111,10 @@ fn cosine(cells: usize, step_s: f64, wave_s: f64) -> Problem {
         first_step_s: step_s,
         growth: 1.0,
     };
-    let mut problem = Problem::new(Group::Orders, "cosine", setting, vec![check]);
+    let mut problem = Problem::new(Group::Orders, "cosine", setting, vec![check]).stepped(step_s);
     // Straight lines between so many points are off by a millionth of the least error measured.
     let profile = (0..=20_000).map(|i| THICKNESS_M * f64::from(i) / 20_000.0).map(|x| (x, rise_k(x, 0.0)));
     problem.case.exposure.initial_k = profile.collect();
-    problem.case.resolution.largest_step_s = step_s;
     problem
 }
 

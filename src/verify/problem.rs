@@ -3,14 +3,14 @@
 use super::{Group, Row};
 use crate::case::table::{OutOfRange, Table};
 use crate::case::{
-    Case, Conductivity, Estimate, Exposure, Face, Layup, Material, Observation, OpenFace, Ply, Pores, Resolution,
-    Schedule, Sensor,
+    Case, Conductivity, Estimate, Exposure, Face, Gas, GasFlow, GasPath, Layup, Material, Observation, OpenFace, Ply,
+    Pores, Resolution, Schedule, Sensor,
     material::{Mark, Provenance},
 };
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
-use crate::traces::Arrival;
+use crate::traces::{Arrival, Gauge};
 use std::sync::Arc;
 
 /// A case with its reference beside it.
@@ -26,40 +26,71 @@ pub struct Check {
     pub reference: &'static str,
     pub quantity: &'static str,
     pub points: Vec<Point>,
+    /// In the unit of the measure.
     pub tolerance: f64,
     pub measure: Measure,
     pub source_of_tolerance: &'static str,
 }
 
-/// A temperature at a place and time.
+/// What is read, when, and what it should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Below the hot face.
-    pub depth_m: f64,
+    pub place: Place,
     pub time_s: f64,
-    pub temperature_k: f64,
+    /// K at a depth, in its own unit of a gauge.
+    pub value: f64,
+}
+
+impl Point {
+    /// A temperature at a depth.
+    pub fn at(depth_m: f64, time_s: f64, temperature_k: f64) -> Self {
+        Self { place: Place::Depth(depth_m), time_s, value: temperature_k }
+    }
+}
+
+/// What a point reads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// The temperature so many m below the hot face.
+    Depth(f64),
+    Gauge(Gauge),
+}
+
+impl Place {
+    fn unit(self) -> &'static str {
+        match self {
+            Self::Depth(_) => "K",
+            Self::Gauge(gauge) => gauge.unit(),
+        }
+    }
 }
 
 /// What a difference is measured in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    Kelvin,
-    /// A share of what drives the problem, K.
+    /// The unit of what is read.
+    Plain,
+    /// A share of what drives the problem, in the unit of what is read.
     ShareOf(f64),
+    /// A share of each figure of the reference itself, for figures that stay clear of zero.
+    Relative,
 }
 
 impl Measure {
-    pub fn unit(self) -> String {
+    fn unit(self, place: Place) -> String {
         match self {
-            Self::Kelvin => "K".to_owned(),
-            Self::ShareOf(driving_k) => format!("of {driving_k} K"),
+            Self::Plain => place.unit().to_owned(),
+            Self::ShareOf(driving) => format!("of {driving} {}", place.unit()),
+            Self::Relative => "of the reference".to_owned(),
         }
     }
 
-    fn of(self, difference_k: f64) -> f64 {
+    fn of(self, read: f64, expected: f64) -> f64 {
+        let off = (read - expected).abs();
         match self {
-            Self::Kelvin => difference_k,
-            Self::ShareOf(driving_k) => difference_k / driving_k,
+            Self::Plain => off,
+            Self::ShareOf(driving) => off / driving,
+            Self::Relative => off / expected.abs(),
         }
     }
 }
@@ -82,7 +113,9 @@ impl Problem {
         let Setting { plies, start_k, hot_face, back_face, cells, first_step_s, growth } = setting;
         let layup = layup(plies);
         for point in checks.iter_mut().flat_map(|check| &mut check.points) {
-            point.depth_m = snapped_m(&layup, point.depth_m);
+            if let Place::Depth(depth_m) = &mut point.place {
+                *depth_m = snapped_m(&layup, *depth_m);
+            }
         }
         let points: Vec<Point> = checks.iter().flat_map(|check| check.points.iter().copied()).collect();
         let duration_s = points.iter().fold(0.0, |end_s: f64, point| end_s.max(point.time_s));
@@ -91,7 +124,7 @@ impl Problem {
             id: name.to_owned(),
             name: name.to_owned(),
             note: String::new(),
-            observations: observations(&sensors, &points),
+            observations: vec![observed(&points, start_k)],
             layup,
             sensors,
             gas: None,
@@ -111,6 +144,19 @@ impl Problem {
         Self { group, case, checks }
     }
 
+    /// The problem with a gas that makes its way through the layup.
+    pub fn seeped(mut self, path: GasPath, gas: Arc<Gas>) -> Self {
+        self.case.gas = Some(GasFlow { path, gas });
+        self
+    }
+
+    /// The problem in equal steps.
+    pub fn stepped(mut self, step_s: f64) -> Self {
+        self.case.resolution =
+            Resolution { first_step_s: step_s, growth: 1.0, largest_step_s: step_s, ..self.case.resolution };
+        self
+    }
+
     /// March the case and hold it against every check.
     ///
     /// # Errors
@@ -119,23 +165,31 @@ impl Problem {
         let plan = Plan::new(&self.case);
         let traces = march.march(&plan, &Ensemble::at(0, Vec::new()), 0..1)?;
         let has_arrived = traces.arrivals == [Arrival::Done];
-        let read_k = |point: &Point| {
-            let sensor = self.case.sensors.iter().position(|sensor| sensor.depth_m == point.depth_m)?;
-            instant(&plan, point.time_s).map(|instant| traces.trace(0, sensor)[instant])
+        let read = |point: &Point| {
+            let instant = instant(&plan, point.time_s)?;
+            let readings = match point.place {
+                Place::Gauge(gauge) => traces.gauge(0, gauge)?,
+                Place::Depth(depth_m) => {
+                    let sensor = self.case.sensors.iter().position(|sensor| sensor.depth_m == depth_m)?;
+                    traces.trace(0, sensor)
+                }
+            };
+            Some(readings[instant])
         };
         let rows = self.checks.iter().map(|check| {
-            let worst_k = check.points.iter().fold(0.0, |worst_k: f64, point| {
-                let off_k = read_k(point).map_or(f64::NAN, |read_k| (read_k - point.temperature_k).abs());
-                if off_k <= worst_k { worst_k } else { off_k }
+            let worst = check.points.iter().fold(0.0, |worst: f64, point| {
+                let off = check.measure.of(read(point).unwrap_or(f64::NAN), point.value);
+                // What is no number must not be forgotten at the next point.
+                if off.is_nan() { f64::INFINITY } else { worst.max(off) }
             });
             Row {
                 group: self.group,
                 case: self.case.name.clone(),
                 reference: check.reference.to_owned(),
                 quantity: check.quantity.to_owned(),
-                difference: if has_arrived { check.measure.of(worst_k) } else { f64::INFINITY },
+                difference: if has_arrived { worst } else { f64::INFINITY },
                 tolerance: check.tolerance,
-                unit: check.measure.unit(),
+                unit: check.points.first().map_or_else(String::new, |point| check.measure.unit(point.place)),
                 source_of_tolerance: check.source_of_tolerance.to_owned(),
             }
         });
@@ -146,16 +200,28 @@ impl Problem {
 /// Points of a formula over depths and times.
 pub fn points(depths_m: &[f64], times_s: &[f64], temperature_k: impl Fn(f64, f64) -> f64) -> Vec<Point> {
     let at = |&time_s: &f64| {
-        let temperature_k = &temperature_k;
-        depths_m.iter().map(move |&depth_m| Point { depth_m, time_s, temperature_k: temperature_k(depth_m, time_s) })
+        let value = &temperature_k;
+        depths_m.iter().map(move |&depth_m| Point::at(depth_m, time_s, value(depth_m, time_s)))
     };
     times_s.iter().flat_map(at).collect()
 }
 
+/// The same depths and times with the temperatures of a formula.
+pub fn instead(points: &[Point], temperature_k: impl Fn(f64, f64) -> f64) -> Vec<Point> {
+    let of = |point: &Point| match point.place {
+        Place::Depth(depth_m) => Point::at(depth_m, point.time_s, temperature_k(depth_m, point.time_s)),
+        Place::Gauge(_) => *point,
+    };
+    points.iter().map(of).collect()
+}
+
+/// Points of a formula of a gauge over times.
+pub fn gauged(gauge: Gauge, times_s: &[f64], value: impl Fn(f64) -> f64) -> Vec<Point> {
+    times_s.iter().map(|&time_s| Point { place: Place::Gauge(gauge), time_s, value: value(time_s) }).collect()
+}
+
 /// A substance of the given properties; what a table leaves open is held at its end.
 pub fn material(density_kg_m3: f64, heat_capacity: Table, conductivity: Table) -> Arc<Material> {
-    let provenance =
-        || Provenance { mark: Mark::Read, source: "the reference problem".to_owned(), relative_uncertainty: 0.0 };
     Arc::new(Material {
         id: "reference".to_owned(),
         name: "reference".to_owned(),
@@ -172,6 +238,11 @@ pub fn material(density_kg_m3: f64, heat_capacity: Table, conductivity: Table) -
         pores_provenance: None,
         decomposition: None,
     })
+}
+
+/// Where the properties of a problem come from.
+pub(super) fn provenance() -> Provenance {
+    Provenance { mark: Mark::Read, source: "the reference problem".to_owned(), relative_uncertainty: 0.0 }
 }
 
 /// A substance of constant properties: W/m/K and J/m³/K.
@@ -220,30 +291,32 @@ fn snapped_m(layup: &Layup, depth_m: f64) -> f64 {
     layup.faces_m().into_iter().find(near).unwrap_or(depth_m)
 }
 
+/// One at each depth of the points; one at least, to carry their times.
 fn sensors(points: &[Point]) -> Vec<Sensor> {
-    let mut depths_m: Vec<f64> = points.iter().map(|point| point.depth_m).collect();
+    let depth_m = |point: &Point| match point.place {
+        Place::Depth(depth_m) => Some(depth_m),
+        Place::Gauge(_) => None,
+    };
+    let mut depths_m: Vec<f64> = points.iter().filter_map(depth_m).collect();
     depths_m.sort_by(f64::total_cmp);
     depths_m.dedup();
+    if depths_m.is_empty() {
+        depths_m.push(0.0);
+    }
     depths_m
         .into_iter()
         .map(|depth_m| Sensor { name: format!("{:.4} mm", 1e3 * depth_m), depth_m, lag_s: 0.0 })
         .collect()
 }
 
-/// The points as if measured: this makes the march read its sensors when they are due.
-fn observations(sensors: &[Sensor], points: &[Point]) -> Vec<Observation> {
-    let of = |(sensor, place): (usize, &Sensor)| {
-        let mut seen: Vec<&Point> = points.iter().filter(|point| point.depth_m == place.depth_m).collect();
-        seen.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
-        seen.dedup_by_key(|point| point.time_s);
-        Observation {
-            sensor,
-            times_s: seen.iter().map(|point| point.time_s).collect(),
-            temperatures_k: seen.iter().map(|point| point.temperature_k).collect(),
-            sigma_k: vec![1.0; seen.len()],
-        }
-    };
-    sensors.iter().enumerate().map(of).collect()
+/// The times of the points as if something had been measured then: this makes the march read what it reads when it is
+/// due.
+fn observed(points: &[Point], start_k: f64) -> Observation {
+    let mut times_s: Vec<f64> = points.iter().map(|point| point.time_s).collect();
+    times_s.sort_by(f64::total_cmp);
+    times_s.dedup();
+    let count = times_s.len();
+    Observation { sensor: 0, times_s, temperatures_k: vec![start_k; count], sigma_k: vec![1.0; count] }
 }
 
 /// The instant at a time; a clock takes times closer than a billionth of the march for one.

@@ -1,9 +1,11 @@
 //! Published figures, re-typed into `data/verification` and built into the library.
 //!
 //! A file is a few lines of `#` naming its public source, version and licence, a header
-//! `series,time_s,<depth in m>,…`, and a row a series and time.
+//! `series,time_s,<depth in m>,…`, and a row a series and time. Where no temperature is read a column has a name in
+//! place of a depth, and a figure that was not published is left out.
 
-use super::problem::Point;
+use super::problem::{Place, Point};
+use crate::traces::Gauge;
 
 /// The points of one series of a file; its zero of temperature in K is added to every figure.
 pub(super) fn points(file: &str, series: &str, zero_k: f64) -> Vec<Point> {
@@ -11,12 +13,28 @@ pub(super) fn points(file: &str, series: &str, zero_k: f64) -> Vec<Point> {
     let depths_m: Vec<f64> = header[2..].iter().map(|depth| number(depth)).collect();
     let mut points = Vec::new();
     for row in rows.iter().filter(|row| row[0] == series) {
-        for (&depth_m, value) in depths_m.iter().zip(&row[2..]) {
-            points.push(Point { depth_m, time_s: number(row[1]), temperature_k: zero_k + number(value) });
+        for (&depth_m, value) in depths_m.iter().zip(&row[2..]).filter(|(_, value)| !value.is_empty()) {
+            points.push(Point::at(depth_m, number(row[1]), zero_k + number(value)));
         }
     }
     assert!(!points.is_empty(), "no series {series:?} in the file that begins {:?}", file.lines().next());
     points
+}
+
+/// The points of a gauge from one named column of a series.
+pub(super) fn gauged(file: &str, series: &str, column: &str, gauge: Gauge) -> Vec<Point> {
+    let figures = named(file, series, column).into_iter();
+    figures.map(|(time_s, value)| Point { place: Place::Gauge(gauge), time_s, value }).collect()
+}
+
+/// The figures of one named column of a series over their times, s.
+pub(super) fn named(file: &str, series: &str, column: &str) -> Vec<(f64, f64)> {
+    let (header, rows) = table(file);
+    let index = header.iter().position(|name| *name == column).unwrap_or_else(|| panic!("no column {column:?}"));
+    let told = rows.iter().filter(|row| row[0] == series && !row[index].is_empty());
+    let figures: Vec<(f64, f64)> = told.map(|row| (number(row[1]), number(row[index]))).collect();
+    assert!(!figures.is_empty(), "no series {series:?} in the file that begins {:?}", file.lines().next());
+    figures
 }
 
 /// The columns of a file of numbers.
@@ -39,17 +57,24 @@ fn number(text: &str) -> f64 {
 mod tests {
     use super::*;
 
-    const FILE: &str = "# source\nseries,time_s,0,0.01\nA,1,20,10\nB,1,30,5\nA,2,25,12\n";
+    const FILE: &str = "# source\nseries,time_s,0,0.01\nA,1,20,10\nB,1,30,5\nA,2,25,\n";
 
     #[test]
     fn a_series_is_read_with_its_own_depths_times_and_zero() {
-        let read: Vec<_> = points(FILE, "A", 273.15).iter().map(|p| (p.depth_m, p.time_s, p.temperature_k)).collect();
-        assert_eq!(read, [(0.0, 1.0, 293.15), (0.01, 1.0, 283.15), (0.0, 2.0, 298.15), (0.01, 2.0, 285.15)]);
+        let expected = [(0.0, 1.0, 293.15), (0.01, 1.0, 283.15), (0.0, 2.0, 298.15)];
+        let expected = expected.map(|(depth_m, time_s, temperature_k)| Point::at(depth_m, time_s, temperature_k));
+        assert_eq!(points(FILE, "A", 273.15), expected);
     }
 
     #[test]
     #[should_panic(expected = "no series \"C\"")]
     fn a_series_that_is_not_there_is_not_passed_over() {
         points(FILE, "C", 0.0);
+    }
+
+    #[test]
+    fn a_named_column_skips_what_was_not_published() {
+        let file = "series,time_s,front_m\nA,1,0.5\nA,2,\nB,2,0.75\nA,3,0.25\n";
+        assert_eq!(named(file, "A", "front_m"), [(1.0, 0.5), (3.0, 0.25)]);
     }
 }

@@ -1,11 +1,15 @@
 //! The problems, by family.
 
+pub mod charring;
 pub mod flexible;
 mod holder;
+mod kinetics;
 mod layered;
 pub mod nonlinear;
 mod radiating;
+mod seeping;
 mod slab;
+mod tacot;
 
 use super::problem::Problem;
 
@@ -22,8 +26,18 @@ const CELSIUS_K: f64 = 273.15;
 
 /// Every problem, the simplest first.
 pub fn all() -> Vec<Problem> {
-    [slab::problems(), layered::problems(), nonlinear::problems(), radiating::problems(), holder::problems()]
-        .into_iter()
-        .flatten()
-        .collect()
+    [
+        slab::problems(),
+        layered::problems(),
+        nonlinear::problems(),
+        radiating::problems(),
+        holder::problems(),
+        kinetics::problems(),
+        seeping::problems(),
+        charring::problems(),
+        tacot::problems(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }

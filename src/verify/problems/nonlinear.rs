@@ -147,7 +147,7 @@ fn heating() -> Problem {
             quantity: "both faces, 50 to 999 s",
             points: reference::points(FILE, "HEATING", CELSIUS_K),
             tolerance: 0.1,
-            measure: Measure::Kelvin,
+            measure: Measure::Plain,
             source_of_tolerance: "HEATING lies within 0.07 K of a converged solution",
         }],
     )
@@ -164,7 +164,7 @@ fn power_law() -> Problem {
         quantity: "6 depths",
         points: reference::points(FILE, series, 0.0),
         tolerance,
-        measure: Measure::Kelvin,
+        measure: Measure::Plain,
         source_of_tolerance,
     };
     Problem::new(
@@ -205,7 +205,7 @@ fn tacot() -> Problem {
         quantity: "9 depths",
         points: reference::points(FILE, series, 0.0),
         tolerance,
-        measure: Measure::Kelvin,
+        measure: Measure::Plain,
         source_of_tolerance,
     };
     Problem::new(

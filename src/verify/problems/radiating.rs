@@ -4,7 +4,7 @@ use super::{CELSIUS_K, MOL};
 use crate::case::{Emissivity, Face, OpenFace, Schedule};
 use crate::verify::Group::{Codes, Exact};
 use crate::verify::problem::{
-    Check, Measure, Point, Problem, Setting, clamped, constant, convected, held, insulated, material, points,
+    Check, Measure, Point, Problem, Setting, clamped, constant, convected, held, instead, insulated, material, points,
 };
 use crate::verify::{exact, reference};
 use std::f64::consts::PI;
@@ -38,10 +38,9 @@ fn cooling() -> Problem {
         surroundings_k: Schedule::constant(surroundings_k),
         ..OpenFace::insulated()
     };
-    let reached = |temperature_k: f64| Point {
-        depth_m: 0.0,
-        time_s: exact::cooling_time_s(4860.0, emissivity, surroundings_k, start_k, temperature_k),
-        temperature_k,
+    let reached = |temperature_k: f64| {
+        let time_s = exact::cooling_time_s(4860.0, emissivity, surroundings_k, start_k, temperature_k);
+        Point::at(0.0, time_s, temperature_k)
     };
     Problem::new(
         Exact,
@@ -67,10 +66,9 @@ fn heating() -> Problem {
         surroundings_k: Schedule::constant(0.0),
         ..OpenFace::insulated()
     };
-    let reached = |temperature_k: f64| Point {
-        depth_m: 0.0,
-        time_s: exact::heating_time_s(4860.0, emissivity, flux_w_m2, start_k, temperature_k),
-        temperature_k,
+    let reached = |temperature_k: f64| {
+        let time_s = exact::heating_time_s(4860.0, emissivity, flux_w_m2, start_k, temperature_k);
+        Point::at(0.0, time_s, temperature_k)
     };
     Problem::new(
         Exact,
@@ -90,14 +88,14 @@ fn heating() -> Problem {
 /// Steady bar of 0.1 m held at 1000 K that radiates to 300 K; the heat capacity is free.
 fn nafems_t2() -> Problem {
     let (conductivity_w_m_k, thickness_m, held_k, emissivity, surroundings_k) = (55.6, 0.1, 1000.0, 0.98, 300.0);
-    let end = |temperature_k| vec![Point { depth_m: thickness_m, time_s: 30e3, temperature_k }];
+    let end = |temperature_k| vec![Point::at(thickness_m, 30e3, temperature_k)];
     let end_k = exact::radiating_end_k(conductivity_w_m_k / thickness_m, held_k, emissivity, surroundings_k);
     let check = |reference, temperature_k, tolerance, source_of_tolerance| Check {
         reference,
         quantity: "radiating end, at rest",
         points: end(temperature_k),
         tolerance,
-        measure: Measure::Kelvin,
+        measure: Measure::Plain,
         source_of_tolerance,
     };
     Problem::new(
@@ -150,9 +148,9 @@ fn nafems_t3() -> Problem {
             Check {
                 reference: "NAFEMS benchmarks, Rev. 3, 1990",
                 quantity: "20 mm, 32 s",
-                points: vec![Point { depth_m: 0.02, time_s: 32.0, temperature_k: CELSIUS_K + 36.60 }],
+                points: vec![Point::at(0.02, 32.0, CELSIUS_K + 36.60)],
                 tolerance: 0.005,
-                measure: Measure::Kelvin,
+                measure: Measure::Plain,
                 source_of_tolerance: "the target is printed to 0.01 °C",
             },
             Check {
@@ -173,16 +171,13 @@ const SFPE_SOURCE: &str = "figures printed to 0.1 °C, up to 0.1 °C over the lu
 fn sfpe_checks(series: &str, start_k: f64, rate_k_s: impl Fn(f64, f64) -> f64) -> Vec<Check> {
     const FILE: &str = include_str!("../../../data/verification/sfpe_s02.csv");
     let printed = reference::points(FILE, series, CELSIUS_K);
-    let integrated = printed
-        .iter()
-        .map(|point| Point { temperature_k: exact::lumped_k(start_k, point.time_s, &rate_k_s), ..*point })
-        .collect();
+    let integrated = instead(&printed, |_, time_s| exact::lumped_k(start_k, time_s, &rate_k_s));
     let check = |reference, points, tolerance, source_of_tolerance| Check {
         reference,
         quantity: "plate",
         points,
         tolerance,
-        measure: Measure::Kelvin,
+        measure: Measure::Plain,
         source_of_tolerance,
     };
     vec![
@@ -285,7 +280,7 @@ fn kaowool() -> Problem {
             quantity: "5.72 and 11.44 mm, 1200 s",
             points: reference::points(FILE, "converged", 0.0),
             tolerance: 0.5,
-            measure: Measure::Kelvin,
+            measure: Measure::Plain,
             source_of_tolerance: "start, gas and walls of 290 or of 293 K differ by 0.3 K; printed to 0.1 K",
         }],
     )

@@ -1,0 +1,187 @@
+//! Slabs that char: one of another code, two reactions in a chain, and a smooth one for orders and balances.
+
+use super::CELSIUS_K;
+use crate::case::material::Parts;
+use crate::case::{
+    Case, Conductivity, Emissivity, Face, Gas, GasPath, Material, Mixing, OpenFace, Pores, Residue, Resolution,
+    Schedule, Sequence, Table,
+};
+use crate::traces::Gauge;
+use crate::verify::Group::{Codes, Orders};
+use crate::verify::exact::kinetics::Arrhenius;
+use crate::verify::problem::{Check, Measure, Point, Problem, Setting, clamped, insulated, material, points};
+use crate::verify::reference;
+use crate::verify::substance::{conducting, decomposing, gas, porous, reacting, reaction, rising};
+use std::sync::Arc;
+
+pub(super) fn problems() -> Vec<Problem> {
+    vec![chain(), permeable("permeable 1e-12 m2", 1e-12), permeable("permeable 1e-13 m2", 1e-13)]
+}
+
+const GPYRO: &str = "gpyro 0.8200";
+const GPYRO_GAS: &str = include_str!("../../../data/verification/gpyro_charring_slab_gas.csv");
+/// Molar mass of its gas, kg/mol.
+const GPYRO_KG_MOL: f64 = 0.044;
+
+/// Virgin of 500, intermediate of 200 and residue of 50 kg/m³, mixed by volume; the latter two conduct by radiation
+/// too, as 0.001 and 0.002 m times σT³.
+fn gpyro_substance(permeability_m2: f64) -> Arc<Material> {
+    let pores = Pores { porosity: 0.5, permeability_m2, ..Pores::SEALED };
+    let virgin = Material {
+        emissivity: Table::constant(0.65),
+        ..porous(&material(500.0, Table::constant(1500.0), Table::constant(0.2)), pores)
+    };
+    let residue = |name: &str, solid_w_m_k, radiating_m: f64, emissivity| Residue {
+        name: name.to_owned(),
+        heat_capacity: Table::constant(1500.0),
+        conductivity: Conductivity::Parts(Parts {
+            solid_w_m_k,
+            solid_exponent: 0.0,
+            pores: Vec::new(),
+            extinction_1_m: Some(16.0 / (3.0 * radiating_m)),
+            extinction_follows_density: false,
+            range_k: (250.0, 2000.0),
+        }),
+        emissivity: Table::constant(emissivity),
+        pores,
+    };
+    let arrhenius = |rate_1_s, activation_j_mol| Arrhenius { rate_1_s, activation_j_mol, order: 1.0, onset_k: 0.0 };
+    let mut decomposition = reacting(
+        Sequence::Chain,
+        vec![reaction(0.6, arrhenius(5e8, 130e3), 6e5), reaction(0.3, arrhenius(5e10, 175e3), 1e5)],
+        vec![residue("intermediate", 0.15, 0.001, 0.95), residue("char", 0.10, 0.002, 0.90)],
+    );
+    decomposition.mixing = Mixing::Volume;
+    decomposing(&virgin, decomposition)
+}
+
+/// Its gas: 1000 J/kg/K, and a viscosity that is density times its diffusivity in itself by Chapman and Enskog's theory
+/// with the collision integral of P. Neufeld, A. Janzen, R. Aziz (1972) for σ = 5.061 Å and ε/k = 254 K.
+fn gpyro_gas() -> Arc<Gas> {
+    let viscosity_pa_s = |temperature_k: f64| {
+        let reduced = temperature_k / 254.0;
+        let collision = 1.06036 / reduced.powf(0.1561)
+            + 0.193 / (0.47635 * reduced).exp()
+            + 1.03587 / (1.52996 * reduced).exp()
+            + 1.76474 / (3.89411 * reduced).exp();
+        let root = (temperature_k.powi(3) * 2.0 / 44.0).sqrt();
+        let diffusivity_m2_s = 1e-4 * 0.001_858_3 * root / (5.061 * 5.061 * collision);
+        101_325.0 * GPYRO_KG_MOL / (8.314 * temperature_k) * diffusivity_m2_s
+    };
+    let at_k: Vec<f64> = (10..=60).map(|i| 25.0 * f64::from(i)).collect();
+    let viscosity = clamped(at_k.clone(), at_k.iter().map(|&t| viscosity_pa_s(t)).collect());
+    gas(Table::constant(GPYRO_KG_MOL), rising(1000.0), viscosity)
+}
+
+/// 8 mm from 300 K under 25 kW/m² that a grey face absorbs and radiates, a film of 10 W/m²/K beside it.
+fn gpyro_setting(permeability_m2: f64) -> Setting {
+    Setting {
+        plies: vec![(gpyro_substance(permeability_m2), 0.008)],
+        start_k: 300.0,
+        hot_face: Face::Open(OpenFace {
+            radiant_w_m2: Schedule::constant(25e3),
+            film_w_m2_k: 10.0,
+            emissivity: Emissivity::Material,
+            ..OpenFace::insulated()
+        }),
+        back_face: insulated(),
+        cells: 320,
+        first_step_s: 1e-3,
+        growth: 0.02,
+    }
+}
+
+fn chain() -> Problem {
+    const FILE: &str = include_str!("../../../data/verification/gpyro_charring_slab.csv");
+    let checks = vec![
+        Check {
+            reference: GPYRO,
+            quantity: "faces and middle, 100 to 800 s",
+            points: reference::points(FILE, "gpyro", CELSIUS_K),
+            tolerance: 1.0,
+            measure: Measure::Plain,
+            source_of_tolerance: "an independent code of its equations lies within 0.5 K of it",
+        },
+        Check {
+            reference: GPYRO,
+            quantity: "gas flux, 100 to 800 s",
+            points: reference::gauged(GPYRO_GAS, "slab", "gas_flux_kg_m2_s", Gauge::GasFlux),
+            tolerance: 0.015,
+            measure: Measure::Relative,
+            source_of_tolerance: "an independent code of its equations lies within 1 % of it",
+        },
+    ];
+    let mut problem = Problem::new(Codes, "charring slab, two reactions in a chain", gpyro_setting(0.0), checks)
+        .seeped(GasPath::QuasiSteady, gpyro_gas());
+    problem.case.resolution.largest_step_s = 0.25;
+    problem
+}
+
+/// The same with the pressure of its gas. What it flows through is gpyro's but for the porosity.
+fn permeable(series: &'static str, permeability_m2: f64) -> Problem {
+    let over = reference::gauged(GPYRO_GAS, series, "overpressure_pa", Gauge::BackPressure);
+    let at_back = |point: &Point| Point { value: 101_325.0 + point.value, ..*point };
+    // From 300 s on, as before it the flux doubles within a minute.
+    let points: Vec<Point> = over.iter().filter(|point| point.time_s > 250.0).map(at_back).collect();
+    let largest_pa = over.iter().map(|point| point.value).fold(0.0, f64::max);
+    let check = Check {
+        reference: GPYRO,
+        quantity: "pressure at the back, 300 to 700 s",
+        points,
+        tolerance: 0.02,
+        measure: Measure::ShareOf(largest_pa),
+        source_of_tolerance: "81 cells in steps of 0.1 s, whose gas flux is 1 % off that of 321",
+    };
+    let name = format!("charring slab, {series}");
+    let mut problem =
+        Problem::new(Codes, &name, gpyro_setting(permeability_m2), vec![check]).seeped(GasPath::Darcy, gpyro_gas());
+    problem.case.resolution.largest_step_s = 0.25;
+    problem
+}
+
+/// A felt of 5 mm that two reactions char under a flux that rises from nothing: smooth in space and time, so that an
+/// order shows. Its gas builds up a fifth of an atmosphere where it flows by Darcy's law.
+pub fn smooth(path: GasPath, permeability_m2: f64) -> Case {
+    let straight = |at_300_k: f64, at_1800_k: f64| clamped(vec![300.0, 1800.0], vec![at_300_k, at_1800_k]);
+    let pores = |porosity, permeability_m2| Pores { porosity, permeability_m2, slip_pa_k: 20.0, ..Pores::SEALED };
+    let virgin = porous(&material(200.0, straight(1000.0, 1800.0), straight(0.08, 0.3)), pores(0.7, permeability_m2));
+    let char = Residue {
+        name: "char".to_owned(),
+        heat_capacity: straight(900.0, 1900.0),
+        conductivity: conducting(straight(0.1, 0.5)),
+        emissivity: Table::constant(0.8),
+        pores: pores(0.8, 2.0 * permeability_m2),
+    };
+    let arrhenius = |rate_1_s, activation_j_mol, order| Arrhenius { rate_1_s, activation_j_mol, order, onset_k: 0.0 };
+    let reactions = vec![reaction(0.1, arrhenius(3e4, 7e4, 1.0), 4e5), reaction(0.2, arrhenius(1e5, 9e4, 2.0), 8e5)];
+    let gas = gas(straight(0.03, 0.02), straight(4e5, 3e6), straight(1.5e-5, 5e-5));
+    let watched = Check {
+        reference: "",
+        quantity: "",
+        points: points(&[0.0, 1e-3, 2.5e-3, 5e-3], &[60.0], |_, _| 0.0),
+        tolerance: f64::INFINITY,
+        measure: Measure::Plain,
+        source_of_tolerance: "",
+    };
+    let setting = Setting {
+        plies: vec![(decomposing(&virgin, reacting(Sequence::SideBySide, reactions, vec![char])), 5e-3)],
+        start_k: 300.0,
+        hot_face: Face::Open(OpenFace {
+            flux_w_m2: Schedule { times_s: vec![0.0, 30.0], values: vec![0.0, 60e3] },
+            emissivity: Emissivity::Constant(0.8),
+            ..OpenFace::insulated()
+        }),
+        back_face: insulated(),
+        cells: 160,
+        first_step_s: 0.0,
+        growth: 0.0,
+    };
+    let name = match path {
+        GasPath::Unhindered => "charring felt, gas unhindered",
+        GasPath::QuasiSteady => "charring felt, gas as it is made",
+        GasPath::Darcy => "charring felt, gas by Darcy's law",
+    };
+    let mut case = Problem::new(Orders, name, setting, vec![watched]).seeped(path, gas).case;
+    case.resolution = Resolution::default();
+    case
+}

@@ -1,0 +1,280 @@
+//! Gas that seeps through a slab of 50 mm at one temperature, and what a steady stream of it does to heat.
+
+use super::REFINED;
+use crate::case::{Face, GasPath, Material, Pores, Schedule, Sequence, Table};
+use crate::traces::Gauge;
+use crate::verify::Group::Exact;
+use crate::verify::exact;
+use crate::verify::exact::darcy::Seeping;
+use crate::verify::exact::kinetics::Arrhenius;
+use crate::verify::problem::{Check, Measure, Problem, Setting, constant, gauged, held, material, points};
+use crate::verify::substance::{constant_gas, decomposing, porous, reacting, reaction, unchanged};
+use std::sync::Arc;
+
+pub(super) fn problems() -> Vec<Problem> {
+    let mut problems = vec![source(0.0), source(20.0), step(), wave(), front(), sealed()];
+    problems.extend([through(0.0, 0.0), through(10.0, 0.0), through(0.0, 1e7)]);
+    problems.extend([GasPath::QuasiSteady, GasPath::Darcy].map(stream));
+    problems
+}
+
+const THICKNESS_M: f64 = 0.05;
+const TEMPERATURE_K: f64 = 1000.0;
+const FACE_PA: f64 = 101_325.0;
+
+/// The gas of [`constant_gas`] in a slab of 85 % pores.
+const SEEPING: Seeping = Seeping {
+    molar_mass_kg_mol: 0.022,
+    viscosity_pa_s: 3e-5,
+    temperature_k: TEMPERATURE_K,
+    permeability_m2: 2e-11,
+    porosity: 0.85,
+    slip_pa: 0.0,
+    inertia_1_m: 0.0,
+};
+
+fn pores(seeping: &Seeping) -> Pores {
+    Pores {
+        porosity: seeping.porosity,
+        permeability_m2: seeping.permeability_m2,
+        slip_pa_k: seeping.slip_pa / TEMPERATURE_K,
+        inertia_1_m: seeping.inertia_1_m,
+    }
+}
+
+/// A slab so conductive that it stays at the temperature of its faces.
+fn inert(seeping: &Seeping) -> Material {
+    porous(&constant(1e3, 1e5), pores(seeping))
+}
+
+/// A slab that makes gas at a constant rate: a reaction of no order, of which a small part happens.
+fn sourcing(virgin: &Material, source_kg_m3_s: f64, duration_s: f64) -> Arc<Material> {
+    let rate_1_s = 1e-3 / duration_s;
+    let virgin = Material { density_kg_m3: source_kg_m3_s / (0.5 * rate_1_s), ..virgin.clone() };
+    let steady = Arrhenius { rate_1_s, activation_j_mol: 0.0, order: 0.0, onset_k: 0.0 };
+    decomposing(&virgin, reacting(Sequence::SideBySide, vec![reaction(0.5, steady, 0.0)], vec![unchanged(&virgin)]))
+}
+
+fn setting(material: Arc<Material>, cells: usize) -> Setting {
+    Setting {
+        plies: vec![(material, THICKNESS_M)],
+        start_k: TEMPERATURE_K,
+        hot_face: held(TEMPERATURE_K),
+        back_face: held(TEMPERATURE_K),
+        cells,
+        first_step_s: 1e-6,
+        growth: 0.02,
+    }
+}
+
+/// A problem of gas without heat, the pressure at its face and, where the back is open, there.
+fn seeped(name: &str, setting: Setting, face_pa: Schedule, back_pa: Option<Schedule>, checks: Vec<Check>) -> Problem {
+    let mut problem = Problem::new(Exact, name, setting, checks).seeped(GasPath::Darcy, constant_gas(0.0));
+    problem.case.exposure.pressure_pa = face_pa;
+    problem.case.exposure.back_pressure_pa = back_pa;
+    problem
+}
+
+const AT_REST: &str = "a finite volume scheme is exact at rest: differences of p² carry the flux";
+
+fn source(slip_pa_k: f64) -> Problem {
+    let seeping = Seeping { slip_pa: slip_pa_k * TEMPERATURE_K, ..SEEPING };
+    let (source_kg_m3_s, duration_s) = (0.5, 2.0);
+    let check = |quantity, gauge, value: f64| Check {
+        reference: "Darcy's law at rest (Muskat 1937)",
+        quantity,
+        points: gauged(gauge, &[duration_s], |_| value),
+        tolerance: 1e-6,
+        measure: Measure::Relative,
+        source_of_tolerance: AT_REST,
+    };
+    let back_pa = seeping.sealed_back_pa(FACE_PA, source_kg_m3_s, THICKNESS_M);
+    let material = sourcing(&inert(&seeping), source_kg_m3_s, duration_s);
+    seeped(
+        &format!("gas made throughout, slip {slip_pa_k} Pa/K"),
+        setting(material, 100),
+        Schedule::constant(FACE_PA),
+        None,
+        vec![
+            check("pressure at the back", Gauge::BackPressure, back_pa),
+            check("largest pressure", Gauge::PeakPressure, back_pa),
+            check("gas flux", Gauge::GasFlux, source_kg_m3_s * THICKNESS_M),
+        ],
+    )
+}
+
+/// The pressure at the face falls by 100 Pa at once: so little that the equation is linear.
+fn step() -> Problem {
+    let step_pa = 100.0;
+    let per_second = SEEPING.diffusivity_m2_s(FACE_PA) / (THICKNESS_M * THICKNESS_M);
+    let check = Check {
+        reference: "Carslaw and Jaeger 1959, §3.3, linearised",
+        quantity: "pressure at the back, 1 to 200 ms",
+        points: gauged(Gauge::BackPressure, &[1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2], |time_s| {
+            FACE_PA + step_pa * (1.0 - exact::held(per_second * time_s, 1.0))
+        }),
+        tolerance: 0.1,
+        measure: Measure::Plain,
+        source_of_tolerance: "the equation is linear to a thousandth of the step",
+    };
+    let face_pa = Schedule { times_s: vec![0.0, 1e-7], values: vec![FACE_PA + step_pa, FACE_PA] };
+    seeped("a small step of pressure", setting(Arc::new(inert(&SEEPING)), 200), face_pa, None, vec![check])
+}
+
+/// Gas driven into a slab by a pressure that rises at its face, a wave that keeps its shape.
+fn wave() -> Problem {
+    let seeping = Seeping { permeability_m2: 2e-13, ..SEEPING };
+    let (ahead_pa, speed_m_s, foot, duration_s, step_s) = (1e4, 0.0157, 1e-7, 8.0, 4e-3);
+    let pressure_pa =
+        |time_s: f64, depth_m: f64| seeping.wave_pa(speed_m_s, ahead_pa, foot, speed_m_s * time_s - depth_m);
+    let schedule = |depth_m: f64| {
+        let times_s: Vec<f64> = (0..=(duration_s / step_s) as u32).map(|i| step_s * f64::from(i)).collect();
+        let values = times_s.iter().map(|&time_s| pressure_pa(time_s, depth_m)).collect();
+        Schedule { times_s, values }
+    };
+    let flux = |time_s| -seeping.wave_kg_m2_s(speed_m_s, ahead_pa, pressure_pa(time_s, 0.0));
+    let check = Check {
+        reference: "travelling wave of p ∂p/∂x",
+        quantity: "gas flux, 5 to 8 s",
+        points: gauged(Gauge::GasFlux, &[5.0, 5.5, 6.0, 6.5, 7.0, 7.5, 8.0], flux),
+        tolerance: 1e-4,
+        measure: Measure::ShareOf(flux(duration_s).abs()),
+        source_of_tolerance: "grid and clock refined until 1e-4 of the flux is met",
+    };
+    let setting = setting(Arc::new(inert(&seeping)), 400);
+    seeped("gas driven in", setting, schedule(0.0), Some(schedule(THICKNESS_M)), vec![check])
+        // A step from each corner of the schedules to the next, and none cut in two by rounding.
+        .stepped(1.001 * step_s)
+}
+
+/// A front of gas that runs at a constant speed into a slab that is all but empty: p = (U μ ε/K)(U t − x). It passes
+/// less than half a cell a step; past several the march no longer follows it.
+fn front() -> Problem {
+    let (speed_m_s, empty_pa) = (0.05, 1.0);
+    let slope_pa_m = speed_m_s * SEEPING.viscosity_pa_s * SEEPING.porosity / SEEPING.permeability_m2;
+    let times_s: Vec<f64> = (1..=9).map(|i| 0.1 * f64::from(i)).collect();
+    let flux = |time_s: f64| -SEEPING.wave_kg_m2_s(speed_m_s, 0.0, slope_pa_m * speed_m_s * time_s);
+    let check = |quantity, points, tolerance, measure, source_of_tolerance| Check {
+        reference: "travelling front of p ∂p/∂x",
+        quantity,
+        points,
+        tolerance,
+        measure,
+        source_of_tolerance,
+    };
+    let face_pa = Schedule { times_s: vec![0.0, 1.0], values: vec![empty_pa, slope_pa_m * speed_m_s] };
+    seeped(
+        "gas driven into almost nothing",
+        setting(Arc::new(inert(&SEEPING)), 400),
+        face_pa,
+        None,
+        vec![
+            check(
+                "gas flux, 0.1 to 0.9 s",
+                gauged(Gauge::GasFlux, &times_s, flux),
+                0.01,
+                Measure::ShareOf(flux(0.9).abs()),
+                "the gas ahead, of a thousandth of the pressure, is pushed along",
+            ),
+            check(
+                "pressure at the back, 0.1 to 0.9 s",
+                gauged(Gauge::BackPressure, &times_s, |_| empty_pa),
+                1.0,
+                Measure::Plain,
+                "nothing may run ahead of the front but the gas that was there",
+            ),
+        ],
+    )
+    .stepped(1e-3)
+}
+
+/// A slab under a cover that lets nothing through: what it holds swells as it is heated, `p/T` constant.
+fn sealed() -> Problem {
+    let (start_k, rise_k_s) = (300.0, 30.0);
+    let porous_ply = Arc::new(inert(&SEEPING));
+    let cover = Arc::new(porous(&porous_ply, Pores { permeability_m2: 0.0, ..pores(&SEEPING) }));
+    let face_k = Schedule { times_s: vec![0.0, 20.0], values: vec![start_k, start_k + 20.0 * rise_k_s] };
+    let times_s: Vec<f64> = (1..=10).map(|i| 2.0 * f64::from(i)).collect();
+    let check = Check {
+        reference: "p/T of a gas shut in",
+        quantity: "pressure at the back, 2 to 20 s",
+        points: gauged(Gauge::BackPressure, &times_s, |time_s| FACE_PA * (start_k + rise_k_s * time_s) / start_k),
+        tolerance: 1e-6,
+        measure: Measure::Relative,
+        source_of_tolerance: REFINED,
+    };
+    // So conductive that the faces' temperature is that of the inside to a millionth.
+    let conductive = |material: &Material| {
+        Arc::new(Material { conductivity: constant(1e9, 1.0).conductivity.clone(), ..material.clone() })
+    };
+    let setting = Setting {
+        plies: vec![(conductive(&cover), 0.01), (conductive(&porous_ply), 0.01)],
+        start_k,
+        hot_face: Face::Held(face_k.clone()),
+        back_face: Face::Held(face_k),
+        cells: 20,
+        first_step_s: 1e-2,
+        growth: 1.0,
+    };
+    seeped("gas shut in and heated", setting, Schedule::constant(FACE_PA), None, vec![check]).stepped(0.01)
+}
+
+/// Gas pressed through from the back to the face.
+fn through(slip_pa_k: f64, inertia_1_m: f64) -> Problem {
+    let seeping = Seeping { slip_pa: slip_pa_k * TEMPERATURE_K, inertia_1_m, ..SEEPING };
+    let (low_pa, high_pa, duration_s) = (1e4, 3e4, 5.0);
+    let check = Check {
+        reference: "flux of p² (Muskat 1937), Klinkenberg, Forchheimer",
+        quantity: "gas flux at rest",
+        points: gauged(Gauge::GasFlux, &[duration_s], |_| seeping.through_kg_m2_s(high_pa, low_pa, THICKNESS_M)),
+        tolerance: 1e-6,
+        measure: Measure::Relative,
+        source_of_tolerance: AT_REST,
+    };
+    seeped(
+        &format!("gas pressed through, slip {slip_pa_k} Pa/K, inertia {inertia_1_m:e} 1/m"),
+        setting(Arc::new(inert(&seeping)), 100),
+        Schedule::constant(low_pa),
+        Some(Schedule { times_s: vec![0.0, 0.1], values: vec![low_pa, high_pa] }),
+        vec![check],
+    )
+}
+
+/// A stream of gas made at the back that meets the heat on its way through 10 mm: at rest
+/// `T = T_h − (T_h − T_b) (1 − e^(−Pe x/L))/(1 − e^(−Pe))`, Pe = ṁ c L/k.
+fn stream(path: GasPath) -> Problem {
+    let (length_m, conductivity_w_m_k, peclet, capacity_j_kg_k) = (0.01, 0.5, 2.0, 1000.0);
+    let (hot_k, back_k, duration_s) = (1300.0, 500.0, 400.0);
+    let flux_kg_m2_s = peclet * conductivity_w_m_k / (capacity_j_kg_k * length_m);
+    let source_m = 1e-3;
+    let passed = porous(&constant(conductivity_w_m_k, 1e5), pores(&SEEPING));
+    let maker = porous(&material(1.0, Table::constant(1.0), Table::constant(1e6)), pores(&SEEPING));
+    let maker = sourcing(&maker, flux_kg_m2_s / source_m, duration_s);
+    let temperature_k = |depth_m: f64, _| {
+        let share = (-peclet * depth_m / length_m).exp_m1() / (-peclet).exp_m1();
+        hot_k - (hot_k - back_k) * share
+    };
+    let depths_m: Vec<f64> = (1..10).map(|i| 0.1 * length_m * f64::from(i)).collect();
+    let check = Check {
+        reference: "conduction against a stream, at rest",
+        quantity: "9 depths",
+        points: points(&depths_m, &[duration_s], temperature_k),
+        tolerance: 1e-5,
+        measure: Measure::ShareOf(hot_k - back_k),
+        source_of_tolerance: "second order on 100 cells and more between two depths; upwind differences miss it by 1e-3",
+    };
+    let setting = Setting {
+        plies: vec![(Arc::new(passed), length_m), (maker, source_m)],
+        start_k: back_k,
+        hot_face: Face::Held(Schedule { times_s: vec![0.0, 10.0], values: vec![back_k, hot_k] }),
+        back_face: held(back_k),
+        cells: 1000,
+        first_step_s: 1e-3,
+        growth: 0.02,
+    };
+    let name = match path {
+        GasPath::Unhindered | GasPath::QuasiSteady => "a stream of gas, as it is made",
+        GasPath::Darcy => "a stream of gas, by Darcy's law",
+    };
+    Problem::new(Exact, name, setting, vec![check]).seeped(path, constant_gas(capacity_j_kg_k))
+}

@@ -1,0 +1,76 @@
+//! Substances of the problems that turn into char and gas, or let gas through.
+
+use super::exact::kinetics::Arrhenius;
+use super::problem::provenance;
+use crate::case::{
+    Conductivity, Decomposition, Gas, Material, Mixing, Pores, PyrolysisHeat, Reaction, Residue, Sequence, Table,
+};
+use std::sync::Arc;
+
+/// A reaction that turns a share of the virgin mass into gas and takes up heat, J per kg of it.
+pub(super) fn reaction(loss: f64, arrhenius: Arrhenius, heat_j_kg: f64) -> Reaction {
+    let Arrhenius { rate_1_s, activation_j_mol, order, onset_k } = arrhenius;
+    Reaction { loss, rate_1_s, activation_j_mol, order, onset_k, heat_j_kg }
+}
+
+/// What is left with the properties of the virgin substance.
+pub(super) fn unchanged(virgin: &Material) -> Residue {
+    Residue {
+        name: "char".to_owned(),
+        heat_capacity: virgin.heat_capacity.clone(),
+        conductivity: virgin.conductivity.clone(),
+        emissivity: virgin.emissivity.clone(),
+        pores: virgin.pores,
+    }
+}
+
+/// Reactions with their heat, leading to residues that are mixed by mass; no shrinkage.
+pub(super) fn reacting(sequence: Sequence, reactions: Vec<Reaction>, residues: Vec<Residue>) -> Decomposition {
+    Decomposition {
+        reactions,
+        sequence,
+        residues,
+        mixing: Mixing::Mass,
+        heat: PyrolysisHeat::OfReaction,
+        shrinkage: 0.0,
+        provenance: provenance(),
+    }
+}
+
+/// The substance with pores.
+pub(super) fn porous(material: &Material, pores: Pores) -> Material {
+    Material { pores, pores_provenance: Some(provenance()), ..material.clone() }
+}
+
+/// The substance with what becomes of it.
+pub(super) fn decomposing(virgin: &Material, decomposition: Decomposition) -> Arc<Material> {
+    Arc::new(Material { decomposition: Some(decomposition), ..virgin.clone() })
+}
+
+/// A gas by its molar mass (kg/mol), enthalpy (J/kg) and viscosity (Pa s).
+pub(super) fn gas(molar_mass: Table, enthalpy: Table, viscosity: Table) -> Arc<Gas> {
+    Arc::new(Gas {
+        id: "reference".to_owned(),
+        name: "reference".to_owned(),
+        note: String::new(),
+        molar_mass,
+        enthalpy,
+        viscosity,
+        provenance: provenance(),
+    })
+}
+
+/// A gas of 22 g/mol and 30 µPa s with a heat capacity, J/kg/K: nothing of it carries no heat.
+pub(super) fn constant_gas(heat_capacity_j_kg_k: f64) -> Arc<Gas> {
+    gas(Table::constant(0.022), rising(heat_capacity_j_kg_k), Table::constant(3e-5))
+}
+
+/// An enthalpy over temperature that rises from nothing at 0 K with a constant heat capacity.
+pub(super) fn rising(heat_capacity_j_kg_k: f64) -> Table {
+    super::problem::clamped(vec![0.0, 4000.0], vec![0.0, 4000.0 * heat_capacity_j_kg_k])
+}
+
+/// The conductivity at any pressure.
+pub(super) fn conducting(conductivity: Table) -> Conductivity {
+    Conductivity::Tables(vec![(101_325.0, conductivity)])
+}
