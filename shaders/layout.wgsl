@@ -7,8 +7,6 @@ struct Run {
     end_step: u32,
     steps: u32,
     members: u32,
-    // The column of the contact factor.
-    contact: u32,
     one: f32,
     plies: u32,
     sensors: u32,
@@ -64,6 +62,7 @@ struct Ply {
     thickness: u32,
     holder: u32,
     extinction: u32,
+    contact: u32,
 }
 
 struct Scaling {

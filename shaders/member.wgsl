@@ -32,11 +32,10 @@ const FACE_TABLE = PLIES * TABLE_NODES * (2u * PARTS + 2u);
 
 // What does not change over the march.
 fn scale() {
-    let contact = column(run.contact);
     for (var p = 0u; p < run.plies; p++) {
         ply_scales[p] = ply_scale(plies[p], bulks[p]);
         if p > 0u {
-            contact_scales[p - 1u] = contacts[p - 1u] / contact;
+            contact_scales[p - 1u] = contacts[p - 1u] / column(plies[p - 1u].contact);
         }
     }
     face_scales[0] = face_scale(scalings[0]);

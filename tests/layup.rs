@@ -1,7 +1,7 @@
-//! What a layup has beside its plies: a holder around it, density that shades.
+//! What a layup has beside its plies: a holder around it, density that shades, contacts that differ.
 
 use crate::parity::differing;
-use crate::support::{BALANCE, SINGLE_K, Scratch, adapter, coarse, drawn, with_factor};
+use crate::support::{BALANCE, ROUNDING_K, SINGLE_K, Scratch, adapter, coarse, drawn, with_factor};
 use bondline::case::{Case, Conductivity, Face, Holder, Property, Schedule};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
@@ -18,7 +18,7 @@ fn held_sideways() -> Case {
     let mut case = coarse();
     let temperature_k = Schedule { times_s: vec![0.0, 30.0, 200.0], values: vec![300.0, 340.0, 310.0] };
     case.exposure.holder = Some(Holder { conductance_w_m3_k: 20e3, temperature_k });
-    with_factor(case, "", Property::Holder)
+    with_factor(with_factor(case, "OF2", Property::Contact), "", Property::Holder)
 }
 
 /// The same under a held face.
@@ -147,6 +147,39 @@ fn a_denser_felt_is_one_of_more_extinction() {
     assert!(apart_k(&scaled, &stated) < 1e-6, "{} K", apart_k(&scaled, &stated));
     assert!(apart_k(&scaled, &of(&denser, 1.0, true)) > 1.0, "a tenth more density changed nothing");
     assert!(apart_k(&scaled, &of(&denser, 1.1, false)) > 0.1, "a tenth more extinction changed nothing");
+}
+
+#[test]
+fn a_contact_factor_with_a_group_scales_the_interfaces_under_its_plies_alone() {
+    let without = |case: &Case| Case { factors: Vec::new(), ..case.clone() };
+    let alone = |case: &Case, values: &[f64]| {
+        let ensemble = Ensemble::at(values.len(), values.to_vec());
+        Cpu::new(Precision::F64).march(&Plan::new(case), &ensemble, 0..1).expect("the processor does not fail")
+    };
+    for (group, interfaces) in [("OF2", vec![1]), ("INS", vec![2, 3]), ("", vec![0, 1, 2, 3])] {
+        let scaled = with_factor(without(&coarse()), group, Property::Contact);
+        let mut stated = without(&coarse());
+        for interface in interfaces {
+            let contact = stated.layup.contacts_w_m2_k[interface].as_mut().expect("a contact");
+            *contact *= 0.5;
+        }
+        let (scaled, nominal) = (alone(&scaled, &[0.5]), alone(&scaled, &[1.0]));
+        let off_k = apart_k(&scaled, &alone(&stated, &[]));
+        assert!(off_k <= ROUNDING_K, "{group:?}: {off_k} K");
+        assert!(apart_k(&scaled, &nominal) > 1.0, "{group:?}: half the conductance changed nothing");
+    }
+}
+
+#[test]
+fn a_contact_factor_that_scales_nothing_or_what_another_scales_is_refused() {
+    let factor = |name: &str, group: &str| {
+        format!("[[factor]]\nname = \"{name}\"\nproperty = \"contact\"\n{group}small = [0.5, 2.0]\n")
+    };
+    let (top, base) = ("group = \"TOP\"\n", "group = \"BASE\"\n");
+    assert_eq!(written(&factor("f_h", top)).expect("nothing is wrong").factors[0].group, "TOP");
+    assert_eq!(written(&factor("f_h", "")).expect("nothing is wrong").factors[0].group, "");
+    refused(&factor("f_h", base), "no contact under \"BASE\" has a conductance to scale");
+    refused(&(factor("f_h", top) + &factor("f_all", "")), "\"f_all\" scales what factor \"f_h\" scales already");
 }
 
 /// A case of two plies, as written, with more at its end.

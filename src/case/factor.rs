@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, PartialEq)]
 pub struct Factor {
     pub name: String,
-    /// The group (or the one ply) whose property it scales; empty where the property has no ply.
+    /// The group (or the one ply) whose property it scales; empty where the property has no ply, or it scales all.
     pub group: String,
     pub property: Property,
     pub nominal: f64,
@@ -32,7 +32,7 @@ pub enum Property {
     Thickness,
     /// Heat flux and radiant flux on the hot face; its film too where the face is convective.
     Heating,
-    /// Contact conductance of every interface.
+    /// Contact conductance of the interfaces under the plies of the group, of every interface where there is none.
     Contact,
     /// Film and radiation of the back face.
     Loss,

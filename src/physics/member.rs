@@ -60,12 +60,16 @@ impl<'a, R: Real> Member<'a, R> {
         let none = Pair { high: zero, low: zero };
         let (cells, sensors) = (plan.cells(), plan.sensor_cells.len());
         let plies = plan.plies.iter().zip(&rows.bulks).map(|(ply, &bulk)| ply_scale(ply, bulk, column)).collect();
-        let contact = column(plan.contact);
         Self {
             plan,
             rows,
             plies,
-            contacts_m2_k_w: rows.contacts_m2_k_w.iter().map(|&resistance| R::of(resistance) / contact).collect(),
+            contacts_m2_k_w: rows
+                .contacts_m2_k_w
+                .iter()
+                .zip(&plan.plies)
+                .map(|(&resistance, ply)| R::of(resistance) / column(ply.contact))
+                .collect(),
             faces: [face_scale(&plan.scalings[0], column), face_scale(&plan.scalings[1], column)],
             temperatures: rows.cells.iter().map(|cell| Pair { high: R::of(cell.start_k), low: zero }).collect(),
             readings: vec![none; sensors],

@@ -98,6 +98,8 @@ row! {
         holder,
         /// The factor on density where extinction follows it.
         extinction,
+        /// The factor on the contact under the ply.
+        contact,
     }
 }
 

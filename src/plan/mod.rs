@@ -28,8 +28,6 @@ pub struct Plan {
     pub plies: Vec<Ply<u32>>,
     /// Scaling columns of the hot and of the back face.
     pub scalings: [Scaling<u32>; 2],
-    /// Column of the contact factor.
-    pub contact: u32,
     /// The cell over each sensor's face.
     pub sensor_cells: Vec<u32>,
     /// Conductivity columns of a table: one; two, the last of them radiative, where a factor on density makes a ply more
@@ -106,7 +104,6 @@ impl Plan {
             instants: instants(&clock),
             plies: plies(case, &grid.plies, parts),
             scalings: scalings(case),
-            contact: column(case, "", Property::Contact),
             sensor_cells,
             parts,
             has_holder: case.exposure.holder.is_some(),
@@ -173,13 +170,14 @@ fn extinction(case: &Case, ply: &crate::case::Ply) -> u32 {
     if follows { column(case, &ply.name, Property::Density) } else { 0 }
 }
 
-/// The ensemble column of the factor on a property of a ply (by its group or name), 0 where there is none.
+/// The ensemble column of the factor on a property of a ply (by its group or name, or of all plies), 0 where there is none.
 fn column(case: &Case, ply: &str, property: Property) -> u32 {
     let group = case.layup.plies.iter().find(|p| p.name == ply).map_or("", |p| p.group.as_str());
     case.factors
         .iter()
         .position(|factor| {
-            factor.property == property && (ply.is_empty() || factor.group == group || factor.group == ply)
+            let holds = ply.is_empty() || factor.group.is_empty() || factor.group == group || factor.group == ply;
+            factor.property == property && holds
         })
         .map_or(0, |factor| factor as u32 + 1)
 }
@@ -201,6 +199,7 @@ fn plies(case: &Case, cells: &[(usize, usize)], parts: usize) -> Vec<Ply<u32>> {
             thickness: of(Property::Thickness),
             holder: column(case, "", Property::Holder),
             extinction: extinction(case, ply),
+            contact: of(Property::Contact),
         }
     })
     .collect()

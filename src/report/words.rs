@@ -112,6 +112,9 @@ pub(super) fn meaning(factor: &Factor) -> String {
         Property::Loss => "losses from the back face",
         Property::Holder => "losses to the holder",
     };
+    if factor.property == Property::Contact && !factor.group.is_empty() {
+        return format!("{property} under {}", factor.group);
+    }
     if factor.group.is_empty() { property.to_owned() } else { format!("{property} of {}", factor.group) }
 }
 

@@ -50,7 +50,8 @@ pub(super) fn factors(case: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Ve
 
 fn overlap(one: &Factor, other: &Factor, layup: &Layup) -> bool {
     let both = |ply: &Ply| in_group(ply, &one.group) && in_group(ply, &other.group);
-    one.property == other.property && (!has_plies(one.property) || layup.plies.iter().any(both))
+    let of_all = one.group.is_empty() || other.group.is_empty();
+    one.property == other.property && (of_all || layup.plies.iter().any(both))
 }
 
 /// A group is the plies that name it, or the one ply of that name.
@@ -59,7 +60,7 @@ fn in_group(ply: &Ply, group: &str) -> bool {
 }
 
 fn has_plies(property: Property) -> bool {
-    !matches!(property, Property::Heating | Property::Contact | Property::Loss | Property::Holder)
+    !matches!(property, Property::Heating | Property::Loss | Property::Holder)
 }
 
 fn factor(section: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Factor> {
@@ -126,9 +127,11 @@ fn scales(
     scaled: Option<Scaled<'_>>,
 ) -> Read<String> {
     match (group, has_plies(property)) {
-        (None, true) => Err(section.fault("missing key \"group\": expected the plies that it scales, such as \"INS\"")),
+        (None, true) if property != Property::Contact => {
+            Err(section.fault("missing key \"group\": expected the plies that it scales, such as \"INS\""))
+        }
         (Some(group), false) => Err(group.fault("this property belongs to no ply: expected no `group`")),
-        (None, false) => {
+        (None, _) => {
             let idle = scaled.and_then(|scaled| idle(property, scaled));
             idle.map_or(Ok(String::new()), |reason| Err(section.fault(reason)))
         }
@@ -168,6 +171,11 @@ fn refused(property: Property, group: &str, scaled: Scaled<'_>) -> Option<String
         return Some(format!("no ply of the marched layup is of group {group:?}{}", suggestion(group, known)));
     }
     let part = match property {
+        Property::Contact => {
+            let mut under = layup.plies.iter().zip(&layup.contacts_w_m2_k).filter(|(ply, _)| in_group(ply, group));
+            let idle = under.all(|(_, contact)| contact.is_none());
+            return idle.then(|| format!("no contact under {group:?} has a conductance to scale"));
+        }
         Property::ConductivitySolid => 0,
         Property::ConductivityGas => 1,
         Property::ConductivityRadiative => 2,

@@ -36,13 +36,12 @@ struct Run {
     end_step: u32,
     steps: u32,
     members: u32,
-    contact: u32,
     one: f32,
     plies: u32,
     sensors: u32,
     faces: u32,
     stages: u32,
-    unused: [u32; 2],
+    unused: [u32; 3],
 }
 
 /// A scalar that crosses to the device.
@@ -214,13 +213,12 @@ impl Gpu {
                 end_step,
                 steps: plan.steps() as u32,
                 members,
-                contact: plan.contact,
                 one: 1.0,
                 plies: plan.plies.len() as u32,
                 sensors: plan.sensor_cells.len() as u32,
                 faces: 2,
                 stages: 2,
-                unused: [0; 2],
+                unused: [0; 3],
             };
             self.device.queue.write_buffer(run, 0, bytemuck::bytes_of(&words));
             let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
