@@ -42,6 +42,16 @@ struct Sensor {
     below: real,
     above_m: real,
     below_m: real,
+    depth_m: real,
+}
+
+struct Place {
+    cell: u32,
+    depth: u32,
+    node_above: u32,
+    steps_above: u32,
+    node_below: u32,
+    steps_below: u32,
 }
 
 struct Bead {
@@ -91,7 +101,7 @@ struct Bulk {
 @group(0) @binding(8) var<storage, read> lengths: array<real>;
 @group(0) @binding(9) var<storage, read> tables: array<real>;
 @group(0) @binding(10) var<storage, read> sensors: array<Sensor>;
-@group(0) @binding(11) var<storage, read> sensor_cells: array<u32>;
+@group(0) @binding(11) var<storage, read> places: array<Place>;
 // Step × sensor.
 @group(0) @binding(12) var<storage, read> beads: array<Bead>;
 // The instant at the start of each step, and at the end of the last.

@@ -7,7 +7,7 @@ use bondline::march::Precision;
 use bondline::march::gpu::shader::{self, loop_turns};
 use bondline::physics::TWINS;
 use bondline::plan::Plan;
-use bondline::plan::layout::{Bead, Bulk, Cell, Drive, Face, Ply, Scaling, Sensor};
+use bondline::plan::layout::{Bead, Bulk, Cell, Drive, Face, Place, Ply, Scaling, Sensor};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Module, TypeInner};
 
@@ -61,8 +61,8 @@ fn reals() -> [(&'static str, &'static [&'static str]); 6] {
         ("Bulk", Bulk::<f64>::FIELDS),
     ]
 }
-fn indices() -> [(&'static str, &'static [&'static str]); 2] {
-    [("Ply", Ply::<u32>::FIELDS), ("Scaling", Scaling::<u32>::FIELDS)]
+fn indices() -> [(&'static str, &'static [&'static str]); 3] {
+    [("Ply", Ply::<u32>::FIELDS), ("Scaling", Scaling::<u32>::FIELDS), ("Place", Place::<u32>::FIELDS)]
 }
 
 /// A struct of a module: each field with its offset, and the span of the whole, in bytes.

@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, PartialEq)]
 pub struct Factor {
     pub name: String,
-    /// The group (or the one ply) whose property it scales; empty where the property has no ply, or it scales all.
+    /// The group, the one ply or the sensor whose property it scales; empty where the property has no ply, or it scales all.
     pub group: String,
     pub property: Property,
     pub nominal: f64,
@@ -38,6 +38,8 @@ pub enum Property {
     Loss,
     /// Conductance to the holder.
     Holder,
+    /// Of the sensor of the group's name, below the hot face.
+    Depth,
 }
 
 /// Which of a factor's two side constraints hold.
@@ -55,5 +57,10 @@ impl Factor {
             Bounds::Small => self.small,
             Bounds::Large => self.large,
         }
+    }
+
+    /// The least and the largest value that either side constraint allows.
+    pub fn widest(&self) -> (f64, f64) {
+        (self.small.0.min(self.large.0), self.small.1.max(self.large.1))
     }
 }

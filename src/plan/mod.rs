@@ -13,7 +13,8 @@ use crate::case::{Case, Conductivity, Emissivity, Face, Holder, Material, OpenFa
 use clock::Clock;
 use grid::Grid;
 use layout::{
-    Bead, Bulk, Cell, Drive, FACE_COLUMNS, NO_INSTANT, Ply, Scaling, Sensor, TABLE_NODES, TABLE_START_K, TABLE_STEP_K,
+    Bead, Bulk, Cell, Drive, FACE_COLUMNS, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES, TABLE_START_K,
+    TABLE_STEP_K,
 };
 
 /// All that a backend reads.
@@ -28,8 +29,10 @@ pub struct Plan {
     pub plies: Vec<Ply<u32>>,
     /// Scaling columns of the hot and of the back face.
     pub scalings: [Scaling<u32>; 2],
-    /// The cell over each sensor's face.
-    pub sensor_cells: Vec<u32>,
+    /// Where each sensor lies.
+    pub places: Vec<Place<u32>>,
+    /// Whether the depth of a sensor is scaled; where none is, nothing is spent on it.
+    pub has_depths: bool,
     /// Conductivity columns of a table: one; two, the last of them radiative, where a factor on density makes a ply more
     /// opaque; solid, gas and radiative where a factor tells them apart.
     pub parts: usize,
@@ -85,7 +88,7 @@ impl Plan {
         let grid = Grid::new(case);
         let clock = Clock::new(case);
         let parts = parts(case);
-        let (sensor_cells, sensors) = grid.sensors.iter().map(|&(cell, sensor)| (cell as u32, sensor)).unzip();
+        let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
         let rows = Rows {
             bulks: bulks(case),
             contacts_m2_k_w: case.layup.contacts_w_m2_k.iter().map(|h| h.map_or(0.0, |h| 1.0 / h)).collect(),
@@ -104,7 +107,8 @@ impl Plan {
             instants: instants(&clock),
             plies: plies(case, &grid.plies, parts),
             scalings: scalings(case),
-            sensor_cells,
+            has_depths: places.iter().any(|place| place.depth > 0),
+            places,
             parts,
             has_holder: case.exposure.holder.is_some(),
             factors: case.factors.len(),

@@ -141,7 +141,7 @@ fn case() -> Case {
     let sensors = layup.faces_m()[..4]
         .iter()
         .enumerate()
-        .map(|(n, &depth_m)| Sensor { name: format!("TC{}", n + 1), depth_m, lag_s: 0.0 })
+        .map(|(n, &depth_m)| Sensor { name: format!("TC{}", n + 1), depth_m, side: Side::Both, lag_s: 0.0 })
         .collect();
     let factor = |name: &str, group: &str, property, small: f64| Factor {
         name: name.to_owned(),

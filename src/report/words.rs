@@ -111,6 +111,7 @@ pub(super) fn meaning(factor: &Factor) -> String {
         Property::Contact => "contact conductance",
         Property::Loss => "losses from the back face",
         Property::Holder => "losses to the holder",
+        Property::Depth => "depth",
     };
     if factor.property == Property::Contact && !factor.group.is_empty() {
         return format!("{property} under {}", factor.group);

@@ -1,10 +1,10 @@
 //! `[[factor]]`: what may vary, checked against the layup and the faces that it would scale.
 
-use super::layup::names;
+use super::layup::{mm, names};
 use super::nearest::suggestion;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
-use crate::case::{Conductivity, Emissivity, Face, Factor, Layup, Ply, Property};
+use crate::case::{Conductivity, Emissivity, Face, Factor, Layup, Ply, Property, Sensor};
 
 const PROPERTIES: &[(&str, Property)] = &[
     ("conductivity", Property::Conductivity),
@@ -19,6 +19,7 @@ const PROPERTIES: &[(&str, Property)] = &[
     ("contact", Property::Contact),
     ("loss", Property::Loss),
     ("holder", Property::Holder),
+    ("depth", Property::Depth),
 ];
 
 /// What a factor may scale: the layup as marched, and its faces.
@@ -28,6 +29,7 @@ pub(super) struct Scaled<'a> {
     pub(super) hot_face: &'a Face,
     pub(super) back_face: &'a Face,
     pub(super) has_holder: bool,
+    pub(super) sensors: &'a [Sensor],
 }
 
 /// The factors, in the order written. Where the layup or a face is at fault, only their own keys are read.
@@ -51,7 +53,7 @@ pub(super) fn factors(case: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Ve
 fn overlap(one: &Factor, other: &Factor, layup: &Layup) -> bool {
     let both = |ply: &Ply| in_group(ply, &one.group) && in_group(ply, &other.group);
     let of_all = one.group.is_empty() || other.group.is_empty();
-    one.property == other.property && (of_all || layup.plies.iter().any(both))
+    one.property == other.property && (of_all || one.group == other.group || layup.plies.iter().any(both))
 }
 
 /// A group is the plies that name it, or the one ply of that name.
@@ -84,8 +86,11 @@ fn factor(section: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Factor> {
             .optional("nominal")
             .map_or_else(|| section.fault(&message), |written| written.fault(&message)));
     }
-    let (property, group) = (property?, scales?);
-    Ok(Factor { name, group, property, nominal, small, large })
+    let factor = Factor { name, group: scales?, property: property?, nominal, small, large };
+    let sensors = scaled.filter(|_| factor.property == Property::Depth).map(|scaled| (scaled.layup, scaled.sensors));
+    sensors
+        .and_then(|(layup, sensors)| adrift(&factor, layup, sensors))
+        .map_or(Ok(factor), |reason| Err(section.fault(reason)))
 }
 
 /// The name of a factor stands in `--set NAME=VALUE` and `--start NAME=VALUE,…`.
@@ -162,9 +167,29 @@ fn idle(property: Property, scaled: Scaled<'_>) -> Option<&'static str> {
     }
 }
 
+/// Why a factor may not move its sensor as far as its bounds say.
+fn adrift(factor: &Factor, layup: &Layup, sensors: &[Sensor]) -> Option<String> {
+    let sensor = sensors.iter().find(|sensor| sensor.name == factor.group)?;
+    let (low, high) = factor.widest();
+    let (top_m, back_m) = (low * sensor.depth_m, high * sensor.depth_m);
+    (top_m < layup.origin_m || back_m > layup.back_m()).then(|| {
+        let [top, back, first, last] = [top_m, back_m, layup.origin_m, layup.back_m()].map(mm);
+        format!("bounds take {:?} to {top} and {back} mm, off the layup from {first} to {last} mm", sensor.name)
+    })
+}
+
 /// Why a factor of a group of plies cannot be.
 fn refused(property: Property, group: &str, scaled: Scaled<'_>) -> Option<String> {
-    let Scaled { layup, hot_face, back_face, .. } = scaled;
+    let Scaled { layup, hot_face, back_face, sensors, .. } = scaled;
+    if property == Property::Depth {
+        let found = sensors.iter().find(|sensor| sensor.name == group);
+        let known = sensors.iter().map(|sensor| sensor.name.as_str());
+        return match found {
+            None => Some(format!("no sensor {group:?}{}", suggestion(group, known))),
+            Some(sensor) if sensor.depth_m == 0.0 => Some(format!("{group:?} lies on the hot face: its depth is zero")),
+            Some(_) => None,
+        };
+    }
     let plies: Vec<&Ply> = layup.plies.iter().filter(|ply| in_group(ply, group)).collect();
     if plies.is_empty() {
         let known = layup.plies.iter().flat_map(|ply| [ply.group.as_str(), ply.name.as_str()]);

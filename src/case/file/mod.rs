@@ -220,9 +220,9 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let observations = observation::observations(top, folder, sensors.as_deref().ok(), duration_s);
     let marched = marched(layup, sensors.clone(), hot_face);
     let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(holder.as_ref().ok());
-    let scaled = scaled.map(|(((layup, _, hot_face), back_face), holder)| {
+    let scaled = scaled.map(|(((layup, sensors, hot_face), back_face), holder)| {
         let has_holder = holder.is_some();
-        factor::Scaled { layup, hot_face, back_face, has_holder }
+        factor::Scaled { layup, hot_face, back_face, has_holder, sensors }
     });
     let factors = factor::factors(top, scaled);
     let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);

@@ -142,7 +142,7 @@ impl Gpu {
             });
         }
         let bytes = (count * size_of::<W>()) as u64;
-        let outcome = 2 * plan.cells() + 4 * plan.sensor_cells.len();
+        let outcome = 2 * plan.cells() + 4 * plan.places.len();
         let left: Vec<W> =
             self.device.download(state, outcome as u64 * bytes, (state_words(plan) - outcome) as u64 * bytes)?;
         let shown: Vec<W> = self.device.download(traces, 0, trace_words(plan) as u64 * bytes)?;
@@ -184,7 +184,7 @@ impl Gpu {
             device.upload("lengths", &rows.lengths_s),
             device.upload("tables", &rows.tables),
             device.upload("sensors", &flat(&rows.sensors, |row, into| row.flatten(into))),
-            device.upload("sensor cells", &plan.sensor_cells),
+            device.upload("places", &flat(&plan.places, |row, into| row.flatten(into))),
             device.upload("beads", &flat(&rows.beads, |row, into| row.flatten(into))),
             device.upload("instants", &plan.instants),
             device.upload("factors", &factors),
@@ -215,7 +215,7 @@ impl Gpu {
                 members,
                 one: 1.0,
                 plies: plan.plies.len() as u32,
-                sensors: plan.sensor_cells.len() as u32,
+                sensors: plan.places.len() as u32,
                 faces: 2,
                 stages: 2,
                 unused: [0; 3],
@@ -239,17 +239,17 @@ const HEATS_END: usize = 2 * HEATS + 1;
 
 /// Words of one member in the state: two a cell, four a sensor, then what it leaves behind.
 fn state_words(plan: &Plan) -> usize {
-    2 * plan.cells() + 4 * plan.sensor_cells.len() + HEATS_END + 2 * plan.plies.len()
+    2 * plan.cells() + 4 * plan.places.len() + HEATS_END + 2 * plan.plies.len()
 }
 
 /// Words of one member in the traces.
 fn trace_words(plan: &Plan) -> usize {
-    2 * plan.sensor_cells.len() * plan.instants_s.len()
+    2 * plan.places.len() * plan.instants_s.len()
 }
 
 /// Traces from what came down, which lies member by member within each word.
 fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], strayed: &[u32]) -> Traces {
-    let (count, sensors, instants) = (members.len(), plan.sensor_cells.len(), plan.instants_s.len());
+    let (count, sensors, instants) = (members.len(), plan.places.len(), plan.instants_s.len());
     let mut temperatures_k = vec![0.0; count * sensors * instants];
     for instant in 0..instants {
         for sensor in 0..sensors {
