@@ -23,6 +23,14 @@ fn face_scale(scaling: Scaling) -> FaceScale {
     );
 }
 
+fn blown(film_kg_m2_s: real, twice_blowing_kg_m2_s: real) -> real {
+    let ratio = twice_blowing_kg_m2_s / max(film_kg_m2_s, real(1e-12));
+    let size = min(max(ratio, -ratio), 60.0);
+    let outward = reached(ratio, 0.0);
+    let decay = exponential(-size);
+    return (decay + (1.0 - outward) * (1.0 - decay)) / mean_decay(size);
+}
+
 fn face_flux(
     drive: Drive,
     face: Face,
@@ -31,10 +39,14 @@ fn face_flux(
     emissivity: real,
     enthalpy_j_kg: real,
     enthalpy_slope_j_kg_k: real,
+    blown_kg_m2_s: real,
 ) -> FaceFlux {
     let emission = scale.emissivity * emissivity;
-    let convected = scale.heating * drive.flux_w_m2;
     let hot_wall = face.hot_wall_kg_j;
+    var convected = scale.heating * drive.flux_w_m2;
+    if face.blowing != 0.0 {
+        convected = convected * blown(convected * hot_wall, face.blowing * blown_kg_m2_s);
+    }
     let film = scale.film * face.film_w_m2_k;
     let radiance = scale.exchange * emission * real(STEFAN_BOLTZMANN);
     let surroundings = drive.surroundings_k;

@@ -12,6 +12,7 @@ struct Run {
     sensors: u32,
     faces: u32,
     stages: u32,
+    gauges: u32,
 }
 
 struct Cell {
@@ -25,6 +26,7 @@ struct Cell {
 struct Face {
     film_w_m2_k: real,
     hot_wall_kg_j: real,
+    blowing: real,
     held: real,
 }
 
@@ -33,6 +35,7 @@ struct Drive {
     radiant_w_m2: real,
     gas_k: real,
     surroundings_k: real,
+    pressure_pa: real,
     held_k: real,
     holder_k: real,
 }
@@ -63,6 +66,10 @@ struct Ply {
     first_cell: u32,
     end_cell: u32,
     table: u32,
+    states: u32,
+    first_state: u32,
+    first_reaction: u32,
+    end_reaction: u32,
     conductivity: u32,
     conductivity_solid: u32,
     conductivity_gas: u32,
@@ -70,6 +77,11 @@ struct Ply {
     heat_capacity: u32,
     density: u32,
     thickness: u32,
+    kinetics: u32,
+    activation: u32,
+    pyrolysis_heat: u32,
+    char_yield: u32,
+    permeability: u32,
     holder: u32,
     extinction: u32,
     contact: u32,
@@ -84,7 +96,35 @@ struct Scaling {
 
 struct Bulk {
     density_kg_m3: real,
+    shrinkage: real,
+    by_volume: real,
+    absolute: real,
     holder_w_m3_k: real,
+}
+
+struct Substance {
+    remains: real,
+    porosity: real,
+    permeability_m2: real,
+    slip_pa_k: real,
+    inertia_1_m: real,
+    formation_j_kg: real,
+}
+
+struct Reaction {
+    rate_1_s: real,
+    activation_k: real,
+    order: real,
+    onset_k: real,
+    loss: real,
+    share: real,
+    heat_j_kg: real,
+    chained: real,
+}
+
+struct Path {
+    source: u32,
+    product: u32,
 }
 
 @group(0) @binding(0) var<uniform> run: Run;
@@ -115,6 +155,11 @@ struct Bulk {
 @group(0) @binding(16) var<storage, read_write> traces: array<real>;
 // Steps done by each member; then the step after which each strayed, or zero.
 @group(0) @binding(17) var<storage, read_write> progress: array<u32>;
+
+// Ply × state, ply × reaction, ply × reaction.
+@group(0) @binding(18) var<storage, read> substances: array<Substance>;
+@group(0) @binding(19) var<storage, read> reactions: array<Reaction>;
+@group(0) @binding(20) var<storage, read> paths: array<Path>;
 
 // A column of the ensemble for this member; column 0 is one.
 fn column(index: u32) -> real {

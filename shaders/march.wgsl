@@ -3,6 +3,10 @@
 
 const OUTCOME = 2u * CELLS + 4u * SENSORS;
 const EXTREMES = OUTCOME + 2u * HEATS + 1u;
+// Where there is gas: what it took along and what is on its way, then advancements, then pressures.
+const GONE = EXTREMES + 2u * PLIES;
+const ADVANCED = GONE + 12u;
+const PRESSED = ADVANCED + 2u * CELLS * REACTIONS;
 
 fn slot(index: u32) -> u32 {
     return index * run.members + member;
@@ -25,6 +29,60 @@ fn load() {
         hottest[p] = state[slot(EXTREMES + 1u + 2u * p)];
     }
     strayed = progress[run.members + member];
+    if GAS {
+        load_gas();
+    }
+}
+
+fn load_gas() {
+    gas_out = Pair(state[slot(GONE)], state[slot(GONE + 1u)]);
+    gas_heat = Pair(state[slot(GONE + 2u)], state[slot(GONE + 3u)]);
+    reaction_gain = Pair(state[slot(GONE + 4u)], state[slot(GONE + 5u)]);
+    lost_and_stored = array<real, 2>(state[slot(GONE + 6u)], state[slot(GONE + 7u)]);
+    recent = array<real, 2>(state[slot(GONE + 8u)], state[slot(GONE + 9u)]);
+    mean_leaving = state[slot(GONE + 10u)];
+    back_leaving = state[slot(GONE + 11u)];
+    for (var i = 0u; i < CELLS * REACTIONS; i++) {
+        advancements[i] = Pair(state[slot(ADVANCED + 2u * i)], state[slot(ADVANCED + 2u * i + 1u)]);
+    }
+    if DARCY {
+        for (var i = 0u; i < CELLS; i++) {
+            let base = PRESSED + 5u * i;
+            pressures[i] = Pair(state[slot(base)], state[slot(base + 1u)]);
+            pressure_rates[i] = state[slot(base + 2u)];
+            pores[i].storage = state[slot(base + 3u)];
+            mean_flows[i] = state[slot(base + 4u)];
+        }
+    }
+}
+
+fn save_gas() {
+    state[slot(GONE)] = gas_out.high;
+    state[slot(GONE + 1u)] = gas_out.low;
+    state[slot(GONE + 2u)] = gas_heat.high;
+    state[slot(GONE + 3u)] = gas_heat.low;
+    state[slot(GONE + 4u)] = reaction_gain.high;
+    state[slot(GONE + 5u)] = reaction_gain.low;
+    state[slot(GONE + 6u)] = lost_and_stored[0];
+    state[slot(GONE + 7u)] = lost_and_stored[1];
+    state[slot(GONE + 8u)] = recent[0];
+    state[slot(GONE + 9u)] = recent[1];
+    state[slot(GONE + 10u)] = mean_leaving;
+    state[slot(GONE + 11u)] = back_leaving;
+    for (var i = 0u; i < CELLS * REACTIONS; i++) {
+        state[slot(ADVANCED + 2u * i)] = advancements[i].high;
+        state[slot(ADVANCED + 2u * i + 1u)] = advancements[i].low;
+    }
+    if DARCY {
+        for (var i = 0u; i < CELLS; i++) {
+            let base = PRESSED + 5u * i;
+            state[slot(base)] = pressures[i].high;
+            state[slot(base + 1u)] = pressures[i].low;
+            state[slot(base + 2u)] = pressure_rates[i];
+            state[slot(base + 3u)] = pores[i].storage;
+            state[slot(base + 4u)] = mean_flows[i];
+        }
+    }
 }
 
 // The cells come last: drivers that stop counting loops stop all that follow, so that if this loop is whole,
@@ -47,6 +105,9 @@ fn save() -> u32 {
         state[slot(EXTREMES + 1u + 2u * p)] = hottest[p];
     }
     progress[run.members + member] = strayed;
+    if GAS {
+        save_gas();
+    }
     var saved = 0u;
     for (var i = 0u; i < CELLS; i++) {
         state[slot(2u * i)] = temperatures[i].high;

@@ -5,20 +5,48 @@ struct PlyScale {
     gas: real,
     radiative: real,
     density_kg_m3: real,
+    heat_capacity: real,
+    mass_kg_m3: real,
+    thickness: real,
+    kinetics: real,
+    activation: real,
+    pyrolysis_heat: real,
+    loss: real,
+    permeability: real,
     holder_w_m3_k: real,
 }
 
-fn ply_scale(ply: Ply, bulk: Bulk) -> PlyScale {
+struct Level {
+    under: u32,
+    share: real,
+}
+
+fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
     let thickness = column(ply.thickness);
     let conductivity = column(ply.conductivity) / thickness;
     let density = bulk.density_kg_m3 * column(ply.density);
+    let remains = char.remains;
+    let lost = max(1.0 - remains, real(1e-6));
     return PlyScale(
         conductivity * column(ply.conductivity_solid),
         conductivity * column(ply.conductivity_gas),
         conductivity * column(ply.conductivity_radiative) / column(ply.extinction),
         density * column(ply.heat_capacity) * thickness,
+        column(ply.heat_capacity),
+        density * thickness,
+        thickness,
+        column(ply.kinetics),
+        column(ply.activation),
+        column(ply.pyrolysis_heat),
+        (1.0 - column(ply.char_yield) * remains) / lost,
+        column(ply.permeability) / thickness,
         bulk.holder_w_m3_k * column(ply.holder) * thickness,
     );
+}
+
+fn levelled(spot: Spot, level: Level) -> array<Spot, 2> {
+    let under = level.under * TABLE_NODES + spot.row;
+    return array<Spot, 2>(Spot(under, spot.share), Spot(under + TABLE_NODES, spot.share));
 }
 
 fn conductivity(spot: Spot, table: u32, scale: PlyScale) -> real {
@@ -63,6 +91,6 @@ fn gain_across(conductance: real, conductivity: real, length_m: real) -> real {
     return share * share * length_m;
 }
 
-fn flux_slope(conductance: real, gain_1_m: real, conductivity_slope: real, drop: real) -> real {
-    return max(conductance + gain_1_m * conductivity_slope * drop, 0.0);
+fn flux_slope(conductance: real, gain_1_m: real, conductivity_slope: real, drop: real, carried: real) -> real {
+    return max((conductance + gain_1_m * conductivity_slope * drop) + carried, 0.0);
 }

@@ -28,12 +28,17 @@ var<private> first: Column;
 var<private> second: Column;
 
 const LAST_CELL = CELLS - 1u;
-const FACE_TABLE = PLIES * TABLE_NODES * (2u * PARTS + 2u);
+// Columns of a ply's table and of the faces', where a state's block and the faces' and the gas's tables begin.
+const COLUMNS = 2u * PARTS + 2u;
+const FACE_COLUMNS = AIR_COLUMNS + 2u * STATES;
+const BLOCK = LEVELS * TABLE_NODES * COLUMNS;
+const FACE_TABLE = SUBSTANCES * BLOCK;
+const GAS_TABLE = FACE_TABLE + TABLE_NODES * FACE_COLUMNS;
 
 // What does not change over the march.
 fn scale() {
     for (var p = 0u; p < run.plies; p++) {
-        ply_scales[p] = ply_scale(plies[p], bulks[p]);
+        ply_scales[p] = ply_scale(plies[p], bulks[p], substances[plies[p].first_state + plies[p].states - 1u]);
         if p > 0u {
             contact_scales[p - 1u] = contacts[p - 1u] / column(plies[p - 1u].contact);
         }
@@ -45,6 +50,9 @@ fn scale() {
 fn start() {
     for (var i = 0u; i < CELLS; i++) {
         temperatures[i] = Pair(cells[i].start_k, 0.0);
+        if DARCY {
+            pressures[i] = Pair(drives[0].pressure_pa, 0.0);
+        }
     }
     for (var p = 0u; p < run.plies; p++) {
         coldest[p] = 1e9;
@@ -63,14 +71,23 @@ fn hold(step: u32) {
     }
 }
 
-fn properties(stage: u32) {
+fn properties(step: u32, stage: u32) {
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
+            if ply.states > 1u || LEVELS > 1u {
+                blend(p, i, step, stage);
+                continue;
+            }
             let at = spot(temperatures[i].high + first[i]);
             conductivities[i] = conductivity(at, ply.table, ply_scales[p]);
             slopes[i] = conductivity_slope(at, ply.table, ply_scales[p]);
             evaluated[i] = cells[i].width_m * heat_capacity(at, ply.table, ply_scales[p]);
+        }
+        if DARCY {
+            for (var i = ply.first_cell; i < ply.end_cell; i++) {
+                evaluated[i] = evaluated[i] + gas_capacity(i);
+            }
         }
         for (var i = ply.first_cell; i < ply.end_cell - 1u; i++) {
             conductances[i] =
@@ -99,8 +116,12 @@ fn properties(stage: u32) {
 
 fn incline(i: u32, above_1_m: real, below_1_m: real) {
     let drop = difference(temperatures[i], temperatures[i + 1u]);
-    lower[i] = flux_slope(conductances[i], above_1_m, slopes[i], drop);
-    upper[i] = flux_slope(conductances[i], below_1_m, slopes[i + 1u], -drop);
+    var carried: array<real, 2>;
+    if GAS {
+        carried = carried_slopes(i);
+    }
+    lower[i] = flux_slope(conductances[i], above_1_m, slopes[i], drop, carried[0]);
+    upper[i] = flux_slope(conductances[i], below_1_m, slopes[i + 1u], -drop, carried[1]);
 }
 
 fn staged(cell: u32) -> Pair {
@@ -108,12 +129,12 @@ fn staged(cell: u32) -> Pair {
     return Pair(pair.high, pair.low + first[cell]);
 }
 
-fn through(face: u32, drive: Drive, cell: u32, neighbour: u32, column: u32) -> FaceFlux {
+fn through(face: u32, drive: Drive, cell: u32, neighbour: u32) -> FaceFlux {
     let temperature_k = temperatures[cell].high + first[cell];
     let at = spot(temperature_k);
-    let emissivity = look_up(at, FACE_COLUMNS, FACE_TABLE + column);
-    let enthalpy_j_kg = look_up(at, FACE_COLUMNS, FACE_TABLE + 1u);
-    let rise_j_kg_k = look_up(at, FACE_COLUMNS, FACE_TABLE + 2u);
+    let emissivity = face_emissivity(face, face * (PLIES - 1u), cell, at);
+    let enthalpy_j_kg = look_up(at, FACE_COLUMNS, FACE_TABLE);
+    let rise_j_kg_k = look_up(at, FACE_COLUMNS, FACE_TABLE + 1u);
     let open = face_flux(
         drive,
         faces[face],
@@ -122,6 +143,7 @@ fn through(face: u32, drive: Drive, cell: u32, neighbour: u32, column: u32) -> F
         emissivity,
         enthalpy_j_kg,
         rise_j_kg_k,
+        outflow,
     );
     let held = faces[face].held;
     let free = 1.0 - held;
@@ -133,7 +155,7 @@ fn through(face: u32, drive: Drive, cell: u32, neighbour: u32, column: u32) -> F
 }
 
 fn imbalance(hot: Drive, back: Drive) -> Ends {
-    let ends = Ends(through(0u, hot, 0u, 1u, 0u), through(1u, back, LAST_CELL, LAST_CELL - 1u, 3u));
+    let ends = Ends(through(0u, hot, 0u, 1u), through(1u, back, LAST_CELL, LAST_CELL - 1u));
     var above = ends.hot.flux;
     for (var i = 0u; i < LAST_CELL; i++) {
         let below = conductances[i] * difference(staged(i), staged(i + 1u));
@@ -199,16 +221,24 @@ fn look(step: u32) {
     }
 }
 
-// Where an instant falls on the start of a step, what the beads show.
+// Where an instant falls on the start of a step, what the beads show, and the gauges where there is gas.
 fn note(step: u32) {
     let instant = instants[step];
     if instant == NO_INSTANT {
         return;
     }
     for (var s = 0u; s < run.sensors; s++) {
-        let base = 2u * (instant * SENSORS + s);
+        let base = 2u * (instant * TRACED + s);
         traces[base * run.members + member] = beads_now[s].high;
         traces[(base + 1u) * run.members + member] = beads_now[s].low;
+    }
+    if GAS {
+        var read = gauges(step);
+        for (var g = 0u; g < run.gauges; g++) {
+            let base = 2u * (instant * TRACED + SENSORS + g);
+            traces[base * run.members + member] = read[g];
+            traces[(base + 1u) * run.members + member] = 0.0;
+        }
     }
 }
 
@@ -216,16 +246,33 @@ fn finish() {
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
-            let now_j_kg = integral(spot(temperatures[i].high), 2u * PARTS + 2u, ply.table + 2u * PARTS);
-            let then_j_kg = integral(spot(cells[i].start_k), 2u * PARTS + 2u, ply.table + 2u * PARTS);
-            let gained = keep(now_j_kg - then_j_kg) * ply_scales[p].density_kg_m3 * cells[i].width_m;
-            stored_j_m2 = stored_j_m2 + gained;
-            let hot = select(0.0, faces[0].held * gained, i == 0u);
-            let back = select(0.0, faces[1].held * gained, i == LAST_CELL);
+            let more = gained(p, i);
+            stored_j_m2 = stored_j_m2 + more;
+            let hot = select(0.0, faces[0].held * more, i == 0u);
+            let back = select(0.0, faces[1].held * more, i == LAST_CELL);
             heat[0] = advanced(heat[0], max(hot, 0.0));
             heat[1] = advanced(heat[1], max(-hot, 0.0));
             heat[2] = advanced(heat[2], max(back, 0.0));
             heat[3] = advanced(heat[3], max(-back, 0.0));
         }
     }
+}
+
+fn gained(p: u32, i: u32) -> real {
+    let ply = plies[p];
+    let width_m = cells[i].width_m;
+    let now = spot(temperatures[i].high);
+    let then = spot(cells[i].start_k);
+    if ply.states == 1u {
+        let now_j_kg = integral(now, COLUMNS, ply.table + 2u * PARTS);
+        let then_j_kg = integral(then, COLUMNS, ply.table + 2u * PARTS);
+        return keep(now_j_kg - then_j_kg) * ply_scales[p].density_kg_m3 * width_m + gas_gained(p, i);
+    }
+    let phases = phases_of(p, i);
+    let mass_kg_m2 = ply_scales[p].mass_kg_m3 * width_m;
+    let lost_kg_m2 = mass_kg_m2 * (1.0 - mass_left(p, phases));
+    lost_and_stored[0] = lost_and_stored[0] + lost_kg_m2;
+    let then_j_kg = enthalpy_of(p, 0u, then);
+    let now_j_kg = solid_enthalpy(p, phases, now);
+    return keep(now_j_kg - then_j_kg) * mass_kg_m2 + gas_gained(p, i);
 }

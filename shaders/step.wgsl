@@ -11,7 +11,14 @@ fn advance(step: u32) {
     var by_schedule: vec2<real>;
     var start_sideways = real(0.0);
     for (var stage = 0u; stage < run.stages; stage++) {
-        properties(stage);
+        if GAS {
+            if step < run.steps {
+                react(step, stage);
+            }
+            flow(step, stage);
+            outflow = leaving[stage];
+        }
+        properties(step, stage);
         if stage == 0u {
             look(step);
             note(step);
@@ -20,7 +27,10 @@ fn advance(step: u32) {
                 return;
             }
         }
-        let ends = imbalance(drives[4u * step + stage], drives[4u * step + 2u + stage]);
+        var ends = imbalance(drives[4u * step + stage], drives[4u * step + 2u + stage]);
+        if GAS {
+            ends = warm(step, stage, ends);
+        }
         var sideways = real(0.0);
         if HOLDER == 1u {
             sideways = exchange(step, stage);
@@ -57,8 +67,8 @@ fn rise(face: u32, step: u32) -> real {
 
 fn driven(step: u32, start: Ends) -> vec2<real> {
     let gamma = real(GAMMA);
-    let hot = through(0u, drives[4u * step + 1u], 0u, 1u, 0u);
-    let back = through(1u, drives[4u * step + 3u], LAST_CELL, LAST_CELL - 1u, 3u);
+    let hot = through(0u, drives[4u * step + 1u], 0u, 1u);
+    let back = through(1u, drives[4u * step + 3u], LAST_CELL, LAST_CELL - 1u);
     return vec2<real>(gamma * (hot.flux - start.hot.flux), gamma * (back.flux - start.back.flux));
 }
 

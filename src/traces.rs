@@ -9,10 +9,44 @@ pub struct Traces {
     pub instants: usize,
     /// Member × sensor × instant, K.
     pub temperatures_k: Vec<f64>,
+    /// Member × gauge × instant, in the units of each [`Gauge`]; empty where nothing decomposes and no gas flows.
+    pub gauges: Vec<f64>,
     pub arrivals: Vec<Arrival>,
     pub balances: Vec<Balance>,
     /// Member × ply: coldest and hottest temperature met, K.
     pub extremes_k: Vec<(f64, f64)>,
+}
+
+/// What is read of a layup as a whole, beside its sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Gauge {
+    /// Gas that leaves through the hot face, kg/m²/s; below zero where it flows in.
+    GasFlux,
+    /// Solid lost since the start, kg/m².
+    MassLost,
+    /// Depth below the hot face down to which 2 % of what can be lost is lost, m.
+    VirginFront,
+    /// Depth below the hot face down to which 98 % of what can be lost is lost, m.
+    CharFront,
+    /// Largest gas pressure in the layup, Pa.
+    PeakPressure,
+    /// Gas pressure at the back face, Pa.
+    BackPressure,
+}
+
+impl Gauge {
+    /// In the order in which traces hold them.
+    pub const ALL: [Self; 6] =
+        [Self::GasFlux, Self::MassLost, Self::VirginFront, Self::CharFront, Self::PeakPressure, Self::BackPressure];
+
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::GasFlux => "kg/m²/s",
+            Self::MassLost => "kg/m²",
+            Self::VirginFront | Self::CharFront => "m",
+            Self::PeakPressure | Self::BackPressure => "Pa",
+        }
+    }
 }
 
 /// How a member's march ended.
@@ -30,7 +64,8 @@ pub enum Arrival {
     },
 }
 
-/// Heat through the two faces and from and to the holder over the whole march, and heat stored, J/m², all positive but `stored`.
+/// Heat through the two faces and from and to the holder over the whole march, gas through the faces, and what was
+/// stored of both: J/m² and kg/m². Heat is positive but where a field says otherwise; gas counts out of the layup.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
     pub hot_in_j_m2: f64,
@@ -40,21 +75,49 @@ pub struct Balance {
     pub holder_in_j_m2: f64,
     pub holder_out_j_m2: f64,
     pub stored_j_m2: f64,
+    /// Enthalpy that gas took along out of the layup, less what it brought; absolute where enthalpies are, so of either sign.
+    pub gas_heat_j_m2: f64,
+    /// Heat that reactions gave beyond the enthalpies of what they turned into what; nothing where those are absolute.
+    pub reaction_gain_j_m2: f64,
+    /// Solid turned into gas.
+    pub solid_lost_kg_m2: f64,
+    /// Gas out through both faces.
+    pub gas_out_kg_m2: f64,
+    /// Gas in the pores at the end less that at the start.
+    pub gas_stored_kg_m2: f64,
 }
 
 impl Balance {
     /// From the sums that a member keeps: in and out through the hot face and the back face, from and to the holder.
     pub fn new(sums_j_m2: [f64; 6], stored_j_m2: f64) -> Self {
         let [hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, holder_in_j_m2, holder_out_j_m2] = sums_j_m2;
-        Self { hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, holder_in_j_m2, holder_out_j_m2, stored_j_m2 }
+        Self {
+            hot_in_j_m2,
+            hot_out_j_m2,
+            back_in_j_m2,
+            back_out_j_m2,
+            holder_in_j_m2,
+            holder_out_j_m2,
+            stored_j_m2,
+            ..Self::default()
+        }
     }
 
     /// In less out less stored, relative to what came in.
     pub fn residual(&self) -> f64 {
         let came_in = self.hot_in_j_m2 + self.back_in_j_m2 + self.holder_in_j_m2;
         let went_out = self.hot_out_j_m2 + self.back_out_j_m2 + self.holder_out_j_m2;
-        let moved = came_in.max(went_out).max(self.stored_j_m2.abs());
-        if moved > 0.0 { (came_in - went_out - self.stored_j_m2) / moved } else { 0.0 }
+        let moved = came_in.max(went_out);
+        let moved = if moved > 0.0 { moved } else { self.stored_j_m2.abs() };
+        let left = came_in - went_out - self.gas_heat_j_m2 + self.reaction_gain_j_m2 - self.stored_j_m2;
+        if moved > 0.0 { left / moved } else { 0.0 }
+    }
+
+    /// Solid lost less gas out less gas stored, relative to the largest of them; nothing moved leaves no residual.
+    pub fn mass_residual(&self) -> f64 {
+        let moved = self.solid_lost_kg_m2.max(self.gas_out_kg_m2.abs()).max(self.gas_stored_kg_m2.abs());
+        let left = self.solid_lost_kg_m2 - self.gas_out_kg_m2 - self.gas_stored_kg_m2;
+        if moved > 0.0 { left / moved } else { 0.0 }
     }
 }
 
@@ -69,9 +132,55 @@ impl Traces {
         &self.temperatures_k[start..start + self.instants]
     }
 
+    /// One member's readings of one gauge over the instants; none where gauges were not read.
+    pub fn gauge(&self, member: usize, gauge: Gauge) -> Option<&[f64]> {
+        let start = (member * Gauge::ALL.len() + gauge as usize) * self.instants;
+        self.gauges.get(start..start + self.instants)
+    }
+
     /// One member's temperatures: sensor × instant, K.
     pub fn member(&self, member: usize) -> &[f64] {
         let size = self.sensors * self.instants;
         &self.temperatures_k[member * size..(member + 1) * size]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solid_lost_is_gas_out_and_gas_stored() {
+        let whole = Balance { solid_lost_kg_m2: 2.0, gas_out_kg_m2: 1.5, gas_stored_kg_m2: 0.5, ..Balance::default() };
+        assert_eq!(whole.mass_residual(), 0.0);
+        assert_eq!(Balance { gas_out_kg_m2: 1.0, ..whole }.mass_residual(), 0.25);
+        assert_eq!(Balance::default().mass_residual(), 0.0);
+    }
+
+    #[test]
+    fn gas_blown_in_is_gas_stored() {
+        let filled = Balance { gas_out_kg_m2: -0.5, gas_stored_kg_m2: 0.5, ..Balance::default() };
+        assert_eq!(filled.mass_residual(), 0.0);
+        assert_eq!(Balance { gas_stored_kg_m2: 0.25, ..filled }.mass_residual(), 0.5);
+    }
+
+    #[test]
+    fn gauges_lie_member_by_member_in_their_order() {
+        let gauges = (0..2 * Gauge::ALL.len() * 3).map(|n| n as f64).collect();
+        let traces = Traces {
+            first: 0,
+            sensors: 0,
+            instants: 3,
+            temperatures_k: Vec::new(),
+            gauges,
+            arrivals: vec![Arrival::Done; 2],
+            balances: Vec::new(),
+            extremes_k: Vec::new(),
+        };
+        for (index, gauge) in Gauge::ALL.into_iter().enumerate() {
+            let first = (3 * (Gauge::ALL.len() + index)) as f64;
+            assert_eq!(traces.gauge(1, gauge), Some([first, first + 1.0, first + 2.0].as_slice()));
+        }
+        assert_eq!(Traces { gauges: Vec::new(), ..traces }.gauge(0, Gauge::GasFlux), None);
     }
 }

@@ -7,7 +7,11 @@ use bondline::march::Precision;
 use bondline::march::gpu::shader::{self, loop_turns};
 use bondline::physics::TWINS;
 use bondline::plan::Plan;
+<<<<<<< HEAD
 use bondline::plan::layout::{Bead, Bulk, Cell, Drive, Face, Place, Ply, Scaling, Sensor};
+=======
+use bondline::plan::layout::{Bead, Bulk, Cell, Drive, Face, Path, Ply, Reaction, Scaling, Sensor, Substance};
+>>>>>>> core
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Module, TypeInner};
 
@@ -51,7 +55,7 @@ fn a_kernel_that_mixes_precisions_is_refused() {
 }
 
 /// Rows of reals and rows of indices: their names in the shader, and the fields of their twins.
-fn reals() -> [(&'static str, &'static [&'static str]); 6] {
+fn reals() -> [(&'static str, &'static [&'static str]); 8] {
     [
         ("Cell", Cell::<f64>::FIELDS),
         ("Face", Face::<f64>::FIELDS),
@@ -59,10 +63,16 @@ fn reals() -> [(&'static str, &'static [&'static str]); 6] {
         ("Sensor", Sensor::<f64>::FIELDS),
         ("Bead", Bead::<f64>::FIELDS),
         ("Bulk", Bulk::<f64>::FIELDS),
+        ("Substance", Substance::<f64>::FIELDS),
+        ("Reaction", Reaction::<f64>::FIELDS),
     ]
 }
 fn indices() -> [(&'static str, &'static [&'static str]); 3] {
+<<<<<<< HEAD
     [("Ply", Ply::<u32>::FIELDS), ("Scaling", Scaling::<u32>::FIELDS), ("Place", Place::<u32>::FIELDS)]
+=======
+    [("Ply", Ply::<u32>::FIELDS), ("Scaling", Scaling::<u32>::FIELDS), ("Path", Path::<u32>::FIELDS)]
+>>>>>>> core
 }
 
 /// A struct of a module: each field with its offset, and the span of the whole, in bytes.

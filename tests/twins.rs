@@ -5,6 +5,8 @@ use bondline::march::gpu::device::Device;
 use bondline::march::gpu::shader;
 use bondline::physics::Real;
 use bondline::physics::compensated::{Pair, advanced, difference, two_sum};
+use bondline::physics::decomposition::{consumed, mean_decay, rate};
+use bondline::physics::exponential::{exponential, logarithm, power};
 use bondline::physics::faces::{FaceScale, face_flux};
 use bondline::physics::holder::flux_sideways;
 use bondline::physics::material::{
@@ -14,7 +16,9 @@ use bondline::physics::material::{
 use bondline::physics::reading::{covered, followed, reading};
 use bondline::physics::table::{integral, look_up, spot};
 use bondline::physics::tridiagonal::{factorise, substitute};
-use bondline::plan::layout::{Bead, Drive, FACE_COLUMNS, Face, HEATS, NO_INSTANT, Sensor, TABLE_NODES, TABLE_STEP_K};
+use bondline::plan::layout::{
+    AIR_COLUMNS, Bead, Drive, Face, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, Reaction, Sensor, TABLE_NODES, TABLE_STEP_K,
+};
 use bytemuck::Pod;
 
 const SAMPLES: usize = 4096;
@@ -59,12 +63,22 @@ where
         ("DEPTHS", 1),
         ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
-        ("FACE_COLUMNS", FACE_COLUMNS as u32),
+        ("AIR_COLUMNS", AIR_COLUMNS as u32),
+        ("GAS_COLUMNS", GAS_COLUMNS as u32),
+        ("GAUGES", GAUGES as u32),
+        ("SUBSTANCES", 1),
+        ("STATES", 1),
+        ("LEVELS", 1),
+        ("REACTIONS", 1),
+        ("TRACED", 1),
         ("NO_INSTANT", NO_INSTANT),
     ] {
         text += &format!("const {name} = {value}u;\n");
     }
-    text += &format!("const TABLE_STEP_K = {TABLE_STEP_K:?};\n");
+    for name in ["GAS", "UNHINDERED", "QUASI_STEADY", "DARCY", "BACK_IS_OPEN"] {
+        text += &format!("const {name} = false;\n");
+    }
+    text += &format!("const MIDDLE_PA = 1e5;\nconst TABLE_STEP_K = {TABLE_STEP_K:?};\n");
     for (_, part) in shader::PARTS {
         text += part;
     }
@@ -155,16 +169,29 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             },
         },
         Probe {
-            body: "let s = spot(x[0]); let scale = PlyScale(x[1], x[2], x[3], x[4], 0.0);
+            body: "let s = spot(x[0]); let scale = PlyScale(x[1], x[2], x[3], x[4], 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0);
                    y[0] = conductivity(s, 0u, scale); y[1] = heat_capacity(s, 0u, scale);
                    y[2] = conductivity_slope(s, 0u, scale);",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5), (80.0, 1200.0)],
             outputs: 3,
             twin: &|x, tables, y| {
                 let s = spot(x[0]);
-                let none = W::scalar(0.0);
-                let scale =
-                    PlyScale { solid: x[1], gas: x[2], radiative: x[3], density_kg_m3: x[4], holder_w_m3_k: none };
+                let (none, one) = (W::scalar(0.0), W::scalar(1.0));
+                let scale = PlyScale {
+                    solid: x[1],
+                    gas: x[2],
+                    radiative: x[3],
+                    density_kg_m3: x[4],
+                    heat_capacity: one,
+                    mass_kg_m3: one,
+                    thickness: one,
+                    kinetics: one,
+                    activation: one,
+                    pyrolysis_heat: one,
+                    loss: one,
+                    permeability: one,
+                    holder_w_m3_k: none,
+                };
                 put(
                     y,
                     &[
@@ -185,14 +212,14 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             },
         },
         Probe {
-            body: "y[0] = gain_across(x[0], x[1], x[2]); y[1] = flux_slope(x[0], x[3], x[4], x[5]);",
-            inputs: vec![(1.0, 1e3), k, (1e-5, 1e-4), (5e3, 5e4), (-1e-4, 1e-3), (-50.0, 50.0)],
+            body: "y[0] = gain_across(x[0], x[1], x[2]); y[1] = flux_slope(x[0], x[3], x[4], x[5], x[6]);",
+            inputs: vec![(1.0, 1e3), k, (1e-5, 1e-4), (5e3, 5e4), (-1e-4, 1e-3), (-50.0, 50.0), (-20.0, 20.0)],
             outputs: 2,
-            twin: &|x, _, y| put(y, &[gain_across(x[0], x[1], x[2]), flux_slope(x[0], x[3], x[4], x[5])]),
+            twin: &|x, _, y| put(y, &[gain_across(x[0], x[1], x[2]), flux_slope(x[0], x[3], x[4], x[5], x[6])]),
         },
         Probe {
-            body: "let q = face_flux(Drive(x[0], x[1], x[2], x[4], 0.0, 0.0), Face(x[3], x[5], 0.0),
-                       FaceScale(x[6], x[7], x[8], x[9]), x[10], x[11], x[12], x[13]);
+            body: "let q = face_flux(Drive(x[0], x[1], x[2], x[4], 0.0, 0.0, 0.0), Face(x[3], x[5], 1.0, 0.0),
+                       FaceScale(x[6], x[7], x[8], x[9]), x[10], x[11], x[12], x[13], x[14]);
                    y[0] = q.flux; y[1] = q.slope;",
             inputs: vec![
                 (0.0, 3e5),
@@ -209,6 +236,7 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
                 (0.3, 0.9),
                 (0.0, 2e6),
                 (900.0, 1300.0),
+                (-0.02, 0.05),
             ],
             outputs: 2,
             twin: &|x, _, y| {
@@ -217,13 +245,50 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
                     radiant_w_m2: x[1],
                     gas_k: x[2],
                     surroundings_k: x[4],
+                    pressure_pa: W::scalar(0.0),
                     held_k: W::scalar(0.0),
                     holder_k: W::scalar(0.0),
                 };
-                let face = Face { film_w_m2_k: x[3], hot_wall_kg_j: x[5], held: W::scalar(0.0) };
+                let face = Face { film_w_m2_k: x[3], hot_wall_kg_j: x[5], blowing: W::scalar(1.0), held: W::scalar(0.0) };
                 let scale = FaceScale { heating: x[6], film: x[7], exchange: x[8], emissivity: x[9] };
-                let q = face_flux(drive, face, scale, x[10], x[11], x[12], x[13]);
+                let q = face_flux(drive, face, scale, x[10], x[11], x[12], x[13], x[14]);
                 put(y, &[q.flux, q.slope]);
+            },
+        },
+        Probe {
+            body: "y[0] = exponential(x[0]); y[1] = logarithm(x[1]); y[2] = power(x[1], x[2]); y[3] = mean_decay(x[3]);
+                   y[4] = consumed(x[4], x[3], 1.0); y[5] = consumed(x[4], x[3], 2.0);
+                   y[6] = consumed(x[4], x[3], 3.0); y[7] = consumed(x[4], x[3], 0.5);
+                   y[8] = rate(Reaction(1e9, x[5], 1.0, 500.0, 0.1, 1.0, 0.0, 0.0), x[6], 1.1, 0.9);",
+            inputs: vec![(-90.0, 90.0), (1e-3, 1e3), (-2.0, 2.0), (0.0, 3.0), (0.0, 1.0), (5e3, 3e4), hot],
+            outputs: 9,
+            twin: &|x, _, y| {
+                let of = |value: f64| W::scalar(value);
+                let reaction = Reaction {
+                    rate_1_s: of(1e9),
+                    activation_k: x[5],
+                    order: of(1.0),
+                    onset_k: of(500.0),
+                    loss: of(0.1),
+                    share: of(1.0),
+                    heat_j_kg: of(0.0),
+                    chained: of(0.0),
+                };
+                let gone = |order: f64| consumed(x[4], x[3], of(order));
+                put(
+                    y,
+                    &[
+                        exponential(x[0]),
+                        logarithm(x[1]),
+                        power(x[1], x[2]),
+                        mean_decay(x[3]),
+                        gone(1.0),
+                        gone(2.0),
+                        gone(3.0),
+                        gone(0.5),
+                        rate(reaction, x[6], of(1.1), of(0.9)),
+                    ],
+                );
             },
         },
         Probe {

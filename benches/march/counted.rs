@@ -108,6 +108,26 @@ impl Real for Counted {
         count(&CHOICES);
         Self(Real::settled(self.0, least.0))
     }
+    fn sqrt(self) -> Self {
+        count(&QUOTIENTS);
+        Self(self.0.sqrt())
+    }
+    fn reached(self, mark: Self) -> Self {
+        count(&CHOICES);
+        Self(Real::reached(self.0, mark.0))
+    }
+    fn nearest(self) -> Self {
+        Self(Real::nearest(self.0))
+    }
+    fn two_to(self) -> Self {
+        Self(Real::two_to(self.0))
+    }
+    fn twos(self) -> Self {
+        Self(Real::twos(self.0))
+    }
+    fn mantissa(self) -> Self {
+        Self(Real::mantissa(self.0))
+    }
     fn row(self, last: u32) -> u32 {
         Real::row(self.0, last)
     }

@@ -30,6 +30,16 @@ pub enum Property {
     /// Of a face, hot or back, whose ply is in the group.
     Emissivity,
     Thickness,
+    /// The rates of all reactions.
+    Kinetics,
+    /// The activation energies of all reactions.
+    ActivationEnergy,
+    /// The heats of all reactions, where they are written of them.
+    PyrolysisHeat,
+    /// What is left as a share of the virgin mass; the losses share what is gone as before.
+    CharYield,
+    /// Of the virgin substance and of every residue.
+    Permeability,
     /// Heat flux and radiant flux on the hot face; its film too where the face is convective.
     Heating,
     /// Contact conductance of the interfaces under the plies of the group, of every interface where there is none.

@@ -1,4 +1,4 @@
-//! The materials that are built into the program, so that it needs no file beside it.
+//! The materials and gases that are built into the program, so that it needs no file beside it.
 
 /// Id and text of each, by name.
 const SHIPPED: &[(&str, &str)] = &[
@@ -14,6 +14,15 @@ const SHIPPED: &[(&str, &str)] = &[
     ("pyrogel_xte", include_str!("../../data/materials/pyrogel_xte.toml")),
     ("saffil_96", include_str!("../../data/materials/saffil_96.toml")),
     ("sic_5hs", include_str!("../../data/materials/sic_5hs.toml")),
+    ("tacot", include_str!("../../data/materials/tacot.toml")),
+];
+
+/// As of the materials.
+const GASES: &[(&str, &str)] = &[
+    ("air", include_str!("../../data/gases/air.toml")),
+    ("nitrogen", include_str!("../../data/gases/nitrogen.toml")),
+    ("pyrolysis", include_str!("../../data/gases/pyrolysis.toml")),
+    ("tacot", include_str!("../../data/gases/tacot.toml")),
 ];
 
 /// The ids of the materials that are built in.
@@ -27,10 +36,21 @@ pub(super) fn text(id: &str) -> Option<(&'static str, &'static str)> {
     SHIPPED.iter().find(|(known, _)| *known == id).copied()
 }
 
+/// The ids of the gases that are built in.
+pub fn known_gases() -> Vec<&'static str> {
+    GASES.iter().map(|(id, _)| *id).collect()
+}
+
+/// Id and text of a gas; `-` in a name is as good as `_`.
+pub(super) fn gas_text(id: &str) -> Option<(&'static str, &'static str)> {
+    let id = id.replace('-', "_");
+    GASES.iter().find(|(known, _)| *known == id).copied()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::Material;
+    use crate::case::{Gas, Material};
 
     #[test]
     fn every_material_that_is_built_in_holds() {
@@ -38,6 +58,16 @@ mod tests {
             let material = Material::named(id).unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(material.id, id);
         }
+    }
+
+    #[test]
+    fn every_gas_that_is_built_in_holds() {
+        for id in known_gases() {
+            let gas = Gas::named(id).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(gas.id, id);
+        }
+        let error = Gas::named("tacott").expect_err("there is none of that name").to_string();
+        assert!(error.contains("did you mean \"tacot\"?"), "{error}");
     }
 
     #[test]

@@ -13,6 +13,7 @@ pub mod library;
 pub mod material;
 pub mod observation;
 pub mod table;
+mod thermogram;
 pub mod unit;
 
 pub use decomposition::{

@@ -5,7 +5,7 @@ use crate::ensemble::Ensemble;
 use crate::physics::Real;
 use crate::physics::lanes::Lanes;
 use crate::physics::member::Member;
-use crate::plan::layout::NO_INSTANT;
+use crate::plan::layout::{GAUGES, NO_INSTANT};
 use crate::plan::{Plan, Rows};
 use crate::traces::{Balance, Traces};
 use rayon::prelude::*;
@@ -35,7 +35,11 @@ impl March for Cpu {
 
     /// Members whose traces take some 64 MiB: progress is shown between runs, and memory stays small.
     fn capacity(&self, plan: &Plan) -> usize {
+<<<<<<< HEAD
         let reals = plan.places.len() * plan.instants_s.len();
+=======
+        let reals = (plan.sensor_cells.len() + plan.gauges()) * plan.instants_s.len();
+>>>>>>> core
         (8 * 1024 * 1024 / reals.max(1)).clamp(64, 4096)
     }
 
@@ -79,6 +83,7 @@ fn carry<R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, memb
         sensors,
         instants,
         temperatures_k: vec![0.0; count * sensors * instants],
+        gauges: Vec::new(),
         arrivals: Vec::with_capacity(count),
         balances: Vec::with_capacity(count),
         extremes_k: Vec::with_capacity(count * plan.plies.len()),
@@ -98,6 +103,7 @@ fn carry<R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, memb
         traces.arrivals.push(arrival(plan, end.strayed, &end.extremes_k));
         traces.balances.push(end.balance);
         traces.extremes_k.extend(end.extremes_k);
+        traces.gauges.extend(end.gauges);
     }
     traces
 }
@@ -107,6 +113,8 @@ struct End {
     strayed: Option<usize>,
     balance: Balance,
     extremes_k: Vec<(f64, f64)>,
+    /// Gauge × instant.
+    gauges: Vec<f64>,
 }
 
 /// March one group of lanes; lanes past the last member repeat it.
@@ -123,6 +131,7 @@ fn carry_group<R: Real>(
     let columns: Vec<R> = (0..=plan.factors)
         .map(|column| R::from_lanes(|lane| if column == 0 { 1.0 } else { values[lane.min(lanes - 1)][column - 1] }))
         .collect();
+    let mut gauges = vec![0.0; lanes * plan.gauges() * instants];
     let mut member = Member::<R>::start(plan, rows, |column| columns[column as usize]);
     for turn in 0..=plan.steps() {
         member.advance(turn, |member| {
@@ -132,14 +141,24 @@ fn carry_group<R: Real>(
                     let at = (lane * sensors + sensor) * instants + instant as usize;
                     temperatures_k[at] = member.shown_k(sensor, lane);
                 }
+                if plan.gauges() > 0 {
+                    let read = member.gauges(turn);
+                    for (lane, gauge) in (0..lanes).flat_map(|lane| (0..GAUGES).map(move |gauge| (lane, gauge))) {
+                        gauges[(lane * GAUGES + gauge) * instants + instant as usize] = read[gauge].lane(lane);
+                    }
+                }
             }
         });
     }
     (0..lanes)
-        .map(|lane| End {
-            strayed: member.strayed(lane),
-            balance: Balance::new(member.heat_j_m2(lane), member.stored_j_m2(lane)),
-            extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
+        .map(|lane| {
+            let size = gauges.len() / lanes;
+            End {
+                strayed: member.strayed(lane),
+                balance: member.balance(lane),
+                extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
+                gauges: gauges[lane * size..(lane + 1) * size].to_vec(),
+            }
         })
         .collect()
 }

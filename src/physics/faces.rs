@@ -5,6 +5,8 @@
 //! cold-wall flux for a hot wall. Fourth powers are squares of squares in both twins.
 
 use super::Real;
+use super::decomposition::mean_decay;
+use super::exponential::exponential;
 use crate::plan::layout::{Drive, Face, Scaling};
 
 /// Stefan–Boltzmann constant, W/m²/K⁴ (CODATA 2018).
@@ -37,6 +39,18 @@ pub fn face_scale<R: Real>(scaling: &Scaling<u32>, column: impl Fn(u32) -> R) ->
     }
 }
 
+/// Share that blowing leaves of a film coefficient C (kg/m²/s) against 2λ times the gas flux out: `φ/(eᶲ − 1)` with φ
+/// their ratio. It is `ln(1 + 2λB')/(2λB')` with B' in terms of the reduced coefficient, solved for it.
+#[inline(always)]
+pub fn blown<R: Real>(film_kg_m2_s: R, twice_blowing_kg_m2_s: R) -> R {
+    let zero = R::constant(0.0);
+    let ratio = twice_blowing_kg_m2_s / film_kg_m2_s.max(R::constant(1e-12));
+    let size = ratio.max(-ratio).min(R::constant(60.0));
+    let outward = ratio.reached(zero);
+    let decay = exponential(-size);
+    (decay + (R::constant(1.0) - outward) * (R::constant(1.0) - decay)) / mean_decay(size)
+}
+
 /// Heat flux into the layup at a temperature. The slope leaves out that of the emissivity, which is slight;
 /// the scheme keeps its order with any slope.
 #[inline(always)]
@@ -48,10 +62,14 @@ pub fn face_flux<R: Real>(
     emissivity: R,
     enthalpy_j_kg: R,
     enthalpy_slope_j_kg_k: R,
+    blown_kg_m2_s: R,
 ) -> FaceFlux<R> {
     let emission = scale.emissivity * emissivity;
-    let convected = scale.heating * R::of(drive.flux_w_m2);
     let hot_wall = R::of(face.hot_wall_kg_j);
+    let mut convected = scale.heating * R::of(drive.flux_w_m2);
+    if face.blowing != R::scalar(0.0) {
+        convected = convected * blown(convected * hot_wall, R::of(face.blowing) * blown_kg_m2_s);
+    }
     let film = scale.film * R::of(face.film_w_m2_k);
     let radiance = scale.exchange * emission * R::constant(STEFAN_BOLTZMANN);
     let surroundings = R::of(drive.surroundings_k);

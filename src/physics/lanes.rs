@@ -61,6 +61,30 @@ macro_rules! lanes {
                 Self(from_fn(|lane| Real::settled(self.0[lane], least.0[lane])))
             }
             #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(from_fn(|lane| self.0[lane].sqrt()))
+            }
+            #[inline(always)]
+            fn reached(self, mark: Self) -> Self {
+                Self(from_fn(|lane| Real::reached(self.0[lane], mark.0[lane])))
+            }
+            #[inline(always)]
+            fn nearest(self) -> Self {
+                Self(from_fn(|lane| Real::nearest(self.0[lane])))
+            }
+            #[inline(always)]
+            fn two_to(self) -> Self {
+                Self(from_fn(|lane| Real::two_to(self.0[lane])))
+            }
+            #[inline(always)]
+            fn twos(self) -> Self {
+                Self(from_fn(|lane| Real::twos(self.0[lane])))
+            }
+            #[inline(always)]
+            fn mantissa(self) -> Self {
+                Self(from_fn(|lane| Real::mantissa(self.0[lane])))
+            }
+            #[inline(always)]
             fn row(self, last: u32) -> [u32; N] {
                 from_fn(|lane| Real::row(self.0[lane], last))
             }

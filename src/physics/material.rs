@@ -2,7 +2,7 @@
 
 use super::Real;
 use super::table::{Spot, look_up};
-use crate::plan::layout::{Bulk, Ply};
+use crate::plan::layout::{Bulk, Ply, Substance, TABLE_NODES};
 
 /// What one member's factors make of a ply. A thickness factor f stretches the ply; on the unstretched
 /// grid that is conductivity over f and heat capacity times f. Where extinction is stated by mass, a factor on
@@ -14,23 +14,68 @@ pub struct PlyScale<R> {
     pub radiative: R,
     /// Bulk density times the factors of all that stores, kg/m³.
     pub density_kg_m3: R,
+    /// Heat capacity, and mass of the virgin material in a volume as drawn, kg/m³.
+    pub heat_capacity: R,
+    pub mass_kg_m3: R,
+    pub thickness: R,
+    /// Rate constants, activation energies and heats of the reactions.
+    pub kinetics: R,
+    pub activation: R,
+    pub pyrolysis_heat: R,
+    /// Of what is lost, so that the char is as much more as its yield.
+    pub loss: R,
+    pub permeability: R,
     /// Conductance to the holder in a volume of the unstretched grid, W/m³/K.
     pub holder_w_m3_k: R,
 }
 
+/// Where a pressure falls among the levels of the tables: the level under it, and the share of the way to the next.
+#[derive(Clone, Copy)]
+pub struct Level<R> {
+    pub under: R,
+    pub share: R,
+}
+
 /// The scales of a ply from a member's columns.
 #[inline(always)]
-pub fn ply_scale<R: Real>(ply: &Ply<u32>, bulk: Bulk<R::Scalar>, column: impl Fn(u32) -> R) -> PlyScale<R> {
+pub fn ply_scale<R: Real>(
+    ply: &Ply<u32>,
+    bulk: Bulk<R::Scalar>,
+    char: Substance<R::Scalar>,
+    column: impl Fn(u32) -> R,
+) -> PlyScale<R> {
     let thickness = column(ply.thickness);
     let conductivity = column(ply.conductivity) / thickness;
     let density = R::of(bulk.density_kg_m3) * column(ply.density);
+    let one = R::constant(1.0);
+    let remains = R::of(char.remains);
+    // Of an inert ply nothing is lost, and its factor divides nothing by nothing.
+    let lost = (one - remains).max(R::constant(1e-6));
     PlyScale {
         solid: conductivity * column(ply.conductivity_solid),
         gas: conductivity * column(ply.conductivity_gas),
         radiative: conductivity * column(ply.conductivity_radiative) / column(ply.extinction),
         density_kg_m3: density * column(ply.heat_capacity) * thickness,
+        heat_capacity: column(ply.heat_capacity),
+        mass_kg_m3: density * thickness,
+        thickness,
+        kinetics: column(ply.kinetics),
+        activation: column(ply.activation),
+        pyrolysis_heat: column(ply.pyrolysis_heat),
+        loss: (one - column(ply.char_yield) * remains) / lost,
+        permeability: column(ply.permeability) / thickness,
         holder_w_m3_k: R::of(bulk.holder_w_m3_k) * column(ply.holder) * thickness,
     }
+}
+
+/// The spot in the block of the level under a pressure, and in that of the next.
+#[inline(always)]
+pub fn levelled<R: Real>(spot: Spot<R>, level: Level<R>) -> [Spot<R>; 2] {
+    let nodes = R::constant(TABLE_NODES as f64);
+    let under = level.under * nodes + R::from_row(spot.row);
+    let last = u32::MAX;
+    let row = |position: R| Spot { row: position.row(last), share: spot.share };
+    [row(under), row(under + nodes)]
 }
 
 /// Conductivity at a spot of a ply's table, W/m/K.
@@ -105,9 +150,9 @@ pub fn gain_across<R: Real>(conductance: R, conductivity: R, length_m: R) -> R {
 }
 
 /// Slope of the flux from a node to its neighbour by the node's temperature, W/m²/K, with the conductivity's
-/// own slope: without it a step is second order only while cells are coarse (1.5 beyond), and jumps of
+/// own slope, and with what gas carries: without it a step is second order only while cells are coarse (1.5 beyond), and jumps of
 /// temperature on fine cells run away. Never negative, so that no pivot vanishes.
 #[inline(always)]
-pub fn flux_slope<R: Real>(conductance: R, gain_1_m: R, conductivity_slope: R, drop: R) -> R {
-    (conductance + gain_1_m * conductivity_slope * drop).max(R::constant(0.0))
+pub fn flux_slope<R: Real>(conductance: R, gain_1_m: R, conductivity_slope: R, drop: R, carried: R) -> R {
+    ((conductance + gain_1_m * conductivity_slope * drop) + carried).max(R::constant(0.0))
 }

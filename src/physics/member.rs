@@ -3,6 +3,7 @@
 use super::Real;
 use super::compensated::{Pair, advanced, difference, keep};
 use super::faces::{FaceFlux, FaceScale, face_flux, face_scale};
+use super::gas::Porous;
 use super::holder::flux_sideways;
 use super::material::{
     PlyScale, conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across,
@@ -10,8 +11,10 @@ use super::material::{
 };
 use super::reading::{covered, followed, reading};
 use super::table::{integral, look_up, spot};
-use crate::plan::layout::{Drive, FACE_COLUMNS, HEATS};
+use crate::case::GasPath;
+use crate::plan::layout::{Drive, HEATS, Ply};
 use crate::plan::{Plan, Rows};
+use crate::traces::Balance;
 
 /// One member, or lanes of them, on its way.
 pub struct Member<'a, R: Real> {
@@ -45,6 +48,43 @@ pub struct Member<'a, R: Real> {
     pub(super) upper: Vec<R>,
     pub(super) first: Vec<R>,
     pub(super) second: Vec<R>,
+    /// Cell × reaction: how far each has come; its rate constant at the start of a step, 1/s; what it gives off at a
+    /// stage, kg/m²/s.
+    pub(super) advancements: Vec<Pair<R>>,
+    pub(super) rates: Vec<R>,
+    pub(super) releases: Vec<R>,
+    /// Gas up through the face under each cell at a stage, and out of the hot face at either, kg/m²/s.
+    pub(super) flows: Vec<R>,
+    pub(super) leaving: [R; 2],
+    pub(super) back_leaving: R,
+    /// Out of the hot face at the stage at hand; means of the last two steps.
+    pub(super) outflow: R,
+    pub(super) recent: [R; 2],
+    /// Gas that left, kg/m²; heat that it took along and that reactions gave beyond enthalpies, J/m².
+    pub(super) gas_out: Pair<R>,
+    pub(super) gas_heat: Pair<R>,
+    pub(super) reaction_gain: Pair<R>,
+    pub(super) stage_heat: [R; 2],
+    /// Solid lost and gas stored since the start, kg/m².
+    pub(super) lost_and_stored: [R; 2],
+    /// Of gas by Darcy's law: pressures (Pa), their rates (Pa/s), pores, mean fluxes of the last step and what a step
+    /// of pressure works on.
+    pub(super) pressures: Vec<Pair<R>>,
+    pub(super) pressure_rates: Vec<R>,
+    pub(super) pores: Vec<Porous<R>>,
+    pub(super) later: Vec<Porous<R>>,
+    pub(super) mean_flows: Vec<R>,
+    pub(super) mean_leaving: R,
+    pub(super) made_first: Vec<R>,
+    pub(super) supply: Vec<R>,
+    pub(super) first_flows: Vec<R>,
+    pub(super) slopes_above: Vec<R>,
+    pub(super) slopes_below: Vec<R>,
+    pub(super) pressed_first: Vec<R>,
+    pub(super) pressed_second: Vec<R>,
+    pub(super) pressure_lower: Vec<R>,
+    pub(super) pressure_diagonal: Vec<R>,
+    pub(super) pressure_upper: Vec<R>,
 }
 
 /// Heat into the layup through its two faces.
@@ -60,8 +100,21 @@ impl<'a, R: Real> Member<'a, R> {
     pub fn start(plan: &'a Plan, rows: &'a Rows<R::Scalar>, column: impl Fn(u32) -> R + Copy) -> Self {
         let zero = R::constant(0.0);
         let none = Pair { high: zero, low: zero };
+<<<<<<< HEAD
         let (cells, sensors) = (plan.cells(), plan.places.len());
         let plies = plan.plies.iter().zip(&rows.bulks).map(|(ply, &bulk)| ply_scale(ply, bulk, column)).collect();
+=======
+        let (cells, sensors) = (plan.cells(), plan.sensor_cells.len());
+        let char = |ply: &Ply<u32>| rows.substances[(ply.first_state + ply.states) as usize - 1];
+        let plies =
+            plan.plies.iter().zip(&rows.bulks).map(|(ply, &bulk)| ply_scale(ply, bulk, char(ply), column)).collect();
+        let reactions = cells * plan.reactions;
+        let flowing = if plan.gas.is_some() { cells } else { 0 };
+        let darcy = if plan.gas == Some(GasPath::Darcy) { cells } else { 0 };
+        let outside = Pair { high: R::of(rows.drives[0].pressure_pa), low: zero };
+        let sealed = Porous { storage: zero, mobility_s: zero, slip_pa: zero, inertia_m_pa2: zero };
+        let contact = column(plan.contact);
+>>>>>>> core
         Self {
             plan,
             rows,
@@ -96,6 +149,35 @@ impl<'a, R: Real> Member<'a, R> {
             upper: vec![zero; cells],
             first: vec![zero; cells],
             second: vec![zero; cells],
+            advancements: vec![none; reactions],
+            rates: vec![zero; reactions],
+            releases: vec![zero; reactions],
+            flows: vec![zero; flowing],
+            leaving: [zero; 2],
+            back_leaving: zero,
+            outflow: zero,
+            recent: [zero; 2],
+            gas_out: none,
+            gas_heat: none,
+            reaction_gain: none,
+            stage_heat: [zero; 2],
+            lost_and_stored: [zero; 2],
+            pressures: vec![outside; darcy],
+            pressure_rates: vec![zero; darcy],
+            pores: vec![sealed; darcy],
+            later: vec![sealed; darcy],
+            mean_flows: vec![zero; darcy],
+            mean_leaving: zero,
+            made_first: vec![zero; darcy],
+            supply: vec![zero; darcy],
+            first_flows: vec![zero; darcy],
+            slopes_above: vec![zero; darcy],
+            slopes_below: vec![zero; darcy],
+            pressed_first: vec![zero; darcy],
+            pressed_second: vec![zero; darcy],
+            pressure_lower: vec![zero; darcy],
+            pressure_diagonal: vec![zero; darcy],
+            pressure_upper: vec![zero; darcy],
         }
     }
 
@@ -115,17 +197,26 @@ impl<'a, R: Real> Member<'a, R> {
     /// Conductivity, heat capacity and conductance of every cell at `T + Δ₁`; at the first stage also the slopes
     /// of the flux under it, by its own temperature in `lower` and by that of the next cell, less, in `upper`.
     #[inline(always)]
-    pub(super) fn properties(&mut self, stage: usize) {
+    pub(super) fn properties(&mut self, step: usize, stage: usize) {
         let rows = self.rows;
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
+                if ply.states > 1 || self.plan.levels > 1 {
+                    self.blend(p, i, step, stage);
+                    continue;
+                }
                 let at = spot(self.temperatures[i].high + self.first[i]);
                 let (parts, table) = (self.plan.parts, ply.table as usize);
                 self.conductivities[i] = conductivity(&rows.tables, at, parts, table, self.plies[p]);
                 self.slopes[i] = conductivity_slope(&rows.tables, at, parts, table, self.plies[p]);
                 self.evaluated[i] =
                     R::of(rows.cells[i].width_m) * heat_capacity(&rows.tables, at, parts, table, self.plies[p]);
+            }
+            if self.plan.gas == Some(GasPath::Darcy) {
+                for i in ply.first_cell as usize..ply.end_cell as usize {
+                    self.evaluated[i] = self.evaluated[i] + self.gas_capacity(i);
+                }
             }
             for i in ply.first_cell as usize..ply.end_cell as usize - 1 {
                 let half_over_next_1_m = R::of(rows.cells[i].half_over_next_1_m);
@@ -158,8 +249,10 @@ impl<'a, R: Real> Member<'a, R> {
     #[inline(always)]
     pub(super) fn incline(&mut self, i: usize, above_1_m: R, below_1_m: R) {
         let drop = difference(self.temperatures[i], self.temperatures[i + 1]);
-        self.lower[i] = flux_slope(self.conductances[i], above_1_m, self.slopes[i], drop);
-        self.upper[i] = flux_slope(self.conductances[i], below_1_m, self.slopes[i + 1], -drop);
+        let zero = R::constant(0.0);
+        let [above, below] = if self.plan.gas.is_some() { self.carried_slopes(i) } else { [zero, zero] };
+        self.lower[i] = flux_slope(self.conductances[i], above_1_m, self.slopes[i], drop, above);
+        self.upper[i] = flux_slope(self.conductances[i], below_1_m, self.slopes[i + 1], -drop, below);
     }
 
     /// A cell's temperature at `T + Δ₁`.
@@ -172,22 +265,25 @@ impl<'a, R: Real> Member<'a, R> {
     /// Heat into the face cell: through an open face from outside, of a held one what passes on to its
     /// neighbour and to the holder.
     #[inline(always)]
-    pub(super) fn through(
-        &self,
-        face: usize,
-        drive: Drive<R::Scalar>,
-        cell: usize,
-        neighbour: usize,
-        column: usize,
-    ) -> FaceFlux<R> {
-        let (rows, table) = (self.rows, self.plan.face_table());
+    pub(super) fn through(&self, face: usize, drive: Drive<R::Scalar>, cell: usize, neighbour: usize) -> FaceFlux<R> {
+        let (rows, table, columns) = (self.rows, self.plan.face_table(), self.plan.face_columns());
         let temperature_k = self.temperatures[cell].high + self.first[cell];
         let at = spot(temperature_k);
-        let emissivity = look_up(&rows.tables, at, FACE_COLUMNS, table + column);
-        let enthalpy_j_kg = look_up(&rows.tables, at, FACE_COLUMNS, table + 1);
-        let rise_j_kg_k = look_up(&rows.tables, at, FACE_COLUMNS, table + 2);
-        let open =
-            face_flux(drive, rows.faces[face], self.faces[face], temperature_k, emissivity, enthalpy_j_kg, rise_j_kg_k);
+        let ply = face * (self.plies.len() - 1);
+        let emissivity = self.face_emissivity(face, ply, cell, at);
+        let enthalpy_j_kg = look_up(&rows.tables, at, columns, table);
+        let rise_j_kg_k = look_up(&rows.tables, at, columns, table + 1);
+        let scale = self.faces[face];
+        let open = face_flux(
+            drive,
+            rows.faces[face],
+            scale,
+            temperature_k,
+            emissivity,
+            enthalpy_j_kg,
+            rise_j_kg_k,
+            self.outflow,
+        );
         let held = R::of(rows.faces[face].held);
         let free = R::constant(1.0) - held;
         let conductance = self.conductances[cell.min(neighbour)];
@@ -201,7 +297,7 @@ impl<'a, R: Real> Member<'a, R> {
     #[inline(always)]
     pub(super) fn imbalance(&mut self, hot: Drive<R::Scalar>, back: Drive<R::Scalar>) -> Ends<R> {
         let last = self.second.len() - 1;
-        let ends = Ends { hot: self.through(0, hot, 0, 1, 0), back: self.through(1, back, last, last - 1, 3) };
+        let ends = Ends { hot: self.through(0, hot, 0, 1), back: self.through(1, back, last, last - 1) };
         let mut above = ends.hot.flux;
         for i in 0..last {
             let below = self.conductances[i] * difference(self.staged(i), self.staged(i + 1));
@@ -284,12 +380,8 @@ impl<'a, R: Real> Member<'a, R> {
         let zero = R::constant(0.0);
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
-            let columns = self.plan.table_columns();
-            let offset = ply.table as usize + 2 * self.plan.parts;
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                let now_j_kg = integral(&rows.tables, spot(self.temperatures[i].high), columns, offset);
-                let then_j_kg = integral(&rows.tables, spot(R::of(rows.cells[i].start_k)), columns, offset);
-                let gained = keep(now_j_kg - then_j_kg) * self.plies[p].density_kg_m3 * R::of(rows.cells[i].width_m);
+                let gained = self.gained(p, i);
                 self.stored_j_m2 = self.stored_j_m2 + gained;
                 let hot = if i == 0 { R::of(rows.faces[0].held) * gained } else { zero };
                 let back = if i == last { R::of(rows.faces[1].held) * gained } else { zero };
@@ -301,19 +393,46 @@ impl<'a, R: Real> Member<'a, R> {
         }
     }
 
+    /// Heat that a cell holds over that at the start, J/m²; its gas and what solid it lost are taken into account.
+    #[inline(always)]
+    pub(super) fn gained(&mut self, p: usize, i: usize) -> R {
+        let rows = self.rows;
+        let ply = self.plan.plies[p];
+        let width_m = R::of(rows.cells[i].width_m);
+        let now = spot(self.temperatures[i].high);
+        let then = spot(R::of(rows.cells[i].start_k));
+        if ply.states == 1 {
+            let columns = self.plan.table_columns();
+            let offset = ply.table as usize + 2 * self.plan.parts;
+            let now_j_kg = integral(&rows.tables, now, columns, offset);
+            let then_j_kg = integral(&rows.tables, then, columns, offset);
+            return keep(now_j_kg - then_j_kg) * self.plies[p].density_kg_m3 * width_m + self.gas_gained(p, i);
+        }
+        let phases = self.phases_of(p, i);
+        let mass_kg_m2 = self.plies[p].mass_kg_m3 * width_m;
+        let lost_kg_m2 = mass_kg_m2 * (R::constant(1.0) - self.mass_left(p, phases));
+        self.lost_and_stored[0] = self.lost_and_stored[0] + lost_kg_m2;
+        let then_j_kg = self.enthalpy_of(p, 0, then);
+        let now_j_kg = self.solid_enthalpy(p, phases, now);
+        keep(now_j_kg - then_j_kg) * mass_kg_m2 + self.gas_gained(p, i)
+    }
+
     /// What a sensor's bead shows in one lane, K.
     pub fn shown_k(&self, sensor: usize, lane: usize) -> f64 {
         self.beads[sensor].high.lane(lane) + self.beads[sensor].low.lane(lane)
     }
 
-    /// Hot in, hot out, back in, back out, from and to the holder of one lane, J/m².
-    pub fn heat_j_m2(&self, lane: usize) -> [f64; HEATS] {
-        self.heat.map(|pair| pair.high.lane(lane) + pair.low.lane(lane))
-    }
-
-    /// Heat stored since the start in one lane, J/m².
-    pub fn stored_j_m2(&self, lane: usize) -> f64 {
-        self.stored_j_m2.lane(lane)
+    /// Heat and mass through the faces and stored, of one lane.
+    pub fn balance(&self, lane: usize) -> Balance {
+        let whole = |pair: Pair<R>| pair.high.lane(lane) + pair.low.lane(lane);
+        Balance {
+            gas_heat_j_m2: whole(self.gas_heat),
+            reaction_gain_j_m2: whole(self.reaction_gain),
+            solid_lost_kg_m2: self.lost_and_stored[0].lane(lane),
+            gas_out_kg_m2: whole(self.gas_out),
+            gas_stored_kg_m2: self.lost_and_stored[1].lane(lane),
+            ..Balance::new(self.heat.map(whole), self.stored_j_m2.lane(lane))
+        }
     }
 
     /// Coldest and hottest temperature that a ply met in one lane, K.

@@ -4,12 +4,19 @@
 //! hold the same functions in the same order and do the same operations in the same order, which is why
 //! loops here run over indices: likeness to the shader is worth more than idiom.
 
+mod carrying;
 pub mod compensated;
+pub mod decomposition;
+pub mod exponential;
 pub mod faces;
+mod flowing;
+pub mod gas;
+mod gauges;
 pub mod holder;
 pub mod lanes;
 pub mod material;
 pub mod member;
+mod reacting;
 pub mod reading;
 pub mod step;
 pub mod table;
@@ -18,8 +25,24 @@ pub mod tridiagonal;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Twin files: the Rust text under `src/physics`, the WGSL text under `shaders`.
-pub const TWINS: &[&str] =
-    &["compensated", "table", "material", "faces", "tridiagonal", "reading", "member", "holder", "step"];
+pub const TWINS: &[&str] = &[
+    "compensated",
+    "exponential",
+    "table",
+    "material",
+    "decomposition",
+    "gas",
+    "faces",
+    "tridiagonal",
+    "reading",
+    "member",
+    "reacting",
+    "flowing",
+    "carrying",
+    "gauges",
+    "holder",
+    "step",
+];
 
 /// A number a march is made of: `f64` the truth, `f32` the shader's twin, or lanes of members of either.
 pub trait Real:
@@ -33,7 +56,7 @@ pub trait Real:
     + Neg<Output = Self>
 {
     /// What the rows of a plan hold.
-    type Scalar: Copy + Send + Sync;
+    type Scalar: Copy + PartialEq + Send + Sync;
     /// A row of a table, one a lane.
     type Row: Copy;
     /// Lanes, that is members carried at once.
@@ -52,6 +75,17 @@ pub trait Real:
     fn min(self, other: Self) -> Self;
     /// Zero where it is nearer zero than `least`.
     fn settled(self, least: Self) -> Self;
+    fn sqrt(self) -> Self;
+    /// One where it is not below `mark`, else zero.
+    fn reached(self, mark: Self) -> Self;
+    /// The whole number nearest.
+    fn nearest(self) -> Self;
+    /// Two to the power of a whole number within ±126.
+    fn two_to(self) -> Self;
+    /// The whole power of two under a positive number, as f32 holds it.
+    fn twos(self) -> Self;
+    /// The number over that power of two: one to two.
+    fn mantissa(self) -> Self;
     /// The row of a table that a non-negative position falls in, at most `last`.
     fn row(self, last: u32) -> Self::Row;
     fn from_row(row: Self::Row) -> Self;
@@ -95,6 +129,30 @@ macro_rules! scalar {
             #[inline(always)]
             fn settled(self, least: Self) -> Self {
                 if self.abs() < least { 0.0 } else { self }
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$real>::sqrt(self)
+            }
+            #[inline(always)]
+            fn reached(self, mark: Self) -> Self {
+                if self >= mark { 1.0 } else { 0.0 }
+            }
+            #[inline(always)]
+            fn nearest(self) -> Self {
+                (if self >= 0.0 { self + 0.5 } else { self - 0.5 }) as i32 as $real
+            }
+            #[inline(always)]
+            fn two_to(self) -> Self {
+                f32::from_bits(((self as i32 + 127) as u32) << 23).into()
+            }
+            #[inline(always)]
+            fn twos(self) -> Self {
+                (((self as f32).to_bits() >> 23) as i32 - 127) as $real
+            }
+            #[inline(always)]
+            fn mantissa(self) -> Self {
+                f32::from_bits((self as f32).to_bits() & 0x007f_ffff | 0x3f80_0000).into()
             }
             #[inline(always)]
             fn row(self, last: u32) -> u32 {

@@ -41,7 +41,14 @@ impl<R: Real> Member<'_, R> {
         let mut driven = [none.flux; 2];
         let mut start_sideways = none.flux;
         for stage in 0..2 {
-            self.properties(stage);
+            if self.plan.gas.is_some() {
+                if step < self.plan.steps() {
+                    self.react(step, stage);
+                }
+                self.flow(step, stage);
+                self.outflow = self.leaving[stage];
+            }
+            self.properties(step, stage);
             if stage == 0 {
                 self.look(step);
                 note(self);
@@ -50,7 +57,10 @@ impl<R: Real> Member<'_, R> {
                     return;
                 }
             }
-            let ends = self.imbalance(self.rows.drives[4 * step + stage], self.rows.drives[4 * step + 2 + stage]);
+            let mut ends = self.imbalance(self.rows.drives[4 * step + stage], self.rows.drives[4 * step + 2 + stage]);
+            if self.plan.gas.is_some() {
+                ends = self.warm(step, stage, ends);
+            }
             let sideways = if self.plan.has_holder { self.exchange(step, stage) } else { none.flux };
             if stage == 0 {
                 start = ends;
@@ -89,8 +99,8 @@ impl<R: Real> Member<'_, R> {
     fn driven(&self, step: usize, start: &Ends<R>) -> [R; 2] {
         let last = self.second.len() - 1;
         let gamma = R::constant(GAMMA);
-        let hot = self.through(0, self.rows.drives[4 * step + 1], 0, 1, 0);
-        let back = self.through(1, self.rows.drives[4 * step + 3], last, last - 1, 3);
+        let hot = self.through(0, self.rows.drives[4 * step + 1], 0, 1);
+        let back = self.through(1, self.rows.drives[4 * step + 3], last, last - 1);
         [gamma * (hot.flux - start.hot.flux), gamma * (back.flux - start.back.flux)]
     }
 

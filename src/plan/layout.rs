@@ -47,6 +47,8 @@ row! {
         film_w_m2_k,
         /// 1/(h_r − h_w(T_cw)) of the hot-wall correction, kg/J; zero leaves the flux as given.
         hot_wall_kg_j,
+        /// Twice λ of the blowing correction; zero leaves it out.
+        blowing,
         /// One where the temperature is prescribed, else zero.
         held,
     }
@@ -59,6 +61,8 @@ row! {
         radiant_w_m2,
         gas_k,
         surroundings_k,
+        /// Of the gas outside.
+        pressure_pa,
         held_k,
         /// Of the holder around the layup, the same for either face.
         holder_k,
@@ -90,12 +94,17 @@ row! {
 }
 
 row! {
-    /// A ply: its cells, its block of tables and the ensemble columns that scale it. Column 0 is one.
+    /// A ply: its cells, its block of tables, its reactions and the ensemble columns that scale it. Column 0 is one.
     Ply {
         first_cell,
         end_cell,
-        /// Where its block begins in the tables.
+        /// Where its block begins in the tables: a block a state, a level of pressure.
         table,
+        /// Virgin and residues; their rows begin at `first_state`.
+        states,
+        first_state,
+        first_reaction,
+        end_reaction,
         conductivity,
         conductivity_solid,
         conductivity_gas,
@@ -103,6 +112,11 @@ row! {
         heat_capacity,
         density,
         thickness,
+        kinetics,
+        activation,
+        pyrolysis_heat,
+        char_yield,
+        permeability,
         holder,
         /// The factor on density where extinction follows it.
         extinction,
@@ -117,8 +131,57 @@ row! {
 }
 
 row! {
-    /// Constants of a ply: its bulk density, kg/m³, and its conductance to the holder in a volume, W/m³/K.
-    Bulk { density_kg_m3, holder_w_m3_k }
+    /// What is constant in a ply.
+    Bulk {
+        /// Of the virgin material.
+        density_kg_m3,
+        /// Share of the thickness lost when all has reacted.
+        shrinkage,
+        /// One where properties mix by volume, zero where by mass.
+        by_volume,
+        /// One where enthalpies are absolute and hold the heat of pyrolysis, zero where the reactions do.
+        absolute,
+        /// Conductance to the holder in a volume.
+        holder_w_m3_k,
+    }
+}
+
+row! {
+    /// A state of a ply: virgin or a residue.
+    Substance {
+        /// Mass where it has replaced all the virgin material, over the mass of that.
+        remains,
+        porosity,
+        permeability_m2,
+        /// Klinkenberg's slip over temperature.
+        slip_pa_k,
+        inertia_1_m,
+        /// Enthalpy over that of the tables, which begins at zero, J/kg.
+        formation_j_kg,
+    }
+}
+
+row! {
+    /// A reaction of a ply.
+    Reaction {
+        rate_1_s,
+        /// E/R, K.
+        activation_k,
+        order,
+        onset_k,
+        /// Mass of gas over the virgin mass.
+        loss,
+        /// Share of the volume that it turns from one state into another.
+        share,
+        heat_j_kg,
+        /// One where it lives on what the reaction before it made, zero where on the virgin material.
+        chained,
+    }
+}
+
+row! {
+    /// Between which states of its ply a reaction leads.
+    Path { source, product }
 }
 
 /// Temperature of the first node of every table, K.
@@ -127,9 +190,18 @@ pub const TABLE_START_K: f64 = 0.0;
 pub const TABLE_STEP_K: f64 = 5.0;
 /// Nodes of every table. The last, 4,000 K, is also the temperature above which a member has strayed.
 pub const TABLE_NODES: usize = 801;
-/// Columns of the faces' block of tables: emissivity of the hot face, enthalpy of air over that at the
-/// cold wall (J/kg), its slope (J/kg/K), emissivity of the back face.
-pub const FACE_COLUMNS: usize = 4;
+/// Columns of the faces' block of tables before the emissivities of the hot face and of the back face in each
+/// state: enthalpy of air over that at the cold wall (J/kg) and its slope (J/kg/K).
+pub const AIR_COLUMNS: usize = 2;
+/// Columns of the gas's block of tables: enthalpy (J/kg), its slope (J/kg/K), molar mass over the gas constant
+/// (kg K/J) and viscosity (Pa s).
+pub const GAS_COLUMNS: usize = 4;
+/// Most states of a ply.
+pub const STATES_MAX: usize = 4;
+/// Levels of pressure in the tables of a case whose pressure changes.
+pub const LEVELS_MAX: usize = 17;
+/// What is told of a whole layup at every instant, where it makes gas or lets it through.
+pub const GAUGES: usize = 6;
 
 /// Sums of heat that a member keeps: in and out through the hot face and the back face, from and to the holder.
 pub const HEATS: usize = 6;

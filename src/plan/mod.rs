@@ -7,14 +7,23 @@
 pub mod clock;
 pub mod grid;
 pub mod layout;
+mod tables;
 
 use crate::case::air::air_enthalpy_j_kg;
-use crate::case::{Case, Conductivity, Emissivity, Face, Holder, Material, OpenFace, OutOfRange, Property, Schedule};
+use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
+use crate::case::{
+    Case, Conductivity, Emissivity, Face, GasPath, Holder, Material, Mixing, OpenFace, OutOfRange, Pores, Property,
+    PyrolysisHeat, Schedule, Sequence, Table,
+};
 use clock::Clock;
 use grid::Grid;
 use layout::{
+<<<<<<< HEAD
     Bead, Bulk, Cell, Drive, FACE_COLUMNS, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES, TABLE_START_K,
     TABLE_STEP_K,
+=======
+    AIR_COLUMNS, Bead, Bulk, Cell, Drive, NO_INSTANT, Path, Ply, Reaction, Scaling, Sensor, Substance, TABLE_NODES,
+>>>>>>> core
 };
 
 /// All that a backend reads.
@@ -36,6 +45,19 @@ pub struct Plan {
     /// Conductivity columns of a table: one; two, the last of them radiative, where a factor on density makes a ply more
     /// opaque; solid, gas and radiative where a factor tells them apart.
     pub parts: usize,
+    /// Levels of pressure in the tables: one where the pressure never changes.
+    pub levels: usize,
+    /// The pressure half-way up the levels, Pa.
+    pub middle_pa: f64,
+    /// Most states of a ply, and most reactions.
+    pub states: usize,
+    pub reactions: usize,
+    /// Between which states each reaction leads.
+    pub paths: Vec<Path<u32>>,
+    /// How gas leaves; `None` where none is made and none flows.
+    pub gas: Option<GasPath>,
+    /// Whether the back face lets gas through.
+    pub back_is_open: bool,
     /// Whether a holder takes heat sideways; where none does, nothing is spent on it.
     pub has_holder: bool,
     /// Factors of a member; columns are one more.
@@ -50,6 +72,10 @@ pub struct Plan {
 pub struct Rows<S> {
     pub cells: Vec<Cell<S>>,
     pub bulks: Vec<Bulk<S>>,
+    /// Ply × state.
+    pub substances: Vec<Substance<S>>,
+    /// Ply × reaction.
+    pub reactions: Vec<Reaction<S>>,
     /// Contact resistance of each interface, m²K/W.
     pub contacts_m2_k_w: Vec<S>,
     /// Hot, back.
@@ -58,8 +84,8 @@ pub struct Rows<S> {
     /// end of the march.
     pub drives: Vec<Drive<S>>,
     pub lengths_s: Vec<S>,
-    /// Ply × node × (conductivity columns, their slopes, heat capacity, enthalpy), SI; then node ×
-    /// [`FACE_COLUMNS`].
+    /// Ply × state × level × node × (conductivity columns, their slopes, heat capacity, enthalpy), SI; then the
+    /// faces' block (node × air and emissivities) and the gas's.
     pub tables: Vec<S>,
     pub sensors: Vec<Sensor<S>>,
     /// Step × sensor.
@@ -72,6 +98,8 @@ impl<S: Copy> Rows<S> {
         Rows {
             cells: self.cells.iter().map(|row| row.map(each)).collect(),
             bulks: self.bulks.iter().map(|row| row.map(each)).collect(),
+            substances: self.substances.iter().map(|row| row.map(each)).collect(),
+            reactions: self.reactions.iter().map(|row| row.map(each)).collect(),
             contacts_m2_k_w: self.contacts_m2_k_w.iter().map(|&x| each(x)).collect(),
             faces: [self.faces[0].map(each), self.faces[1].map(each)],
             drives: self.drives.iter().map(|row| row.map(each)).collect(),
@@ -88,28 +116,41 @@ impl Plan {
         let grid = Grid::new(case);
         let clock = Clock::new(case);
         let parts = parts(case);
+<<<<<<< HEAD
         let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
+=======
+        let (levels, middle_pa) = tables::levels(case);
+        let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
+        let (sensor_cells, sensors) = grid.sensors.iter().map(|&(cell, sensor)| (cell as u32, sensor)).unzip();
+        let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
+>>>>>>> core
         let rows = Rows {
-            bulks: bulks(case),
+            bulks: case.layup.plies.iter().map(|ply| bulk(&ply.material, holder_w_m3_k)).collect(),
+            substances: case.layup.plies.iter().flat_map(|ply| substances(&ply.material)).collect(),
+            reactions: case.layup.plies.iter().flat_map(|ply| reactions(&ply.material)).collect(),
             contacts_m2_k_w: case.layup.contacts_w_m2_k.iter().map(|h| h.map_or(0.0, |h| 1.0 / h)).collect(),
             faces: [face(&case.exposure.hot_face), face(&case.exposure.back_face)],
             drives: drives(case, &clock),
             lengths_s: clock.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
-            tables: {
-                let plies = case.layup.plies.iter().flat_map(|ply| table(&ply.material, case, parts));
-                plies.chain(face_table(case)).collect()
-            },
+            tables: tables::tables(case, parts, levels, states),
             sensors,
             beads: beads(case, &clock),
             cells: grid.cells,
         };
         Self {
             instants: instants(&clock),
-            plies: plies(case, &grid.plies, parts),
+            plies: plies(case, &grid.plies, parts, levels),
             scalings: scalings(case),
             has_depths: places.iter().any(|place| place.depth > 0),
             places,
             parts,
+            levels,
+            middle_pa,
+            states,
+            reactions: case.layup.plies.iter().map(|ply| paths(&ply.material).len()).max().unwrap_or(0),
+            paths: case.layup.plies.iter().flat_map(|ply| paths(&ply.material)).collect(),
+            gas: case.gas.as_ref().map(|flow| flow.path),
+            back_is_open: case.exposure.back_pressure_pa.is_some(),
             has_holder: case.exposure.holder.is_some(),
             factors: case.factors.len(),
             allowed_k: case.layup.plies.iter().map(|ply| allowed(&ply.material)).collect(),
@@ -132,9 +173,24 @@ impl Plan {
         2 * self.parts + 2
     }
 
+    /// Columns of the faces' table.
+    pub fn face_columns(&self) -> usize {
+        AIR_COLUMNS + 2 * self.states
+    }
+
     /// Where the faces' table begins.
     pub fn face_table(&self) -> usize {
-        self.plies.len() * TABLE_NODES * self.table_columns()
+        self.rows.substances.len() * self.levels * TABLE_NODES * self.table_columns()
+    }
+
+    /// Where the gas's table begins.
+    pub fn gas_table(&self) -> usize {
+        self.face_table() + TABLE_NODES * self.face_columns()
+    }
+
+    /// Gauges read at every instant: all, or none where there is no gas.
+    pub fn gauges(&self) -> usize {
+        if self.gas.is_some() { layout::GAUGES } else { 0 }
     }
 }
 
@@ -186,14 +242,20 @@ fn column(case: &Case, ply: &str, property: Property) -> u32 {
         .map_or(0, |factor| factor as u32 + 1)
 }
 
-fn plies(case: &Case, cells: &[(usize, usize)], parts: usize) -> Vec<Ply<u32>> {
-    let rows = case.layup.plies.iter().zip(cells).enumerate();
-    rows.map(|(index, (ply, &(first, end)))| {
+fn plies(case: &Case, cells: &[(usize, usize)], parts: usize, levels: usize) -> Vec<Ply<u32>> {
+    let (mut state, mut reaction) = (0, 0);
+    let rows = case.layup.plies.iter().zip(cells);
+    rows.map(|(ply, &(first, end))| {
         let of = |property| column(case, &ply.name, property);
-        Ply {
+        let (states, reactions) = (states(&ply.material), paths(&ply.material).len());
+        let row = Ply {
             first_cell: first as u32,
             end_cell: end as u32,
-            table: (index * TABLE_NODES * (2 * parts + 2)) as u32,
+            table: (state * levels * TABLE_NODES * (2 * parts + 2)) as u32,
+            states: states as u32,
+            first_state: state as u32,
+            first_reaction: reaction as u32,
+            end_reaction: (reaction + reactions) as u32,
             conductivity: of(Property::Conductivity),
             conductivity_solid: of(Property::ConductivitySolid),
             conductivity_gas: of(Property::ConductivityGas),
@@ -201,18 +263,99 @@ fn plies(case: &Case, cells: &[(usize, usize)], parts: usize) -> Vec<Ply<u32>> {
             heat_capacity: of(Property::HeatCapacity),
             density: of(Property::Density),
             thickness: of(Property::Thickness),
+            kinetics: of(Property::Kinetics),
+            activation: of(Property::ActivationEnergy),
+            pyrolysis_heat: of(Property::PyrolysisHeat),
+            char_yield: of(Property::CharYield),
+            permeability: of(Property::Permeability),
             holder: column(case, "", Property::Holder),
             extinction: extinction(case, ply),
+<<<<<<< HEAD
             contact: of(Property::Contact),
         }
+=======
+        };
+        (state, reaction) = (state + states, reaction + reactions);
+        row
+>>>>>>> core
     })
     .collect()
 }
 
-fn bulks(case: &Case) -> Vec<Bulk<f64>> {
-    let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
-    let bulk = |ply: &crate::case::Ply| Bulk { density_kg_m3: ply.material.density_kg_m3, holder_w_m3_k };
-    case.layup.plies.iter().map(bulk).collect()
+/// States of a material: virgin and its residues.
+fn states(material: &Material) -> usize {
+    1 + material.decomposition.as_ref().map_or(0, |decomposition| decomposition.residues.len())
+}
+
+/// Between which states the reactions of a material lead: all to the char, or one after the other.
+fn paths(material: &Material) -> Vec<Path<u32>> {
+    let Some(decomposition) = &material.decomposition else { return vec![] };
+    let places = 0..decomposition.reactions.len() as u32;
+    places
+        .map(|place| match decomposition.sequence {
+            Sequence::SideBySide => Path { source: 0, product: 1 },
+            Sequence::Chain => Path { source: place, product: place + 1 },
+        })
+        .collect()
+}
+
+fn bulk(material: &Material, holder_w_m3_k: f64) -> Bulk<f64> {
+    let density_kg_m3 = material.density_kg_m3;
+    let inert = Bulk { density_kg_m3, shrinkage: 0.0, by_volume: 0.0, absolute: 0.0, holder_w_m3_k };
+    let flag = |is: bool| f64::from(u8::from(is));
+    material.decomposition.as_ref().map_or(inert, |decomposition| Bulk {
+        shrinkage: decomposition.shrinkage,
+        by_volume: flag(decomposition.mixing == Mixing::Volume),
+        absolute: flag(matches!(decomposition.heat, PyrolysisHeat::Absolute { .. })),
+        ..inert
+    })
+}
+
+fn substances(material: &Material) -> Vec<Substance<f64>> {
+    let row = |remains: f64, pores: &Pores, formation_j_kg: f64| Substance {
+        remains,
+        porosity: pores.porosity,
+        permeability_m2: pores.permeability_m2,
+        slip_pa_k: pores.slip_pa_k,
+        inertia_1_m: pores.inertia_1_m,
+        formation_j_kg,
+    };
+    // Tables begin their enthalpy at their first node.
+    let over = |heat_capacity: &Table, stated_j_kg: f64, reference_k: f64| {
+        stated_j_kg - tables::enthalpy_j_kg(heat_capacity, reference_k)
+    };
+    let mut rows = vec![row(1.0, &material.pores, 0.0)];
+    if let Some(decomposition) = &material.decomposition {
+        let remains = decomposition.residue_densities_kg_m3(1.0);
+        for (residue, remains) in decomposition.residues.iter().zip(remains) {
+            rows.push(row(remains, &residue.pores, 0.0));
+        }
+        if let PyrolysisHeat::Absolute { virgin_j_kg, residues_j_kg, reference_k } = &decomposition.heat {
+            rows[0].formation_j_kg = over(&material.heat_capacity, *virgin_j_kg, *reference_k);
+            for ((row, residue), stated_j_kg) in rows[1..].iter_mut().zip(&decomposition.residues).zip(residues_j_kg) {
+                row.formation_j_kg = over(&residue.heat_capacity, *stated_j_kg, *reference_k);
+            }
+        }
+    }
+    rows
+}
+
+fn reactions(material: &Material) -> Vec<Reaction<f64>> {
+    let Some(decomposition) = &material.decomposition else { return vec![] };
+    let total = decomposition.loss();
+    let is_chain = decomposition.sequence == Sequence::Chain;
+    let rows = decomposition.reactions.iter().enumerate();
+    rows.map(|(place, reaction)| Reaction {
+        rate_1_s: reaction.rate_1_s,
+        activation_k: reaction.activation_j_mol / GAS_CONSTANT_J_MOL_K,
+        order: reaction.order,
+        onset_k: reaction.onset_k,
+        loss: reaction.loss,
+        share: if is_chain { 1.0 } else { reaction.loss / total },
+        heat_j_kg: reaction.heat_j_kg,
+        chained: f64::from(u8::from(is_chain && place > 0)),
+    })
+    .collect()
 }
 
 fn scalings(case: &Case) -> [Scaling<u32>; 2] {
@@ -247,12 +390,13 @@ const COLD_WALL_K: f64 = 300.0;
 
 fn face(face: &Face) -> layout::Face<f64> {
     match face {
-        Face::Held(_) => layout::Face { film_w_m2_k: 0.0, hot_wall_kg_j: 0.0, held: 1.0 },
+        Face::Held(_) => layout::Face { film_w_m2_k: 0.0, hot_wall_kg_j: 0.0, blowing: 0.0, held: 1.0 },
         Face::Open(open) => layout::Face {
             film_w_m2_k: open.film_w_m2_k,
             hot_wall_kg_j: open
                 .recovery_enthalpy_j_kg
                 .map_or(0.0, |recovery| 1.0 / (recovery - air_enthalpy_j_kg(COLD_WALL_K))),
+            blowing: 2.0 * open.blowing,
             held: 0.0,
         },
     }
@@ -261,11 +405,13 @@ fn face(face: &Face) -> layout::Face<f64> {
 fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
     let exposure = &case.exposure;
     let mut drives = Vec::with_capacity(4 * clock.times_s.len());
+    let back_pressure_pa = exposure.back_pressure_pa.as_ref().unwrap_or(&exposure.pressure_pa);
+    let sides = [(&exposure.hot_face, &exposure.pressure_pa), (&exposure.back_face, back_pressure_pa)];
     for step in clock.times_s.windows(2) {
-        for face in [&exposure.hot_face, &exposure.back_face] {
+        for (face, pressure_pa) in sides {
             let holder = exposure.holder.as_ref();
-            drives.push(drive(face, holder, |schedule| schedule.after(step[0])));
-            drives.push(drive(face, holder, |schedule| schedule.before(step[1])));
+            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.after(step[0])));
+            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.before(step[1])));
         }
     }
     let end = [drives[drives.len() - 3], drives[drives.len() - 1]];
@@ -273,14 +419,16 @@ fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
     drives
 }
 
-fn drive(face: &Face, holder: Option<&Holder>, read: impl Fn(&Schedule) -> f64) -> Drive<f64> {
+fn drive(face: &Face, holder: Option<&Holder>, pressure_pa: &Schedule, read: impl Fn(&Schedule) -> f64) -> Drive<f64> {
     let holder_k = holder.map_or(0.0, |holder| read(&holder.temperature_k));
+    let pressure_pa = read(pressure_pa);
     match face {
         Face::Held(temperature_k) => Drive {
             flux_w_m2: 0.0,
             radiant_w_m2: 0.0,
             gas_k: 0.0,
             surroundings_k: 0.0,
+            pressure_pa,
             held_k: read(temperature_k),
             holder_k,
         },
@@ -289,74 +437,11 @@ fn drive(face: &Face, holder: Option<&Holder>, read: impl Fn(&Schedule) -> f64) 
             radiant_w_m2: read(&open.radiant_w_m2),
             gas_k: read(&open.gas_k),
             surroundings_k: read(&open.surroundings_k),
+            pressure_pa,
             held_k: 0.0,
             holder_k,
         },
     }
-}
-
-/// Temperatures of the nodes; absolute zero, where gases conduct nothing over nothing, is stood in for.
-fn nodes() -> impl Iterator<Item = f64> {
-    (0..TABLE_NODES).map(|node| (TABLE_START_K + TABLE_STEP_K * node as f64).max(1e-6))
-}
-
-/// Slope of a column at its nodes, per kelvin. Between nodes slopes are interpolated like any property: a slope
-/// that jumped from segment to segment would make temperatures jump as a factor moves a cell across a node, by
-/// little, but by enough to drown a derivative by differences.
-fn slopes(column: &[f64]) -> Vec<f64> {
-    let last = column.len() - 1;
-    (0..column.len())
-        .map(|node| {
-            let (under, over) = (node.saturating_sub(1), (node + 1).min(last));
-            (column[over] - column[under]) / (TABLE_STEP_K * (over - under) as f64)
-        })
-        .collect()
-}
-
-/// A ply's block of tables. Enthalpy is the exact integral of the resampled heat capacity.
-fn table(material: &Material, case: &Case, parts: usize) -> Vec<f64> {
-    let mut columns = vec![vec![]; parts];
-    let (mut heat_capacities, mut enthalpies) = (vec![], vec![0.0]);
-    for temperature_k in nodes() {
-        let conductivities = material.conductivity.parts(temperature_k, case.exposure.pressure_pa.after(0.0));
-        let [solid, gas, radiative] = conductivities;
-        let told_apart = match parts {
-            1 => vec![solid + gas + radiative],
-            2 => vec![solid + gas, radiative],
-            _ => vec![solid, gas, radiative],
-        };
-        columns.iter_mut().zip(told_apart).for_each(|(column, part)| column.push(part));
-        heat_capacities.push(material.heat_capacity.at(temperature_k));
-    }
-    for pair in heat_capacities.windows(2) {
-        enthalpies.push(enthalpies[enthalpies.len() - 1] + 0.5 * TABLE_STEP_K * (pair[0] + pair[1]));
-    }
-    columns.extend(columns.iter().map(|column| slopes(column)).collect::<Vec<_>>());
-    columns.extend([heat_capacities, enthalpies]);
-    interleaved(&columns)
-}
-
-/// Columns node by node.
-fn interleaved(columns: &[Vec<f64>]) -> Vec<f64> {
-    (0..TABLE_NODES).flat_map(|node| columns.iter().map(move |column| column[node])).collect()
-}
-
-fn face_table(case: &Case) -> Vec<f64> {
-    let emissivity = |face: &Face, ply: Option<&crate::case::Ply>, temperature_k: f64| match (face, ply) {
-        (Face::Open(open), Some(ply)) => match open.emissivity {
-            Emissivity::Material => ply.material.emissivity.at(temperature_k),
-            Emissivity::Constant(value) => value,
-        },
-        _ => 0.0,
-    };
-    let (exposure, plies) = (&case.exposure, &case.layup.plies);
-    let cold_wall = air_enthalpy_j_kg(COLD_WALL_K);
-    let hot = nodes().map(|temperature_k| emissivity(&exposure.hot_face, plies.first(), temperature_k)).collect();
-    let back = nodes().map(|temperature_k| emissivity(&exposure.back_face, plies.last(), temperature_k)).collect();
-    let enthalpies: Vec<f64> = nodes().map(|temperature_k| air_enthalpy_j_kg(temperature_k) - cold_wall).collect();
-    let rises = slopes(&enthalpies);
-    let columns: [Vec<f64>; FACE_COLUMNS] = [hot, enthalpies, rises, back];
-    interleaved(&columns)
 }
 
 /// Exact weights of a first-order lag under a reading that moves in a straight line over the step.
@@ -379,16 +464,22 @@ fn beads(case: &Case, clock: &Clock) -> Vec<Bead<f64>> {
 /// The temperatures a ply may take: those of every table of its material that refuses to be left.
 fn allowed(material: &Material) -> (f64, f64) {
     let mut allowed_k = (f64::NEG_INFINITY, f64::INFINITY);
-    let mut narrow = |table: &crate::case::Table| {
+    let mut narrow = |table: &Table| {
         if table.outside == OutOfRange::Refuse {
             let (low, high) = table.range_k();
             allowed_k = (allowed_k.0.max(low), allowed_k.1.min(high));
         }
     };
-    narrow(&material.heat_capacity);
-    narrow(&material.emissivity);
-    if let Conductivity::Tables(tables) = &material.conductivity {
-        tables.iter().for_each(|(_, table)| narrow(table));
+    let mut each = |heat_capacity, emissivity, conductivity: &Conductivity| {
+        narrow(heat_capacity);
+        narrow(emissivity);
+        if let Conductivity::Tables(tables) = conductivity {
+            tables.iter().for_each(|(_, table)| narrow(table));
+        }
+    };
+    each(&material.heat_capacity, &material.emissivity, &material.conductivity);
+    for residue in material.decomposition.iter().flat_map(|decomposition| &decomposition.residues) {
+        each(&residue.heat_capacity, &residue.emissivity, &residue.conductivity);
     }
     allowed_k
 }

@@ -1,6 +1,7 @@
 //! The material database as text for a terminal of eighty columns.
 
 mod braille;
+mod reacting;
 
 use crate::case::error::CaseError;
 use crate::case::library::known;
@@ -57,6 +58,12 @@ pub fn show(material: &Material) -> String {
     text += &heading("emissivity", &material.emissivity_provenance);
     text += &of_table(&material.emissivity, 2);
     text += &curve(&material.emissivity, 2);
+    if let Some(provenance) = &material.pores_provenance {
+        text += &reacting::of_pores(&material.pores, provenance);
+    }
+    if let Some(decomposition) = &material.decomposition {
+        text += &reacting::of_decomposition(decomposition, material.density_kg_m3);
+    }
     text
 }
 
@@ -251,6 +258,18 @@ mod tests {
         {
             assert!(text.contains(expected), "{expected}: {text}");
         }
+    }
+
+    #[test]
+    fn a_material_that_decomposes_shows_its_reactions_its_char_and_the_mass_that_is_left() {
+        let text = shown("pyrogel3350");
+        for expected in
+            ["0.1400     4.420e8", "char, 122.4 kg/m³", "permeability 1.0e-13 m²", "mass left at 10 K/min", "0.720"]
+        {
+            assert!(text.contains(expected), "{expected}: {text}");
+        }
+        assert!(shown("tacot").contains("virgin -0.857 MJ/kg at 298 K"));
+        assert!(!shown("saffil_96").contains("decomposition"));
     }
 
     #[test]

@@ -17,6 +17,12 @@ pub(super) struct HotFace<'a> {
     pub(super) held: Option<(f64, Written<'a>)>,
 }
 
+/// A back face, and the pressure there where it lets gas through.
+pub(super) struct BackFace<'a> {
+    pub(super) face: Face,
+    pub(super) pressure: Option<(Schedule, Written<'a>)>,
+}
+
 pub(super) fn hot_face<'a>(
     case: &Section<'a>,
     folder: &Folder<'_>,
@@ -43,9 +49,9 @@ pub(super) fn hot_face<'a>(
     face
 }
 
-pub(super) fn back_face(case: &Section<'_>, folder: &Folder<'_>) -> Read<Face> {
+pub(super) fn back_face<'a>(case: &Section<'a>, folder: &Folder<'_>) -> Read<BackFace<'a>> {
     let Some(written) = case.optional("back_face") else {
-        return Ok(Face::Open(OpenFace::insulated()));
+        return Ok(BackFace { face: Face::Open(OpenFace::insulated()), pressure: None });
     };
     let section = written.section()?;
     let face = match kind(&section, &["insulated", "cooled", "holder", "held"])? {
@@ -54,8 +60,18 @@ pub(super) fn back_face(case: &Section<'_>, folder: &Folder<'_>) -> Read<Face> {
         "holder" => holder(&section, folder).map(Face::Open),
         _ => held(&section, folder),
     };
+    let pressure = section.optional("pressure").map(|written| Ok((pressure(written, folder)?, written))).transpose();
     section.close();
-    face
+    Ok(BackFace { face: face?, pressure: pressure? })
+}
+
+/// A pressure through time, above zero.
+pub(super) fn pressure(written: Written<'_>, folder: &Folder<'_>) -> Read<Schedule> {
+    let schedule = schedule(written, Dimension::Pressure, folder)?;
+    match schedule.values.iter().find(|value| **value <= 0.0) {
+        Some(value) => Err(written.fault(format!("a pressure of {value} Pa is not positive"))),
+        None => Ok(schedule),
+    }
 }
 
 /// What the layup loses sideways, where the file says.
@@ -108,6 +124,7 @@ fn heated(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
     };
     let emissivity = emissivity(section);
     let surroundings_k = surroundings(section, folder);
+    let blowing = section.optional("blowing").map_or(Ok(0.0), |written| blowing(written, recovery.is_some()));
     lacks?;
     let (film_w_m2_k, gas_k) = film?;
     Ok(OpenFace {
@@ -119,8 +136,20 @@ fn heated(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
         gas_k,
         emissivity: emissivity?,
         surroundings_k: surroundings_k?,
-        blowing: 0.0,
+        blowing: blowing?,
     })
+}
+
+/// The blowing correction needs a film coefficient, which a flux has by its recovery enthalpy.
+fn blowing(written: Written<'_>, corrected: bool) -> Read<f64> {
+    let lambda = written.number()?;
+    if !(0.0..=1.0).contains(&lambda) {
+        return Err(written.fault(format!("blowing {lambda} lies outside 0 to 1: 0.5 laminar, 0.4 turbulent")));
+    }
+    if lambda > 0.0 && !corrected {
+        return Err(written.fault("blowing reduces a `flux` with a `recovery_enthalpy`, and there is none"));
+    }
+    Ok(lambda)
 }
 
 /// What a face radiates to; a room where the file is silent.

@@ -4,7 +4,11 @@ use super::layup::{mm, names};
 use super::nearest::suggestion;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
+<<<<<<< HEAD
 use crate::case::{Conductivity, Emissivity, Face, Factor, Layup, Ply, Property, Sensor};
+=======
+use crate::case::{Conductivity, Emissivity, Face, Factor, GasPath, Layup, Ply, Property, PyrolysisHeat};
+>>>>>>> core
 
 const PROPERTIES: &[(&str, Property)] = &[
     ("conductivity", Property::Conductivity),
@@ -15,6 +19,11 @@ const PROPERTIES: &[(&str, Property)] = &[
     ("density", Property::Density),
     ("emissivity", Property::Emissivity),
     ("thickness", Property::Thickness),
+    ("kinetics", Property::Kinetics),
+    ("activation_energy", Property::ActivationEnergy),
+    ("pyrolysis_heat", Property::PyrolysisHeat),
+    ("char_yield", Property::CharYield),
+    ("permeability", Property::Permeability),
     ("heating", Property::Heating),
     ("contact", Property::Contact),
     ("loss", Property::Loss),
@@ -28,6 +37,7 @@ pub(super) struct Scaled<'a> {
     pub(super) layup: &'a Layup,
     pub(super) hot_face: &'a Face,
     pub(super) back_face: &'a Face,
+    pub(super) gas_path: Option<GasPath>,
     pub(super) has_holder: bool,
     pub(super) sensors: &'a [Sensor],
 }
@@ -72,7 +82,8 @@ fn factor(section: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Factor> {
     let small = section.required("small", "bounds such as [0.75, 1.25]").and_then(bounds);
     let large = section.optional("large").map_or(small, bounds);
     let nominal = section.optional("nominal").map(Written::number).transpose();
-    let scales = property.and_then(|property| scales(section, property, group, scaled));
+    let highest = large.map_or(1.0, |(_, high)| high);
+    let scales = property.and_then(|property| scales(section, property, group, highest, scaled));
     section.close();
     let (name, small, large, nominal) = (name?, small?, large?, nominal?.unwrap_or(1.0));
     if large.0 > small.0 || large.1 < small.1 {
@@ -129,6 +140,7 @@ fn scales(
     section: &Section<'_>,
     property: Property,
     group: Option<Written<'_>>,
+    highest: f64,
     scaled: Option<Scaled<'_>>,
 ) -> Read<String> {
     match (group, has_plies(property)) {
@@ -142,7 +154,7 @@ fn scales(
         }
         (Some(written), true) => {
             let group = written.text()?;
-            let refused = scaled.and_then(|scaled| refused(property, group, scaled));
+            let refused = scaled.and_then(|scaled| refused(property, group, highest, scaled));
             refused.map_or(Ok(group.to_owned()), |reason| Err(written.fault(reason)))
         }
     }
@@ -167,6 +179,7 @@ fn idle(property: Property, scaled: Scaled<'_>) -> Option<&'static str> {
     }
 }
 
+<<<<<<< HEAD
 /// Why a factor may not move its sensor as far as its bounds say.
 fn adrift(factor: &Factor, layup: &Layup, sensors: &[Sensor]) -> Option<String> {
     let sensor = sensors.iter().find(|sensor| sensor.name == factor.group)?;
@@ -190,6 +203,11 @@ fn refused(property: Property, group: &str, scaled: Scaled<'_>) -> Option<String
             Some(_) => None,
         };
     }
+=======
+/// Why a factor of a group of plies cannot be, which goes up to `highest`.
+fn refused(property: Property, group: &str, highest: f64, scaled: Scaled<'_>) -> Option<String> {
+    let Scaled { layup, hot_face, back_face, gas_path, .. } = scaled;
+>>>>>>> core
     let plies: Vec<&Ply> = layup.plies.iter().filter(|ply| in_group(ply, group)).collect();
     if plies.is_empty() {
         let known = layup.plies.iter().flat_map(|ply| [ply.group.as_str(), ply.name.as_str()]);
@@ -213,6 +231,16 @@ fn refused(property: Property, group: &str, scaled: Scaled<'_>) -> Option<String
             let idle = !faces.iter().any(radiates);
             return idle.then(|| format!("no open face with the emissivity of its material is of group {group:?}"));
         }
+        Property::Kinetics | Property::ActivationEnergy | Property::PyrolysisHeat | Property::CharYield => {
+            return plies.into_iter().find_map(|ply| unreacting(property, ply, highest));
+        }
+        Property::Permeability => {
+            if gas_path != Some(GasPath::Darcy) {
+                return Some("no gas flows by Darcy's law: there is no permeability to scale".to_owned());
+            }
+            let sealed = plies.into_iter().find(|ply| ply.material.pores.permeability_m2 == 0.0)?;
+            return Some(format!("{:?} (ply {:?}) lets nothing through", sealed.material.id, sealed.name));
+        }
         _ => return None,
     };
     let lacks = plies.iter().find(|ply| match &ply.material.conductivity {
@@ -225,4 +253,22 @@ fn refused(property: Property, group: &str, scaled: Scaled<'_>) -> Option<String
     })?;
     let part = ["solid", "gas", "radiative"][part];
     Some(format!("the conductivity of {:?} (ply {:?}) has no {part} part", lacks.material.id, lacks.name))
+}
+
+/// Why the reactions of a ply cannot be scaled.
+fn unreacting(property: Property, ply: &Ply, highest: f64) -> Option<String> {
+    let (id, name) = (&ply.material.id, &ply.name);
+    let Some(decomposition) = &ply.material.decomposition else {
+        return Some(format!("{id:?} (ply {name:?}) does not decompose"));
+    };
+    let left = 1.0 - decomposition.loss();
+    match property {
+        Property::CharYield if left * highest >= 1.0 => {
+            Some(format!("{highest} times the {left:.3} that {id:?} (ply {name:?}) leaves is no less than all of it"))
+        }
+        Property::PyrolysisHeat if decomposition.heat != PyrolysisHeat::OfReaction => {
+            Some(format!("the heat of {id:?} (ply {name:?}) lies in absolute enthalpies: there is none to scale"))
+        }
+        _ => None,
+    }
 }

@@ -1,6 +1,7 @@
 //! `[[ply]]`, `contact_conductance` and `[[sensor]]`.
 
 use super::Folder;
+use super::gas::as_made;
 use super::nearest::suggestion;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
@@ -44,12 +45,13 @@ fn layer(section: &Section<'_>, folder: &Folder<'_>) -> Read<Layer> {
     let thickness_m = section.positive("thickness", Dimension::Length);
     let material = section.required("material", "a material such as \"pyrogel3350\"").and_then(|w| folder.material(w));
     let contact_below = section.optional("contact_below").map(contact).transpose();
+    let reacts = section.optional("decomposition").map_or(Ok(true), Written::truth);
     section.close();
-    let (name, group) = (name?, group?);
+    let (name, group, reacts) = (name?, group?, reacts?);
     let ply = Ply {
         name: name.to_owned(),
         group: group.unwrap_or(name).to_owned(),
-        material: material?,
+        material: if reacts { material? } else { as_made(&material?) },
         thickness_m: thickness_m?,
     };
     Ok(Layer { ply, contact_below: contact_below? })

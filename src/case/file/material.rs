@@ -1,10 +1,13 @@
-//! A material file: `[density]`, `[heat_capacity]`, `[conductivity]`, `[emissivity]`, each with its provenance.
+//! A material file: `[density]`, `[heat_capacity]`, `[conductivity]`, `[emissivity]`, and where they are known `[pores]` and
+//! `[decomposition]`, each with its provenance.
 
-use super::written::{Section, Written, all};
+use super::decomposition::{Virgin, decomposition};
+use super::property::{self, provenance, table};
+use super::written::{Section, Written};
 use crate::case::error::Read;
-use crate::case::material::{Mark, Parts, Provenance};
-use crate::case::unit::{Dimension, conversion};
-use crate::case::{Conductivity, Material, OutOfRange, Pores, Table};
+use crate::case::material::Provenance;
+use crate::case::unit::Dimension;
+use crate::case::{Conductivity, Material, Pores, Table};
 
 pub(super) fn material(written: Written<'_>, id: String) -> Read<Material> {
     let top = written.section()?;
@@ -17,11 +20,23 @@ pub(super) fn material(written: Written<'_>, id: String) -> Read<Material> {
     let density_kg_m3 = density.as_ref().map_or(1.0, |(density_kg_m3, _)| *density_kg_m3);
     let conductivity = property("conductivity").and_then(|section| conductivity(&section, density_kg_m3));
     let emissivity = property("emissivity").and_then(|section| tabulated(&section, Dimension::Fraction));
+    let pores = top.optional("pores").map(|written| pores(&written.section()?)).transpose();
+    // Where a property is at fault another stands in for it, so that the faults of the residues are told as well.
+    let virgin = Virgin {
+        density_kg_m3,
+        heat_capacity: heat_capacity.as_ref().map_or_else(|_| Table::constant(1.0), |(table, _)| table.clone()),
+        conductivity: conductivity.as_ref().map_or_else(|_| anything(), |(conductivity, _)| conductivity.clone()),
+        emissivity: emissivity.as_ref().map_or_else(|_| Table::constant(1.0), |(table, _)| table.clone()),
+        pores: pores.as_ref().ok().and_then(Option::as_ref).map_or(Pores::SEALED, |(pores, _)| *pores),
+    };
+    let reacting = top.optional("decomposition");
+    let decomposition = reacting.map(|written| decomposition(&written.section()?, &virgin)).transpose();
     top.close();
     let (density_kg_m3, density_provenance) = density?;
     let (heat_capacity, heat_capacity_provenance) = heat_capacity?;
     let (conductivity, conductivity_provenance) = conductivity?;
     let (emissivity, emissivity_provenance) = emissivity?;
+    let (pores, pores_provenance) = pores?.unzip();
     Ok(Material {
         id,
         name: name?.to_owned(),
@@ -34,9 +49,9 @@ pub(super) fn material(written: Written<'_>, id: String) -> Read<Material> {
         conductivity_provenance,
         emissivity,
         emissivity_provenance,
-        pores: Pores::SEALED,
-        pores_provenance: None,
-        decomposition: None,
+        pores: pores.unwrap_or(Pores::SEALED),
+        pores_provenance,
+        decomposition: decomposition?,
     })
 }
 
@@ -55,148 +70,19 @@ fn tabulated(section: &Section<'_>, dimension: Dimension) -> Read<(Table, Proven
 }
 
 fn conductivity(section: &Section<'_>, density_kg_m3: f64) -> Read<(Conductivity, Provenance)> {
-    let conductivity = if let Some(written) = section.optional("at") {
-        pressures(written).map(Conductivity::Tables)
-    } else if section.optional("solid").is_some() {
-        parts(section, density_kg_m3).map(Conductivity::Parts)
-    } else {
-        // A single table holds at every pressure, so the pressure it is filed under does not matter.
-        table(section, Dimension::Conductivity).map(|table| Conductivity::Tables(vec![(101_325.0, table)]))
-    };
+    let conductivity = property::conductivity(section, density_kg_m3);
     let provenance = provenance(section);
     section.close();
     Ok((conductivity?, provenance?))
 }
 
-/// `[[conductivity.at]]`: a table a pressure.
-fn pressures(written: Written<'_>) -> Read<Vec<(f64, Table)>> {
-    let mut last_pa = 0.0;
-    all(written.list()?.into_iter().map(|written| {
-        let section = written.section()?;
-        let pressure_pa = section.positive("pressure", Dimension::Pressure);
-        let table = table(&section, Dimension::Conductivity);
-        section.close();
-        let pressure_pa = pressure_pa?;
-        if pressure_pa <= last_pa {
-            return Err(
-                section.fault(format!("pressure {pressure_pa} Pa does not rise: the one before is {last_pa} Pa"))
-            );
-        }
-        last_pa = pressure_pa;
-        Ok((pressure_pa, table?))
-    }))
+fn pores(section: &Section<'_>) -> Read<(Pores, Provenance)> {
+    let pores = property::pores(section, None);
+    let provenance = provenance(section);
+    section.close();
+    Ok((pores?, provenance?))
 }
 
-fn parts(section: &Section<'_>, density_kg_m3: f64) -> Read<Parts> {
-    let solid = section.required("solid", Dimension::Conductivity.expectation());
-    let solid_w_m_k = solid.and_then(|written| written.not_negative(Dimension::Conductivity));
-    let solid_exponent = section.optional("solid_exponent").map_or(Ok(0.0), Written::number);
-    let pores = section.tables("pores").and_then(|pores| {
-        all(pores.iter().map(|pore| {
-            let share = pore.positive("share", Dimension::Fraction);
-            let length_m = pore.positive("length", Dimension::Length);
-            pore.close();
-            Ok((share?, length_m?))
-        }))
-    });
-    let extinction = section.optional("extinction").map(|written| written.positive(Dimension::Extinction));
-    let specific = section.optional("specific_extinction");
-    let extinction_1_m = match (extinction, specific) {
-        (Some(_), Some(written)) => Err(written.fault("an extinction or a specific extinction, not both")),
-        (Some(extinction), None) => extinction.map(Some),
-        (None, Some(written)) => {
-            written.positive(Dimension::SpecificExtinction).map(|specific| Some(specific * density_kg_m3))
-        }
-        (None, None) => Ok(None),
-    };
-    let range = section.required("range", "temperatures such as [\"250 K\", \"1400 K\"]").and_then(|written| {
-        let [low, high] = written.pair()?;
-        let (low, high) = (low.quantity(Dimension::Temperature)?, high.quantity(Dimension::Temperature)?);
-        if low < high { Ok((low, high)) } else { Err(written.fault(format!("range reversed: {low} K to {high} K"))) }
-    });
-    Ok(Parts {
-        solid_w_m_k: solid_w_m_k?,
-        solid_exponent: solid_exponent?,
-        pores: pores?,
-        extinction_1_m: extinction_1_m?,
-        extinction_follows_density: specific.is_some(),
-        range_k: range?,
-    })
-}
-
-/// `value = "900 J/kg/K"`, or columns `temperatures_k` and `values` in the `unit` named.
-fn table(section: &Section<'_>, dimension: Dimension) -> Read<Table> {
-    if let Some(written) = section.optional("value") {
-        let value = written.quantity(dimension).and_then(|value| fit(value, dimension, written));
-        return value.map(Table::constant);
-    }
-    let temperatures = section.required("temperatures_k", "a list of temperatures in K, or a key `value`");
-    let temperatures_k = temperatures.and_then(numbers).and_then(rising);
-    let outside = section.required("outside", "clamp, extrapolate or error").and_then(outside);
-    let scale = match section.optional("unit") {
-        None if dimension == Dimension::Fraction => Ok(1.0),
-        None => Err(section.fault(format!("missing key \"unit\": expected the unit of {}", dimension.expectation()))),
-        Some(written) => written.text().and_then(|unit| {
-            conversion(unit, dimension).map(|(scale, _)| scale).map_err(|message| written.fault(message))
-        }),
-    };
-    let listed = section.required("values", "a list of values, one a temperature");
-    let values = listed.and_then(numbers);
-    let (temperatures_k, outside, scale, values) = (temperatures_k?, outside?, scale?, values?);
-    if values.len() != temperatures_k.len() {
-        let message = format!("{} values at {} temperatures", values.len(), temperatures_k.len());
-        return Err(listed?.fault(message));
-    }
-    let values = all(values.into_iter().map(|(value, written)| fit(value * scale, dimension, written)))?;
-    Ok(Table { temperatures_k, values, outside })
-}
-
-fn numbers(written: Written<'_>) -> Read<Vec<(f64, Written<'_>)>> {
-    all(written.list()?.into_iter().map(|each| Ok((each.number()?, each))))
-}
-
-/// A property is positive; an emissivity at most one.
-fn fit(value: f64, dimension: Dimension, written: Written<'_>) -> Read<f64> {
-    match dimension {
-        Dimension::Fraction if !(0.0..=1.0).contains(&value) => {
-            Err(written.fault(format!("{value} lies outside 0 to 1")))
-        }
-        Dimension::Fraction => Ok(value),
-        _ if value > 0.0 => Ok(value),
-        _ => Err(written.fault(format!("{value} is not positive"))),
-    }
-}
-
-fn rising(temperatures_k: Vec<(f64, Written<'_>)>) -> Read<Vec<f64>> {
-    let mut last_k = 0.0;
-    all(temperatures_k.into_iter().map(|(temperature_k, written)| {
-        if temperature_k <= last_k {
-            return Err(written.fault(format!("temperature {temperature_k} K does not rise above {last_k} K")));
-        }
-        last_k = temperature_k;
-        Ok(temperature_k)
-    }))
-}
-
-fn outside(written: Written<'_>) -> Read<OutOfRange> {
-    match written.text()? {
-        "clamp" => Ok(OutOfRange::Clamp),
-        "extrapolate" => Ok(OutOfRange::Extrapolate),
-        "error" => Ok(OutOfRange::Refuse),
-        other => Err(written.fault(format!("expected clamp, extrapolate or error, found {other:?}"))),
-    }
-}
-
-/// Where the numbers of a table came from. The uncertainty is written as people say it, plus or minus so much at
-/// 95 %, and kept as one standard deviation: half of that.
-fn provenance(section: &Section<'_>) -> Read<Provenance> {
-    let mark = section.required("mark", "read, remembered, estimated or paper").and_then(|written| {
-        let mark = written.text()?;
-        let known = "expected read, remembered, estimated or paper";
-        Mark::named(mark).ok_or_else(|| written.fault(format!("{known}, found {mark:?}")))
-    });
-    let source = section.required("source", "where the numbers are from, in words").and_then(Written::text);
-    let uncertainty = section.required("uncertainty", "a share such as \"30 %\"");
-    let uncertainty = uncertainty.and_then(|written| written.not_negative(Dimension::Fraction));
-    Ok(Provenance { mark: mark?, source: source?.to_owned(), relative_uncertainty: uncertainty? / 2.0 })
+fn anything() -> Conductivity {
+    Conductivity::Tables(vec![(101_325.0, Table::constant(1.0))])
 }

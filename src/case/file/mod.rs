@@ -4,12 +4,16 @@
 //! fault, and reading goes on past a fault so that all of them are told at once. `cases/README.md` is the reference
 //! of its keys.
 
+mod decomposition;
 mod exposure;
 mod factor;
+mod folder;
+mod gas;
 mod layup;
 mod material;
 mod nearest;
 mod observation;
+mod property;
 mod sheet;
 mod source;
 #[cfg(test)]
@@ -18,16 +22,13 @@ mod written;
 
 use super::error::{CaseError, Faults, Place, Read};
 use super::library;
-use super::material::Material;
 use super::unit::Dimension;
-use super::{Case, Exposure, Face, Layup, Resolution, Schedule, Sensor};
-use exposure::HotFace;
-use nearest::suggestion;
-use sheet::{Series, Sheet};
+use super::{Case, Exposure, Face, Gas, Layup, Material, Resolution, Schedule, Sensor};
+use exposure::{BackFace, HotFace};
+use folder::{Folder, shipped, shipped_gas, unknown_gas, unknown_material};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use written::{Node, Section, Written};
+use written::{Node, Section};
 
 /// More cells than this resolve nothing that the material tables know.
 const MOST_CELLS: f64 = 1024.0;
@@ -91,13 +92,29 @@ impl Material {
     }
 }
 
-fn unknown_material(id: &str) -> String {
-    format!("unknown material {id:?}{}", suggestion(id, library::known()))
-}
+impl Gas {
+    /// The gas of a file.
+    ///
+    /// # Errors
+    /// Every fault of the file, each with its line and column.
+    pub fn load(path: &Path) -> Result<Self, CaseError> {
+        let faults = Faults::default();
+        let gas = document(path, &faults).and_then(|root| gas::filed(root.read(&faults), id(path)));
+        faults.settle(gas.map(|filed| filed.gas))
+    }
 
-fn shipped(id: &str, text: &str, faults: &Faults) -> Read<Material> {
-    let root = Node::document(text, &format!("data/materials/{id}.toml"), faults)?;
-    material::material(root.read(faults), id.to_owned())
+    /// A gas of the database that is built in; `-` in a name is as good as `_`.
+    ///
+    /// # Errors
+    /// No such gas: the names that there are, the nearest first.
+    pub fn named(id: &str) -> Result<Self, CaseError> {
+        let faults = Faults::default();
+        let gas = match library::gas_text(id) {
+            Some((id, text)) => shipped_gas(id, text, &faults),
+            None => Err(faults.record(&Place::whole(id), unknown_gas(id))),
+        };
+        faults.settle(gas.map(|filed| filed.gas))
+    }
 }
 
 fn document(file: &Path, faults: &Faults) -> Read<Node> {
@@ -141,88 +158,35 @@ fn set(root: &mut Node, name: &str, value: &str, faults: &Faults) -> Read<()> {
     root.set(&path, Node::inline(value, &shown)).map_err(|message| faults.record(&Place::whole(shown), message))
 }
 
-/// Where a case looks for the files that it names.
-struct Folder<'a> {
-    path: &'a Path,
-    faults: &'a Faults,
-    /// Materials met so far, so that plies of one material share it.
-    materials: RefCell<Vec<(String, Arc<Material>)>>,
-}
-
-impl Folder<'_> {
-    /// `"pyrogel3350"`: of `materials/pyrogel3350.toml` beside the case where there is one, else of the database that is
-    /// built in; or `{ file = "mine.toml" }`.
-    fn material(&self, written: Written<'_>) -> Read<Arc<Material>> {
-        if written.is_table() {
-            let section = written.section()?;
-            let file = section.required("file", "a file such as \"mine.toml\"").and_then(|file| self.file(file));
-            section.close();
-            let file = file?;
-            return self.shared(&file.display().to_string(), || {
-                material::material(document(&file, self.faults)?.read(self.faults), id(&file))
-            });
-        }
-        let id = written.text()?.replace('-', "_");
-        let known = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        let own = self.path.join("materials").join(format!("{id}.toml"));
-        if id.chars().all(known) && own.is_file() {
-            return self.shared(&id, || material::material(document(&own, self.faults)?.read(self.faults), id.clone()));
-        }
-        let (id, text) = library::text(&id).ok_or_else(|| written.fault(unknown_material(&id)))?;
-        self.shared(id, || shipped(id, text, self.faults))
-    }
-
-    fn shared(&self, key: &str, read: impl FnOnce() -> Read<Material>) -> Read<Arc<Material>> {
-        if let Some((_, material)) = self.materials.borrow().iter().find(|(other, _)| other == key) {
-            return Ok(material.clone());
-        }
-        let material = Arc::new(read()?);
-        self.materials.borrow_mut().push((key.to_owned(), material.clone()));
-        Ok(material)
-    }
-
-    /// A file beside the case, which must be there.
-    fn file(&self, written: Written<'_>) -> Read<PathBuf> {
-        let path = self.path.join(written.text()?);
-        if path.is_file() { Ok(path) } else { Err(written.fault(format!("no such file: {}", path.display()))) }
-    }
-
-    fn sheet(&self, written: Written<'_>) -> Read<Sheet> {
-        Sheet::read(&self.file(written)?, self.faults)
-    }
-
-    /// `{ file = "flux.csv", column = "flux_w_cm2" }` over time; the column may be left out of a file of two.
-    fn series(&self, written: Written<'_>, dimension: Dimension) -> Read<Series> {
-        let section = written.section()?;
-        let file = section.required("file", "a file such as \"flux.csv\"");
-        let column = section.optional("column");
-        section.close();
-        let name = column.map(Written::text).transpose();
-        let sheet = self.sheet(file?)?;
-        let index = sheet.named(name?).map_err(|message| column.unwrap_or(written).fault(message))?;
-        sheet.series(index, dimension, true, self.faults)
-    }
-}
-
 /// Every part is read before any is asked for, so that no fault hides another.
 fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let name = top.text_or("name", &id);
     let note = top.text_or("note", "");
     let duration_s = top.positive("duration", Dimension::Time);
-    let pressure_pa = top.positive_or("pressure", Dimension::Pressure, 101_325.0);
+    let atmosphere = || Ok(Schedule::constant(101_325.0));
+    let pressure = top.optional("pressure");
+    let pressure_pa = pressure.map_or_else(atmosphere, |written| exposure::pressure(written, folder));
     let initial = top.required("initial_temperature", Dimension::Temperature.expectation());
     let initial_k = initial.and_then(exposure::initial);
-    let layup = layup::layup(top, folder);
+    let layup = gas::reacting(top, layup::layup(top, folder));
     let sensors = layup::sensors(top, layup.as_ref().ok());
     let hot_face = exposure::hot_face(top, folder, layup.as_ref().ok(), sensors.as_deref().ok());
     let back_face = exposure::back_face(top, folder);
     let holder = exposure::around(top, folder);
     let observations = observation::observations(top, folder, sensors.as_deref().ok(), duration_s);
     let marched = marched(layup, sensors.clone(), hot_face);
+<<<<<<< HEAD
     let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(holder.as_ref().ok());
     let scaled = scaled.map(|(((layup, sensors, hot_face), back_face), holder)| {
         let has_holder = holder.is_some();
         factor::Scaled { layup, hot_face, back_face, has_holder, sensors }
+=======
+    let gas = gas::flow(top, folder, marched.as_ref().ok().map(|(layup, ..)| layup), back_face.as_ref().ok());
+    let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(gas.as_ref().ok().zip(holder.as_ref().ok()));
+    let scaled = scaled.map(|(((layup, _, hot_face), BackFace { face: back_face, .. }), (gas, holder))| {
+        let (gas_path, has_holder) = (gas.as_ref().map(|gas| gas.path), holder.is_some());
+        factor::Scaled { layup, hot_face, back_face, gas_path, has_holder }
+>>>>>>> core
     });
     let factors = factor::factors(top, scaled);
     let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);
@@ -231,14 +195,15 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     top.close();
 
     let (layup, sensors, hot_face) = marched?;
+    let BackFace { face: back_face, pressure: back_pressure } = back_face?;
     let exposure = Exposure {
         duration_s: duration_s?,
         initial_k: initial_k?,
-        pressure_pa: Schedule::constant(pressure_pa?),
-        back_pressure_pa: None,
+        pressure_pa: pressure_pa?,
+        back_pressure_pa: back_pressure.map(|(schedule, _)| schedule),
         holder: holder?,
         hot_face,
-        back_face: back_face?,
+        back_face,
     };
     Ok(Case {
         id,
@@ -246,7 +211,7 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
         note: note?,
         layup,
         sensors,
-        gas: None,
+        gas: gas?,
         exposure,
         factors: factors?,
         observations: observations?,

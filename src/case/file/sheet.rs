@@ -20,6 +20,8 @@ const SUFFIXES: &[(&str, &str)] = &[
     ("_kw_m2", "kW/m^2"),
     ("_w_cm2", "W/cm^2"),
     ("_w_m2", "W/m^2"),
+    ("_kpa", "kPa"),
+    ("_pa", "Pa"),
     ("_degc", "degC"),
     ("_degf", "degF"),
     ("_min", "min"),
@@ -139,6 +141,7 @@ impl Sheet {
         let seconds = scale(time, Dimension::Time, faults, expected);
         let example = match dimension {
             Dimension::HeatFlux => "flux_w_cm2".to_owned(),
+            Dimension::Pressure => "pressure_kpa".to_owned(),
             _ => format!("{}_K", value.stem),
         };
         let expected = format!("expected a heading with a unit such as {example:?}");

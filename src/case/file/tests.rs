@@ -1,5 +1,7 @@
 //! What a case file may say, and what is said of one that is wrong.
 
+mod reacting;
+
 use crate::case::{Bounds, Case, Emissivity, Face, Property};
 use std::path::{Path, PathBuf};
 
@@ -93,8 +95,13 @@ fn faults(name: &str, from: &str, to: &str) -> Vec<String> {
 
 #[test]
 fn every_shipped_case_loads() {
-    for name in ["slab", "lcat-2259", "lcat-2330", "lcat-2259-tc3", "twin-tc3", "kaowool", "kaowool-tc"] {
-        assert_eq!(load(name).id, name);
+    let folders = std::fs::read_dir(shipped(""))
+        .expect("the cases")
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let names: Vec<String> = folders.filter(|name| shipped(name).is_dir()).collect();
+    assert!(names.len() >= 12, "{names:?}");
+    for name in names {
+        assert_eq!(load(&name).id, name);
     }
 }
 

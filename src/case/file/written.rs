@@ -22,7 +22,8 @@ enum Value {
     Number(String),
     List(Vec<Node>),
     Table(Vec<Entry>),
-    /// `true`, a date: what no key of ours takes.
+    Truth(bool),
+    /// A date: what no key of ours takes.
     Other(&'static str),
 }
 
@@ -146,7 +147,7 @@ impl<'a> Source<'a> {
             DeValue::Integer(number) if number.radix() == 10 => Value::Number(number.as_str().to_owned()),
             DeValue::Integer(_) => Value::Other("a number that is not decimal"),
             DeValue::Float(number) => Value::Number(number.as_str().to_owned()),
-            DeValue::Boolean(_) => Value::Other("true or false"),
+            DeValue::Boolean(truth) => Value::Truth(*truth),
             DeValue::Datetime(_) => Value::Other("a date"),
             DeValue::Array(values) => Value::List(values.iter().map(|value| self.node(value)).collect()),
             DeValue::Table(table) => self.table(table),
@@ -186,6 +187,14 @@ impl<'a> Written<'a> {
             Value::Text(text) if text.trim().is_empty() => Err(self.fault("empty: expected some text")),
             Value::Text(text) => Ok(text),
             _ => Err(self.fault(format!("expected text in quotes, found {}", self.kind()))),
+        }
+    }
+
+    /// `true` or `false`.
+    pub(super) fn truth(self) -> Read<bool> {
+        match self.node.value {
+            Value::Truth(truth) => Ok(truth),
+            _ => Err(self.fault(format!("expected true or false, found {}", self.kind()))),
         }
     }
 
@@ -270,6 +279,7 @@ impl<'a> Written<'a> {
             Value::Number(_) => "a bare number",
             Value::List(_) => "a list",
             Value::Table(_) => "a table of keys",
+            Value::Truth(_) => "true or false",
             Value::Other(kind) => kind,
         }
     }

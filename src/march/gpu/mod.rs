@@ -9,9 +9,10 @@ pub mod device;
 pub mod shader;
 
 use super::{Backend, March, MarchError, Precision, arrival};
+use crate::case::GasPath;
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
-use crate::plan::layout::HEATS;
+use crate::plan::layout::{HEATS, Path, Reaction};
 use crate::traces::{Balance, Traces};
 use bytemuck::{Pod, Zeroable};
 use device::Device;
@@ -41,7 +42,12 @@ struct Run {
     sensors: u32,
     faces: u32,
     stages: u32,
+<<<<<<< HEAD
     unused: [u32; 3],
+=======
+    gauges: u32,
+    unused: u32,
+>>>>>>> core
 }
 
 /// A scalar that crosses to the device.
@@ -130,7 +136,7 @@ impl Gpu {
         });
         self.dispatch(plan, pipeline, &bind_group, &buffers[0], count as u32);
 
-        let [state, traces, progress] = &buffers[15..] else {
+        let [state, traces, progress, ..] = &buffers[15..] else {
             return Err(self.device.error("the march has no state, traces and progress buffers"));
         };
         let progress: Vec<u32> = self.device.download(progress, 0, (2 * count * 4) as u64)?;
@@ -172,6 +178,12 @@ impl Gpu {
             mapped_at_creation: false,
         });
         let words = size_of::<W>() * count;
+        let mut reactions = flat(&rows.reactions, |row, into| row.flatten(into));
+        let mut paths = flat(&plan.paths, |row, into| row.flatten(into));
+        if plan.paths.is_empty() {
+            reactions = vec![W::word(0.0); Reaction::<W>::FIELDS.len()];
+            paths = vec![0; Path::<u32>::FIELDS.len()];
+        }
         vec![
             run,
             device.upload("cells", &flat(&rows.cells, |row, into| row.flatten(into))),
@@ -191,6 +203,9 @@ impl Gpu {
             device.storage("state", (state_words(plan) * words) as u64),
             device.storage("traces", (trace_words(plan) * words) as u64),
             device.storage("progress", (2 * 4 * count) as u64),
+            device.upload("substances", &flat(&rows.substances, |row, into| row.flatten(into))),
+            device.upload("reactions", &reactions),
+            device.upload("paths", &paths),
         ]
     }
 
@@ -218,7 +233,12 @@ impl Gpu {
                 sensors: plan.places.len() as u32,
                 faces: 2,
                 stages: 2,
+<<<<<<< HEAD
                 unused: [0; 3],
+=======
+                gauges: plan.gauges() as u32,
+                unused: 0,
+>>>>>>> core
             };
             self.device.queue.write_buffer(run, 0, bytemuck::bytes_of(&words));
             let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -239,24 +259,59 @@ const HEATS_END: usize = 2 * HEATS + 1;
 
 /// Words of one member in the state: two a cell, four a sensor, then what it leaves behind.
 fn state_words(plan: &Plan) -> usize {
+<<<<<<< HEAD
     2 * plan.cells() + 4 * plan.places.len() + HEATS_END + 2 * plan.plies.len()
+=======
+    2 * plan.cells() + 4 * plan.sensor_cells.len() + HEATS_END + 2 * plan.plies.len() + gas_words(plan)
+}
+
+/// Words of what gas took along before those of the advancements.
+const GONE_WORDS: usize = 12;
+
+/// Words of one member's gas: what it took along, two an advancement and, by Darcy's law, five a cell.
+fn gas_words(plan: &Plan) -> usize {
+    let advancements = 2 * plan.cells() * plan.reactions.max(1);
+    match plan.gas {
+        None => 0,
+        Some(GasPath::Darcy) => GONE_WORDS + advancements + 5 * plan.cells(),
+        Some(_) => GONE_WORDS + advancements,
+    }
+>>>>>>> core
 }
 
 /// Words of one member in the traces.
 fn trace_words(plan: &Plan) -> usize {
+<<<<<<< HEAD
     2 * plan.places.len() * plan.instants_s.len()
+=======
+    2 * (plan.sensor_cells.len() + plan.gauges()) * plan.instants_s.len()
+>>>>>>> core
 }
 
 /// Traces from what came down, which lies member by member within each word.
 fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], strayed: &[u32]) -> Traces {
+<<<<<<< HEAD
     let (count, sensors, instants) = (members.len(), plan.places.len(), plan.instants_s.len());
+=======
+    let (count, sensors, instants) = (members.len(), plan.sensor_cells.len(), plan.instants_s.len());
+    let traced = sensors + plan.gauges();
+>>>>>>> core
     let mut temperatures_k = vec![0.0; count * sensors * instants];
     for instant in 0..instants {
         for sensor in 0..sensors {
-            let base = 2 * (instant * sensors + sensor) * count;
+            let base = 2 * (instant * traced + sensor) * count;
             for member in 0..count {
                 temperatures_k[(member * sensors + sensor) * instants + instant] =
                     shown[base + member].real() + shown[base + count + member].real();
+            }
+        }
+    }
+    let mut gauges = vec![0.0; count * plan.gauges() * instants];
+    for instant in 0..instants {
+        for gauge in 0..plan.gauges() {
+            let base = 2 * (instant * traced + sensors + gauge) * count;
+            for member in 0..count {
+                gauges[(member * plan.gauges() + gauge) * instants + instant] = shown[base + member].real();
             }
         }
     }
@@ -265,6 +320,7 @@ fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], 
         sensors,
         instants,
         temperatures_k,
+        gauges,
         arrivals: Vec::with_capacity(count),
         balances: Vec::with_capacity(count),
         extremes_k: Vec::with_capacity(count * plan.plies.len()),
@@ -276,7 +332,16 @@ fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], 
             (0..plan.plies.len()).map(|ply| (word(HEATS_END + 2 * ply), word(HEATS_END + 1 + 2 * ply))).collect();
         let step = (strayed[member] as usize).checked_sub(1);
         traces.arrivals.push(arrival(plan, step, &extremes_k));
-        traces.balances.push(Balance::new(from_fn(heat), word(2 * HEATS)));
+        let mut balance = Balance::new(from_fn(heat), word(2 * HEATS));
+        if plan.gas.is_some() {
+            let gone = HEATS_END + 2 * plan.plies.len();
+            balance.gas_out_kg_m2 = word(gone) + word(gone + 1);
+            balance.gas_heat_j_m2 = word(gone + 2) + word(gone + 3);
+            balance.reaction_gain_j_m2 = word(gone + 4) + word(gone + 5);
+            balance.solid_lost_kg_m2 = word(gone + 6);
+            balance.gas_stored_kg_m2 = word(gone + 7);
+        }
+        traces.balances.push(balance);
         traces.extremes_k.extend(extremes_k);
     }
     traces

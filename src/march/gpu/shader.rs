@@ -4,9 +4,10 @@
 //! with its path, which is where naga's excerpts then point. Precision is one line, sizes are constants:
 //! private arrays cannot be sized by pipeline constants, so that text is made for each plan.
 
+use crate::case::GasPath;
 use crate::march::Precision;
 use crate::plan::Plan;
-use crate::plan::layout::{FACE_COLUMNS, HEATS, NO_INSTANT, TABLE_NODES, TABLE_STEP_K};
+use crate::plan::layout::{AIR_COLUMNS, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, TABLE_NODES, TABLE_STEP_K};
 use std::fmt::Write;
 
 /// Invocations in a workgroup: two subgroups of hardware, and no matter to a software device.
@@ -24,11 +25,18 @@ pub const PARTS: &[(&str, &str)] = &[
     part!("layout"),
     part!("compensated"),
     part!("table"),
+    part!("exponential"),
     part!("material"),
+    part!("decomposition"),
+    part!("gas"),
     part!("faces"),
     part!("tridiagonal"),
     part!("reading"),
     part!("member"),
+    part!("reacting"),
+    part!("flowing"),
+    part!("carrying"),
+    part!("gauges"),
     part!("holder"),
     part!("step"),
 ];
@@ -48,11 +56,18 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
         ("PLIES", plan.plies.len() as u32),
         ("SENSORS", plan.places.len() as u32),
         ("PARTS", plan.parts as u32),
+        ("SUBSTANCES", plan.rows.substances.len() as u32),
+        ("STATES", plan.states as u32),
+        ("LEVELS", plan.levels as u32),
+        ("REACTIONS", plan.reactions.max(1) as u32),
+        ("TRACED", (plan.sensor_cells.len() + plan.gauges()) as u32),
         ("HOLDER", u32::from(plan.has_holder)),
         ("DEPTHS", u32::from(plan.has_depths)),
         ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
-        ("FACE_COLUMNS", FACE_COLUMNS as u32),
+        ("AIR_COLUMNS", AIR_COLUMNS as u32),
+        ("GAS_COLUMNS", GAS_COLUMNS as u32),
+        ("GAUGES", GAUGES as u32),
         ("NO_INSTANT", NO_INSTANT),
         ("WORKGROUP", WORKGROUP),
     ];
@@ -64,6 +79,18 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
     for (name, value) in sizes {
         line(format_args!("const {name} = {value}u;"));
     }
+    let has = |path| plan.gas == Some(path);
+    let is = [
+        ("GAS", plan.gas.is_some()),
+        ("UNHINDERED", has(GasPath::Unhindered)),
+        ("QUASI_STEADY", has(GasPath::QuasiSteady)),
+        ("DARCY", has(GasPath::Darcy)),
+        ("BACK_IS_OPEN", plan.back_is_open),
+    ];
+    for (name, value) in is {
+        line(format_args!("const {name} = {value};"));
+    }
+    line(format_args!("const MIDDLE_PA = {:?};", plan.middle_pa));
     line(format_args!("const TABLE_STEP_K = {TABLE_STEP_K:?};"));
     for (name, part) in PARTS.iter().chain([&entry]) {
         line(format_args!("// shaders/{name}.wgsl\n{part}"));
@@ -74,6 +101,7 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
 /// Turns of all loops of one step, and of all that surrounds the steps of a dispatch: what a driver that
 /// counts loops would count. Every loop takes a turn more, on which it ends.
 pub fn loop_turns(plan: &Plan) -> (u32, u32) {
+<<<<<<< HEAD
     let (cells, plies, sensors) = (plan.cells() as u32, plan.plies.len() as u32, plan.places.len() as u32);
     let whole = |turns: u32| turns + 1;
     let (cells_by_ply, faces) = (whole(2 * plies + cells), whole(2));
@@ -89,11 +117,36 @@ pub fn loop_turns(plan: &Plan) -> (u32, u32) {
     let carried = whole(cells) + whole(sensors) + whole(plies) + whole(HEATS as u32);
     let around = 2 * carried + whole(plies) + whole(cells) + whole(plies) + cells_by_ply + 1;
     (1 + advance + seen + sideways + displaced, around)
+=======
+    let (cells, plies, sensors) = (plan.cells() as u32, plan.plies.len() as u32, plan.sensor_cells.len() as u32);
+    let properties = 2 * cells + plies;
+    let stage = properties + cells + 2 * cells;
+    let step = 2 * stage + cells + cells + cells + 2 + 2 + 2 + cells + (cells + plies) + 2 * sensors + 2 + 1;
+    let sideways = if plan.has_holder { 4 * (cells + plies) } else { 0 };
+    let around = 2 * (cells + sensors + plies + HEATS as u32) + (plies + cells) + 2;
+    let (gas, gas_around) = gas_turns(plan);
+    (step + sideways + gas, around + gas_around)
+}
+
+/// Those of mixtures, reactions and gas, no fewer than there are: every cell as if of the ply with the most of both. The
+/// look that ends a loop counts too, which short loops in a loop over cells make matter.
+fn gas_turns(plan: &Plan) -> (u32, u32) {
+    let (cells, reactions, states) = (plan.cells() as u32, plan.reactions as u32, plan.states as u32);
+    let mixture = reactions + 4 * states + 3;
+    let blended = if plan.states > 1 || plan.levels > 1 { 2 * cells * mixture } else { 0 };
+    let faces = 6 * mixture + 20 * plan.plies.len() as u32;
+    if plan.gas.is_none() {
+        return (blended + faces, 0);
+    }
+    let carried = cells * (9 * reactions + states + 18);
+    let pressed = if plan.gas == Some(GasPath::Darcy) { cells * (4 * reactions + 4 * states + 22) } else { 0 };
+    (blended + faces + carried + pressed, 2 * cells * (reactions.max(1) + 1) + cells * mixture)
+>>>>>>> core
 }
 
 /// Loop turns a dispatch may take on a software device, which silently ends all loops of an invocation
 /// after 65,535, and on hardware, where some tens of milliseconds keep clear of time-outs.
-const TURNS_SOFTWARE: u32 = 60_000;
+const TURNS_SOFTWARE: u32 = 30_000;
 const TURNS_HARDWARE: u32 = 1_000_000;
 
 /// Steps that one dispatch takes: as many as its loop turns allow, and one at least.

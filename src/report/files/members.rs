@@ -260,6 +260,7 @@ mod tests {
             sensors: 2,
             instants: 3,
             temperatures_k: (0..12).map(|n| 300.0 + f64::from(n)).collect(),
+            gauges: Vec::new(),
             arrivals: vec![Arrival::Strayed { time_s: 1.0 }, Arrival::Done],
             balances: Vec::new(),
             extremes_k: Vec::new(),

@@ -3,11 +3,15 @@
 use super::super::{Story, words};
 use super::table::{list, paragraph, table};
 use crate::case::material::{Mark, Provenance};
+<<<<<<< HEAD
 use crate::case::{Case, Conductivity, Emissivity, Exposure, Face, Material, OpenFace, Schedule, Side};
+=======
+use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasPath, Material, OpenFace, Schedule};
+>>>>>>> core
 
 /// Layup, sensors, materials, exposure and factors.
 pub(super) fn described(case: &Case) -> String {
-    layup(case) + &sensors(case) + &materials(case) + &exposure(&case.exposure) + &factors(case)
+    layup(case) + &sensors(case) + &materials(case) + &exposure(case) + &factors(case)
 }
 
 fn millimetres(length_m: f64) -> String {
@@ -87,13 +91,27 @@ fn materials(case: &Case) -> String {
                 Conductivity::Parts(parts) => format!("solid, gas and radiation; {}", range(parts.range_k)),
             };
             let density = format!("{} kg/m³", words::trimmed(words::significant(material.density_kg_m3, 4)));
-            [
+            let pores = material.pores_provenance.as_ref().map(|provenance| {
+                let known = format!(
+                    "porosity {}, permeability {:.1e} m²",
+                    material.pores.porosity, material.pores.permeability_m2
+                );
+                ("pores", known, provenance)
+            });
+            let decomposition = material.decomposition.as_ref().map(|decomposition| {
+                let (reactions, lost) = (decomposition.reactions.len(), decomposition.loss());
+                let known = format!("{}, {} lost", words::counted(reactions, "reaction"), words::percent(lost));
+                ("decomposition", known, &decomposition.provenance)
+            });
+            let each = [
                 ("density", density, &material.density_provenance),
                 ("heat capacity", range(material.heat_capacity.range_k()), &material.heat_capacity_provenance),
                 ("conductivity", conductivity, &material.conductivity_provenance),
                 ("emissivity", range(material.emissivity.range_k()), &material.emissivity_provenance),
-            ]
-            .map(|(property, known, provenance)| source_row(material, property, known, provenance))
+            ];
+            let each = each.into_iter().chain(pores).chain(decomposition);
+            each.map(|(property, known, provenance)| source_row(material, property, known, provenance))
+                .collect::<Vec<_>>()
         })
         .collect();
     let notes: Vec<String> = (seen.iter())
@@ -121,7 +139,8 @@ fn source_row(material: &Material, property: &str, known: String, provenance: &P
     ]
 }
 
-fn exposure(exposure: &Exposure) -> String {
+fn exposure(case: &Case) -> String {
+    let exposure = &case.exposure;
     let start = match exposure.initial_k.as_slice() {
         [(_, uniform_k)] => format!("Starts at {} throughout.", words::kelvin(*uniform_k)),
         points => {
@@ -137,17 +156,38 @@ fn exposure(exposure: &Exposure) -> String {
             words::significant(1e-3 * holder.conductance_w_m3_k, 3)
         )
     });
+    let pressure = |schedule: &Schedule| reach(schedule, 1e-3, "kPa");
+    let back = exposure.back_pressure_pa.as_ref();
     let mut said = vec![
         format!(
-            "{} of exposure at a gas pressure of {} kPa. {start}",
+            "{} of exposure at a gas pressure of {}. {start}",
             words::seconds(exposure.duration_s),
-            words::significant(1e-3 * exposure.pressure_pa.after(0.0), 3)
+            pressure(&exposure.pressure_pa)
         ),
         format!("Hot face: {}.", face(&exposure.hot_face)),
-        format!("Back face: {}.", face(&exposure.back_face)),
+        format!(
+            "Back face: {}{}.",
+            face(&exposure.back_face),
+            back.map_or(String::new(), |p| format!("; open to gas at {}", pressure(p)))
+        ),
     ];
     said.extend(beside);
+    said.extend(case.gas.as_ref().map(|gas| gas_flow(case, gas)));
     "<h3>Exposure</h3>\n".to_owned() + &list(&said)
+}
+
+/// Which plies decompose, and how gas moves.
+fn gas_flow(case: &Case, gas: &GasFlow) -> String {
+    let reacting = case.layup.plies.iter().filter(|ply| ply.material.decomposition.is_some());
+    let reacting: Vec<&str> = reacting.map(|ply| ply.name.as_str()).collect();
+    let path = match gas.path {
+        GasPath::Unhindered => "leaves by the hot face without exchanging heat",
+        GasPath::QuasiSteady => "flows to the hot face as it is made",
+        GasPath::Darcy => "flows by Darcy's law, stored on its way",
+    };
+    let (name, id) = (&gas.gas.name, &gas.gas.id);
+    let said = format!("{name} ({id}) {path}: {}", gas.gas.provenance.source);
+    if reacting.is_empty() { format!("{said}.") } else { format!("Decomposing: {}. {said}.", words::listed(&reacting)) }
 }
 
 fn face(face: &Face) -> String {

@@ -1,0 +1,54 @@
+// How far a reaction goes in a step: twin of src/physics/decomposition.rs.
+
+fn rate(reaction: Reaction, temperature_k: real, kinetics: real, activation: real) -> real {
+    let exponent = -(activation * reaction.activation_k) / temperature_k;
+    let constant = kinetics * reaction.rate_1_s * exponential(exponent);
+    return constant * reached(temperature_k, reaction.onset_k);
+}
+
+fn mean_decay(x: real) -> real {
+    let near = min(x, 0.5);
+    var series = real(1.0);
+    series = 1.0 - near * real(1.0 / 13.0) * series;
+    series = 1.0 - near * real(1.0 / 12.0) * series;
+    series = 1.0 - near * real(1.0 / 11.0) * series;
+    series = 1.0 - near * real(1.0 / 10.0) * series;
+    series = 1.0 - near * real(1.0 / 9.0) * series;
+    series = 1.0 - near * real(1.0 / 8.0) * series;
+    series = 1.0 - near * real(1.0 / 7.0) * series;
+    series = 1.0 - near * real(1.0 / 6.0) * series;
+    series = 1.0 - near * real(1.0 / 5.0) * series;
+    series = 1.0 - near * real(1.0 / 4.0) * series;
+    series = 1.0 - near * real(1.0 / 3.0) * series;
+    series = 1.0 - near * real(1.0 / 2.0) * series;
+    let far = max(x, 0.5);
+    let large = (1.0 - exponential(-far)) / far;
+    let is_large = reached(x, 0.5);
+    return series + is_large * (large - series);
+}
+
+fn logarithm_over_one(x: real) -> real {
+    let small = x * (1.0 - x * (0.5 - x * real(1.0 / 3.0)));
+    let large = logarithm(max(1.0 + x, real(1e-30)));
+    let is_large = reached(x * x, real(1e-6));
+    return small + is_large * (large - small);
+}
+
+fn consumed(reactant: real, exposure: real, order: real) -> real {
+    if order == 1.0 {
+        return reactant * exposure * mean_decay(exposure);
+    }
+    if order == 2.0 {
+        let gone = exposure * reactant;
+        return reactant * (gone / (1.0 + gone));
+    }
+    if order == 3.0 {
+        let gone = 2.0 * exposure * reactant * reactant;
+        let root = sqrt(1.0 + gone);
+        return reactant * (gone / (root * (root + 1.0)));
+    }
+    let above = order - 1.0;
+    let gone = above * exposure * power(reactant, above);
+    let decay = logarithm_over_one(gone) / above;
+    return reactant * decay * mean_decay(decay);
+}

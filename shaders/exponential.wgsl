@@ -1,0 +1,47 @@
+// Exponential, logarithm and powers of our own: twin of src/physics/exponential.rs.
+
+const LOG2_E = 1.4426950408889634;
+const LN_2 = 0.6931471805599453;
+const LN_2_HIGH = 0.693145751953125;
+const LN_2_LOW = 1.4286068203094172e-6;
+const LARGEST = 80.0;
+
+fn exponential(x: real) -> real {
+    let bounded = min(max(x, real(-LARGEST)), real(LARGEST));
+    let twos = nearest(bounded * real(LOG2_E));
+    let rest = keep(bounded - twos * real(LN_2_HIGH)) - twos * real(LN_2_LOW);
+    var sum = real(1.0 / 6227020800.0);
+    sum = keep(sum * rest) + real(1.0 / 479001600.0);
+    sum = keep(sum * rest) + real(1.0 / 39916800.0);
+    sum = keep(sum * rest) + real(1.0 / 3628800.0);
+    sum = keep(sum * rest) + real(1.0 / 362880.0);
+    sum = keep(sum * rest) + real(1.0 / 40320.0);
+    sum = keep(sum * rest) + real(1.0 / 5040.0);
+    sum = keep(sum * rest) + real(1.0 / 720.0);
+    sum = keep(sum * rest) + real(1.0 / 120.0);
+    sum = keep(sum * rest) + real(1.0 / 24.0);
+    sum = keep(sum * rest) + real(1.0 / 6.0);
+    sum = keep(sum * rest) + 0.5;
+    sum = keep(sum * rest) + 1.0;
+    return (keep(sum * rest) + 1.0) * two_to(twos);
+}
+
+fn logarithm(x: real) -> real {
+    let twos = twos_of(x);
+    let mantissa = mantissa_of(x);
+    let s = (mantissa - 1.0) / (mantissa + 1.0);
+    let square = s * s;
+    var sum = real(1.0 / 11.0);
+    sum = keep(sum * square) + real(1.0 / 9.0);
+    sum = keep(sum * square) + real(1.0 / 7.0);
+    sum = keep(sum * square) + real(1.0 / 5.0);
+    sum = keep(sum * square) + real(1.0 / 3.0);
+    sum = keep(sum * square) + 1.0;
+    let near = twos * real(LN_2) + keep((s + s) * sum);
+    let back = exponential(near);
+    return near + (x - back) * 2.0 / (x + back);
+}
+
+fn power(x: real, m: real) -> real {
+    return exponential(m * logarithm(max(x, real(1e-30))));
+}

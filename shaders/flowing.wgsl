@@ -1,0 +1,259 @@
+// A member's gas: twin of src/physics/flowing.rs, where the scheme is written out.
+
+var<private> flows: Column;
+var<private> leaving: array<real, 2>;
+var<private> back_leaving: real;
+// Out of the hot face at the stage at hand; means of the last two steps.
+var<private> outflow: real;
+var<private> recent: array<real, 2>;
+var<private> gas_out: Pair;
+// Solid lost and gas stored since the start.
+var<private> lost_and_stored: array<real, 2>;
+var<private> pressures: array<Pair, CELLS>;
+var<private> pressure_rates: Column;
+var<private> pores: array<Porous, CELLS>;
+var<private> later: array<Porous, CELLS>;
+var<private> mean_flows: Column;
+var<private> mean_leaving: real;
+var<private> made_first: Column;
+var<private> supply: Column;
+var<private> first_flows: Column;
+var<private> slopes_above: Column;
+var<private> slopes_below: Column;
+var<private> pressed_first: Column;
+var<private> pressed_second: Column;
+var<private> pressure_lower: Column;
+var<private> pressure_diagonal: Column;
+var<private> pressure_upper: Column;
+
+fn flow(step: u32, stage: u32) {
+    if DARCY {
+        if stage == 0u {
+            settle(step);
+        } else {
+            percolate(step);
+        }
+        return;
+    }
+    let carries = select(real(0.0), real(1.0), QUASI_STEADY);
+    var risen = real(0.0);
+    for (var from_back = 0u; from_back < run.plies; from_back++) {
+        let p = run.plies - 1u - from_back;
+        let ply = plies[p];
+        for (var up = 0u; up < ply.end_cell - ply.first_cell; up++) {
+            let i = ply.end_cell - 1u - up;
+            let here = made_in(p, i);
+            flows[i] = carries * risen;
+            risen = risen + here;
+        }
+    }
+    leaving[stage] = risen;
+    if stage == 1u {
+        let mean = 0.5 * (leaving[0] + leaving[1]);
+        let_out(step, mean, 0.0);
+    }
+}
+
+fn let_out(step: u32, hot_kg_m2_s: real, back_kg_m2_s: real) {
+    let length_s = lengths[step];
+    gas_out = advanced(gas_out, (hot_kg_m2_s + back_kg_m2_s) * length_s);
+    recent = array<real, 2>(recent[1], hot_kg_m2_s);
+}
+
+fn porous(p: u32, i: u32) -> Porous {
+    let ply = plies[p];
+    let temperature_k = temperatures[i].high + first[i];
+    let at = spot(temperature_k);
+    let molar_kg_k_j = look_up(at, GAS_COLUMNS, GAS_TABLE + 2u);
+    let viscosity_pa_s = look_up(at, GAS_COLUMNS, GAS_TABLE + 3u);
+    var phases = phases_of(p, i);
+    let stretch = stretch_of(p, mass_left(p, phases));
+    var porosity = real(0.0);
+    var permeability = real(0.0);
+    var slip = real(0.0);
+    var inertia = real(0.0);
+    for (var state = 0u; state < ply.states; state++) {
+        let row = substances[ply.first_state + state];
+        porosity = porosity + phases[state] * row.porosity;
+        permeability = permeability + phases[state] * row.permeability_m2;
+        slip = slip + phases[state] * row.slip_pa_k;
+        inertia = inertia + phases[state] * row.inertia_1_m;
+    }
+    let ease = ply_scales[p].permeability * permeability / (viscosity_pa_s * stretch);
+    let density_s2_m2 = molar_kg_k_j / temperature_k;
+    let volume_m = cells[i].width_m * ply_scales[p].thickness * stretch;
+    return Porous(
+        max(volume_m * porosity * density_s2_m2, real(1e-18)),
+        ease * density_s2_m2,
+        slip * temperature_k,
+        4.0 * inertia * ease * ease * density_s2_m2,
+    );
+}
+
+fn settle(step: u32) {
+    for (var p = 0u; p < run.plies; p++) {
+        let ply = plies[p];
+        for (var i = ply.first_cell; i < ply.end_cell; i++) {
+            let held = pores[i].storage;
+            flows[i] = mean_flows[i];
+            made_first[i] = made_in(p, i);
+            pores[i] = porous(p, i);
+            if step > 0u {
+                let storage = pores[i].storage;
+                let off = pressures[i].high * ((held - storage) / storage);
+                pressures[i] = advanced(pressures[i], off);
+            }
+        }
+    }
+    leaving[0] = mean_leaving;
+    face_pressures(step);
+}
+
+fn face_pressures(step: u32) {
+    for (var face = 0u; face < run.faces; face++) {
+        if face == 0u || BACK_IS_OPEN {
+            let cell = face * LAST_CELL;
+            let outside = Pair(drives[4u * step + 2u * face].pressure_pa, 0.0);
+            let taken = pores[cell].storage * difference(pressures[cell], outside);
+            gas_out = advanced(gas_out, taken);
+            pressures[cell] = outside;
+        }
+    }
+}
+
+fn gas_under(i: u32) -> GasFlux {
+    return gas_flux(
+        midway(pores[i], later[i]),
+        cells[i].below_m,
+        pressed(i),
+        midway(pores[i + 1u], later[i + 1u]),
+        cells[i + 1u].above_m,
+        pressed(i + 1u),
+    );
+}
+
+fn pressed(cell: u32) -> Pair {
+    let pair = pressures[cell];
+    return Pair(pair.high, pair.low + pressed_first[cell]);
+}
+
+fn percolate(step: u32) {
+    let gamma = real(GAMMA);
+    let per_length = 1.0 / lengths[step];
+    let open = array<real, 2>(1.0, select(real(0.0), real(1.0), BACK_IS_OPEN));
+    for (var i = 0u; i <= LAST_CELL; i++) {
+        pressed_first[i] = 0.0;
+    }
+    for (var p = 0u; p < run.plies; p++) {
+        let ply = plies[p];
+        for (var i = ply.first_cell; i < ply.end_cell; i++) {
+            later[i] = porous(p, i);
+            let expansion = (later[i].storage - pores[i].storage) * per_length;
+            let made = 0.5 * (made_first[i] + made_in(p, i));
+            supply[i] = made - pressures[i].high * expansion;
+        }
+    }
+    var arriving = real(0.0);
+    var returned = real(0.0);
+    var above = real(0.0);
+    for (var i = 0u; i <= LAST_CELL; i++) {
+        var under: GasFlux;
+        if i < LAST_CELL {
+            under = gas_under(i);
+        } else {
+            under = GasFlux(0.0, 0.0, 0.0);
+        }
+        slopes_above[i] = under.above;
+        slopes_below[i] = under.below;
+        first_flows[i] = under.flux;
+        pressed_second[i] = under.flux - above + supply[i];
+        pressure_diagonal[i] = later[i].storage * per_length + gamma * (under.above + returned);
+        pressure_lower[i] = -(gamma * arriving);
+        pressure_upper[i] = -(gamma * under.below);
+        arriving = under.above;
+        returned = under.below;
+        above = under.flux;
+    }
+    let rises = pressure_rises(step);
+    for (var face = 0u; face < run.faces; face++) {
+        let cell = face * LAST_CELL;
+        let is_open = select(open[1], open[0], face == 0u);
+        let rise = select(rises[1], rises[0], face == 0u);
+        let free = 1.0 - is_open;
+        pressure_diagonal[cell] = is_open + free * pressure_diagonal[cell];
+        pressure_lower[cell] = free * pressure_lower[cell];
+        pressure_upper[cell] = free * pressure_upper[cell];
+        pressed_second[cell] = is_open * rise + free * pressed_second[cell];
+    }
+    factorise(&pressure_lower, &pressure_diagonal, &pressure_upper);
+    substitute(&pressure_lower, &pressure_diagonal, &pressure_upper, &pressed_second);
+    for (var i = 0u; i <= LAST_CELL; i++) {
+        pressed_first[i] = pressed_second[i];
+    }
+    above = 0.0;
+    for (var i = 0u; i <= LAST_CELL; i++) {
+        var under = real(0.0);
+        if i < LAST_CELL {
+            under = gas_under(i).flux;
+        }
+        let carried = later[i].storage * per_length * pressed_first[i];
+        pressed_second[i] = under - above + supply[i] - (carried + carried);
+        first_flows[i] = first_flows[i] + under;
+        above = under;
+    }
+    for (var face = 0u; face < run.faces; face++) {
+        let cell = face * LAST_CELL;
+        let is_open = select(open[1], open[0], face == 0u);
+        let rise = select(rises[1], rises[0], face == 0u);
+        let free = 1.0 - is_open;
+        pressed_second[cell] = free * pressed_second[cell] - is_open * rise;
+    }
+    substitute(&pressure_lower, &pressure_diagonal, &pressure_upper, &pressed_second);
+    take_in(step);
+}
+
+fn pressure_rises(step: u32) -> array<real, 2> {
+    let hot = drives[4u * step + 1u].pressure_pa - drives[4u * step].pressure_pa;
+    let back = drives[4u * step + 3u].pressure_pa - drives[4u * step + 2u].pressure_pa;
+    return array<real, 2>(hot, back);
+}
+
+fn take_in(step: u32) {
+    let gamma = real(GAMMA);
+    for (var i = 0u; i <= LAST_CELL; i++) {
+        let here = pressed_first[i] + pressed_second[i];
+        var next = real(0.0);
+        if i < LAST_CELL {
+            next = pressed_first[i + 1u] + pressed_second[i + 1u];
+        }
+        let implicit = gamma * (slopes_below[i] * next - slopes_above[i] * here);
+        let mean = 0.5 * (first_flows[i] + implicit);
+        flows[i] = 2.0 * mean - mean_flows[i];
+        mean_flows[i] = mean;
+    }
+    let per_length = 1.0 / lengths[step];
+    var left: array<real, 2>;
+    for (var face = 0u; face < run.faces; face++) {
+        let cell = face * LAST_CELL;
+        let inner = select(-mean_flows[LAST_CELL - 1u], mean_flows[0], face == 0u);
+        let ply = face * (PLIES - 1u);
+        let made = 0.5 * (made_first[cell] + made_in(ply, cell));
+        let rise = 1.5 * pressed_first[cell] + 0.5 * pressed_second[cell];
+        let storage = later[cell].storage;
+        let held = storage * rise + (storage - pores[cell].storage) * pressures[cell].high;
+        left[face] = inner + made - held * per_length;
+    }
+    if !BACK_IS_OPEN {
+        left[1] = 0.0;
+    }
+    leaving = array<real, 2>(mean_leaving, 2.0 * left[0] - mean_leaving);
+    mean_leaving = left[0];
+    back_leaving = left[1];
+    let_out(step, left[0], left[1]);
+    for (var i = 0u; i <= LAST_CELL; i++) {
+        let rise = 1.5 * pressed_first[i] + 0.5 * pressed_second[i];
+        pressures[i] = advanced(pressures[i], rise);
+        pores[i] = later[i];
+        pressure_rates[i] = rise * per_length;
+    }
+}

@@ -1,0 +1,53 @@
+// Gas in pores: twin of src/physics/gas.rs.
+
+struct Porous {
+    storage: real,
+    mobility_s: real,
+    slip_pa: real,
+    inertia_m_pa2: real,
+}
+
+struct GasFlux {
+    flux: real,
+    above: real,
+    below: real,
+}
+
+fn level(pressure_pa: real, middle_pa: real) -> real {
+    return pressure_pa / (pressure_pa + middle_pa);
+}
+
+fn midway(start: Porous, end: Porous) -> Porous {
+    return Porous(
+        0.5 * (start.storage + end.storage),
+        0.5 * (start.mobility_s + end.mobility_s),
+        0.5 * (start.slip_pa + end.slip_pa),
+        0.5 * (start.inertia_m_pa2 + end.inertia_m_pa2),
+    );
+}
+
+fn gas_flux(
+    upper: Porous,
+    upper_m: real,
+    upper_pa: Pair,
+    lower: Porous,
+    lower_m: real,
+    lower_pa: Pair,
+) -> GasFlux {
+    let tiny = real(1e-30);
+    let mean_pa = 0.5 * (upper_pa.high + lower_pa.high);
+    let drop_pa = difference(lower_pa, upper_pa);
+    let gradient = max(drop_pa, -drop_pa) / (upper_m + lower_m);
+    let inertia = 0.5 * (upper.inertia_m_pa2 + lower.inertia_m_pa2);
+    let hindered = 1.0 + sqrt(1.0 + inertia * mean_pa * gradient);
+    let ease = 2.0 / hindered;
+    let above_pa = mean_pa + upper.slip_pa;
+    let below_pa = mean_pa + lower.slip_pa;
+    let above = upper.mobility_s * above_pa;
+    let below = lower.mobility_s * below_pa;
+    let resistance = upper_m * below + lower_m * above;
+    let conductance = ease * above * (below / max(resistance, tiny));
+    let gain = (upper_m * below / above_pa + lower_m * above / below_pa) / max(resistance, tiny);
+    let half = 0.5 * conductance * gain * drop_pa;
+    return GasFlux(conductance * drop_pa, max(conductance - half, 0.0), max(conductance + half, 0.0));
+}

@@ -1,0 +1,206 @@
+//! Properties over temperature and pressure, how gas passes, and where numbers came from: what the files of materials and
+//! gases share.
+
+use super::nearest::suggestion;
+use super::written::{Section, Written, all};
+use crate::case::error::Read;
+use crate::case::material::{Mark, Parts, Provenance};
+use crate::case::unit::{Dimension, conversion};
+use crate::case::{Conductivity, OutOfRange, Pores, Table};
+
+/// Klinkenberg's slip of air, `b = 4 λp/r`, times the radius of the pores and over the temperature, Pa m/K: with the mean free
+/// path of [`air_mean_free_path_m`](crate::case::air::air_mean_free_path_m).
+const SLIP_PA_M_K: f64 = 9.332e-5;
+
+/// A table over temperature, a table a pressure, or parts; a specific extinction is of the density.
+pub(super) fn conductivity(section: &Section<'_>, density_kg_m3: f64) -> Read<Conductivity> {
+    if let Some(written) = section.optional("at") {
+        pressures(written).map(Conductivity::Tables)
+    } else if section.optional("solid").is_some() {
+        parts(section, density_kg_m3).map(Conductivity::Parts)
+    } else {
+        // A single table holds at every pressure, so the pressure it is filed under does not matter.
+        table(section, Dimension::Conductivity).map(|table| Conductivity::Tables(vec![(101_325.0, table)]))
+    }
+}
+
+/// `[[conductivity.at]]`: a table a pressure.
+fn pressures(written: Written<'_>) -> Read<Vec<(f64, Table)>> {
+    let mut last_pa = 0.0;
+    all(written.list()?.into_iter().map(|written| {
+        let section = written.section()?;
+        let pressure_pa = section.positive("pressure", Dimension::Pressure);
+        let table = table(&section, Dimension::Conductivity);
+        section.close();
+        let pressure_pa = pressure_pa?;
+        if pressure_pa <= last_pa {
+            return Err(
+                section.fault(format!("pressure {pressure_pa} Pa does not rise: the one before is {last_pa} Pa"))
+            );
+        }
+        last_pa = pressure_pa;
+        Ok((pressure_pa, table?))
+    }))
+}
+
+fn parts(section: &Section<'_>, density_kg_m3: f64) -> Read<Parts> {
+    let solid = section.required("solid", Dimension::Conductivity.expectation());
+    let solid_w_m_k = solid.and_then(|written| written.not_negative(Dimension::Conductivity));
+    let solid_exponent = section.optional("solid_exponent").map_or(Ok(0.0), Written::number);
+    let pores = section.tables("pores").and_then(|pores| {
+        all(pores.iter().map(|pore| {
+            let share = pore.positive("share", Dimension::Fraction);
+            let length_m = pore.positive("length", Dimension::Length);
+            pore.close();
+            Ok((share?, length_m?))
+        }))
+    });
+    let extinction = section.optional("extinction").map(|written| written.positive(Dimension::Extinction));
+    let specific = section.optional("specific_extinction");
+    let extinction_1_m = match (extinction, specific) {
+        (Some(_), Some(written)) => Err(written.fault("an extinction or a specific extinction, not both")),
+        (Some(extinction), None) => extinction.map(Some),
+        (None, Some(written)) => {
+            written.positive(Dimension::SpecificExtinction).map(|specific| Some(specific * density_kg_m3))
+        }
+        (None, None) => Ok(None),
+    };
+    let range = section.required("range", "temperatures such as [\"250 K\", \"1400 K\"]").and_then(|written| {
+        let [low, high] = written.pair()?;
+        let (low, high) = (low.quantity(Dimension::Temperature)?, high.quantity(Dimension::Temperature)?);
+        if low < high { Ok((low, high)) } else { Err(written.fault(format!("range reversed: {low} K to {high} K"))) }
+    });
+    Ok(Parts {
+        solid_w_m_k: solid_w_m_k?,
+        solid_exponent: solid_exponent?,
+        pores: pores?,
+        extinction_1_m: extinction_1_m?,
+        extinction_follows_density: specific.is_some(),
+        range_k: range?,
+    })
+}
+
+/// `value = "900 J/kg/K"`, or columns `temperatures_k` and `values` in the `unit` named.
+pub(super) fn table(section: &Section<'_>, dimension: Dimension) -> Read<Table> {
+    if let Some(written) = section.optional("value") {
+        let value = written.quantity(dimension).and_then(|value| fit(value, dimension, written));
+        return value.map(Table::constant);
+    }
+    let temperatures = section.required("temperatures_k", "a list of temperatures in K, or a key `value`");
+    let temperatures_k = temperatures.and_then(numbers).and_then(rising);
+    let outside = section.required("outside", "clamp, extrapolate or error").and_then(outside);
+    let scale = match section.optional("unit") {
+        None if dimension == Dimension::Fraction => Ok(1.0),
+        None => Err(section.fault(format!("missing key \"unit\": expected the unit of {}", dimension.expectation()))),
+        Some(written) => written.text().and_then(|unit| {
+            conversion(unit, dimension).map(|(scale, _)| scale).map_err(|message| written.fault(message))
+        }),
+    };
+    let listed = section.required("values", "a list of values, one a temperature");
+    let values = listed.and_then(numbers);
+    let (temperatures_k, outside, scale, values) = (temperatures_k?, outside?, scale?, values?);
+    if values.len() != temperatures_k.len() {
+        let message = format!("{} values at {} temperatures", values.len(), temperatures_k.len());
+        return Err(listed?.fault(message));
+    }
+    let values = all(values.into_iter().map(|(value, written)| fit(value * scale, dimension, written)))?;
+    Ok(Table { temperatures_k, values, outside })
+}
+
+fn numbers(written: Written<'_>) -> Read<Vec<(f64, Written<'_>)>> {
+    all(written.list()?.into_iter().map(|each| Ok((each.number()?, each))))
+}
+
+/// A property is positive; an emissivity at most one; an enthalpy counts from a level of its own.
+fn fit(value: f64, dimension: Dimension, written: Written<'_>) -> Read<f64> {
+    match dimension {
+        Dimension::Fraction if !(0.0..=1.0).contains(&value) => {
+            Err(written.fault(format!("{value} lies outside 0 to 1")))
+        }
+        Dimension::Fraction | Dimension::SpecificEnthalpy => Ok(value),
+        _ if value > 0.0 => Ok(value),
+        _ => Err(written.fault(format!("{value} is not positive"))),
+    }
+}
+
+fn rising(temperatures_k: Vec<(f64, Written<'_>)>) -> Read<Vec<f64>> {
+    let mut last_k = 0.0;
+    all(temperatures_k.into_iter().map(|(temperature_k, written)| {
+        if temperature_k <= last_k {
+            return Err(written.fault(format!("temperature {temperature_k} K does not rise above {last_k} K")));
+        }
+        last_k = temperature_k;
+        Ok(temperature_k)
+    }))
+}
+
+fn outside(written: Written<'_>) -> Read<OutOfRange> {
+    match written.text()? {
+        "clamp" => Ok(OutOfRange::Clamp),
+        "extrapolate" => Ok(OutOfRange::Extrapolate),
+        "error" => Ok(OutOfRange::Refuse),
+        other => Err(written.fault(format!("expected clamp, extrapolate or error, found {other:?}"))),
+    }
+}
+
+/// `[pores]`; what a residue leaves out is that of the virgin substance.
+pub(super) fn pores(section: &Section<'_>, virgin: Option<Pores>) -> Read<Pores> {
+    let porosity = match (section.optional("porosity"), virgin) {
+        (Some(written), _) => porosity(written),
+        (None, Some(virgin)) => Ok(virgin.porosity),
+        (None, None) => Err(section.fault("missing key \"porosity\": expected the share of the volume that gas fills")),
+    };
+    let permeability = match (section.optional("permeability"), virgin) {
+        (Some(written), _) => written.not_negative(Dimension::Permeability),
+        (None, Some(virgin)) => Ok(virgin.permeability_m2),
+        (None, None) => section.required("permeability", Dimension::Permeability.expectation()).map(|_| 0.0),
+    };
+    let slip = section.optional("pore_radius").map(|written| Ok(SLIP_PA_M_K / written.positive(Dimension::Length)?));
+    let inertia = section.optional("inertia").map(|written| written.not_negative(Dimension::Inertia));
+    let virgin = virgin.unwrap_or(Pores::SEALED);
+    let (porosity, permeability_m2) = (porosity?, permeability?);
+    if permeability_m2 > 0.0 && porosity == 0.0 {
+        return Err(
+            section.fault(format!("without pores nothing passes: porosity 0 and permeability {permeability_m2} m²"))
+        );
+    }
+    Ok(Pores {
+        porosity,
+        permeability_m2,
+        slip_pa_k: slip.unwrap_or(Ok(virgin.slip_pa_k))?,
+        inertia_1_m: inertia.unwrap_or(Ok(virgin.inertia_1_m))?,
+    })
+}
+
+fn porosity(written: Written<'_>) -> Read<f64> {
+    let porosity = written.quantity(Dimension::Fraction)?;
+    if (0.0..1.0).contains(&porosity) {
+        return Ok(porosity);
+    }
+    Err(written.fault(format!("porosity {porosity} lies outside 0 to 1: a solid fills some of the volume")))
+}
+
+/// The word of a key among those known; the first stands in where the key is absent.
+pub(super) fn choice<T: Copy>(section: &Section<'_>, key: &'static str, known: &[(&'static str, T)]) -> Read<T> {
+    let Some(written) = section.optional(key) else {
+        return Ok(known[0].1);
+    };
+    let word = written.text()?;
+    let words = || known.iter().map(|(word, _)| *word);
+    let found = known.iter().find(|(known, _)| *known == word).map(|&(_, value)| value);
+    found.ok_or_else(|| written.fault(format!("unknown {key} {word:?}{}", suggestion(word, words()))))
+}
+
+/// Where the numbers of a table came from. The uncertainty is written as people say it, plus or minus so much at
+/// 95 %, and kept as one standard deviation: half of that.
+pub(super) fn provenance(section: &Section<'_>) -> Read<Provenance> {
+    let mark = section.required("mark", "read, remembered, estimated or paper").and_then(|written| {
+        let mark = written.text()?;
+        let known = "expected read, remembered, estimated or paper";
+        Mark::named(mark).ok_or_else(|| written.fault(format!("{known}, found {mark:?}")))
+    });
+    let source = section.required("source", "where the numbers are from, in words").and_then(Written::text);
+    let uncertainty = section.required("uncertainty", "a share such as \"30 %\"");
+    let uncertainty = uncertainty.and_then(|written| written.not_negative(Dimension::Fraction));
+    Ok(Provenance { mark: mark?, source: source?.to_owned(), relative_uncertainty: uncertainty? / 2.0 })
+}

@@ -1,0 +1,270 @@
+//! A member's gas: how it flows through the layup and the heat it carries.
+//!
+//! Gas flows from cell to cell in lengths of a step with the temperatures of its two ends known, so that
+//! pressure has its own pair of stages between those of temperature:
+//!
+//! ```text
+//! (S*/Δt + γB) δ₁ = G(p) + made − p (S* − S)/Δt
+//! (S*/Δt + γB) δ₂ = G(p + δ₁) + made − p (S* − S)/Δt − 2 S*/Δt δ₁
+//! p' = p + 3/2 δ₁ + 1/2 δ₂
+//! ```
+//!
+//! with S mass over pressure and B what a pressure drives out of its cell. Then `S*p' − Sp` is exactly what
+//! flowed in and was made. Both stages take the mobilities midway: in a stiff flow whose mobility changes
+//! from stage to stage the scheme would answer a disturbance by −4 times that change. Heat takes the mean flux of the step, its first stage that of the step before:
+//! a flux at an instant would magnify what little a pressure is off its balance by all the ease of the flow.
+
+use super::Real;
+use super::compensated::{Pair, advanced, difference};
+use super::gas::{GasFlux, Porous, gas_flux, midway};
+use super::member::Member;
+use super::step::GAMMA;
+use super::table::{look_up, spot};
+use super::tridiagonal::{factorise, substitute};
+use crate::case::GasPath;
+use crate::plan::layout::GAS_COLUMNS;
+
+impl<R: Real> Member<'_, R> {
+    /// Gas up through the face under every cell and through the hot face at a stage, kg/m²/s.
+    #[inline(always)]
+    pub(super) fn flow(&mut self, step: usize, stage: usize) {
+        if self.plan.gas == Some(GasPath::Darcy) {
+            if stage == 0 {
+                self.settle(step);
+            } else {
+                self.percolate(step);
+            }
+            return;
+        }
+        let carries = R::constant(if self.plan.gas == Some(GasPath::QuasiSteady) { 1.0 } else { 0.0 });
+        let mut risen = R::constant(0.0);
+        for from_back in 0..self.plies.len() {
+            let p = self.plies.len() - 1 - from_back;
+            let ply = self.plan.plies[p];
+            for up in 0..(ply.end_cell - ply.first_cell) as usize {
+                let i = ply.end_cell as usize - 1 - up;
+                let here = self.made_in(p, i);
+                self.flows[i] = carries * risen;
+                risen = risen + here;
+            }
+        }
+        self.leaving[stage] = risen;
+        if stage == 1 {
+            let mean = R::constant(0.5) * (self.leaving[0] + self.leaving[1]);
+            self.let_out(step, mean, R::constant(0.0));
+        }
+    }
+
+    /// Take gas that left through the faces into the accounts.
+    #[inline(always)]
+    fn let_out(&mut self, step: usize, hot_kg_m2_s: R, back_kg_m2_s: R) {
+        let length_s = R::of(self.rows.lengths_s[step]);
+        self.gas_out = advanced(self.gas_out, (hot_kg_m2_s + back_kg_m2_s) * length_s);
+        self.recent = [self.recent[1], hot_kg_m2_s];
+    }
+
+    /// Gas in the pores of a cell at `T + Δ₁`.
+    #[inline(always)]
+    pub(super) fn porous(&self, p: usize, i: usize) -> Porous<R> {
+        let ply = &self.plan.plies[p];
+        let tables = &self.rows.tables;
+        let temperature_k = self.temperatures[i].high + self.first[i];
+        let at = spot(temperature_k);
+        let molar_kg_k_j = look_up(tables, at, GAS_COLUMNS, self.plan.gas_table() + 2);
+        let viscosity_pa_s = look_up(tables, at, GAS_COLUMNS, self.plan.gas_table() + 3);
+        let phases = self.phases_of(p, i);
+        let stretch = self.stretch_of(p, self.mass_left(p, phases));
+        let zero = R::constant(0.0);
+        let (mut porosity, mut permeability, mut slip, mut inertia) = (zero, zero, zero, zero);
+        for state in 0..ply.states as usize {
+            let row = self.rows.substances[ply.first_state as usize + state];
+            porosity = porosity + phases[state] * R::of(row.porosity);
+            permeability = permeability + phases[state] * R::of(row.permeability_m2);
+            slip = slip + phases[state] * R::of(row.slip_pa_k);
+            inertia = inertia + phases[state] * R::of(row.inertia_1_m);
+        }
+        let ease = self.plies[p].permeability * permeability / (viscosity_pa_s * stretch);
+        let density_s2_m2 = molar_kg_k_j / temperature_k;
+        let volume_m = R::of(self.rows.cells[i].width_m) * self.plies[p].thickness * stretch;
+        Porous {
+            // A sealed cell holds next to nothing, which keeps its pivot from vanishing.
+            storage: (volume_m * porosity * density_s2_m2).max(R::constant(1e-18)),
+            mobility_s: ease * density_s2_m2,
+            slip_pa: slip * temperature_k,
+            inertia_m_pa2: R::constant(4.0) * inertia * ease * ease * density_s2_m2,
+        }
+    }
+
+    /// Pores at the start of a step; what a cell holds does not change as its temperature settles, its pressure does.
+    #[inline(always)]
+    fn settle(&mut self, step: usize) {
+        for p in 0..self.plies.len() {
+            let ply = self.plan.plies[p];
+            for i in ply.first_cell as usize..ply.end_cell as usize {
+                let held = self.pores[i].storage;
+                self.flows[i] = self.mean_flows[i];
+                self.made_first[i] = self.made_in(p, i);
+                self.pores[i] = self.porous(p, i);
+                if step > 0 {
+                    let storage = self.pores[i].storage;
+                    let off = self.pressures[i].high * ((held - storage) / storage);
+                    self.pressures[i] = advanced(self.pressures[i], off);
+                }
+            }
+        }
+        self.leaving[0] = self.mean_leaving;
+        self.face_pressures(step);
+    }
+
+    /// Put the cells of open faces on the pressure outside, which may jump between steps; what that takes comes in.
+    #[inline(always)]
+    fn face_pressures(&mut self, step: usize) {
+        let last = self.pressures.len() - 1;
+        let none = R::constant(0.0);
+        for (cell, drive, is_open) in [(0, 4 * step, true), (last, 4 * step + 2, self.plan.back_is_open)] {
+            if is_open {
+                let outside = Pair { high: R::of(self.rows.drives[drive].pressure_pa), low: none };
+                let taken = self.pores[cell].storage * difference(self.pressures[cell], outside);
+                self.gas_out = advanced(self.gas_out, taken);
+                self.pressures[cell] = outside;
+            }
+        }
+    }
+
+    /// Flux up through the face under a cell, at pressures `p + δ₁`.
+    #[inline(always)]
+    fn gas_under(&self, i: usize) -> GasFlux<R> {
+        let cells = &self.rows.cells;
+        gas_flux(
+            midway(self.pores[i], self.later[i]),
+            R::of(cells[i].below_m),
+            self.pressed(i),
+            midway(self.pores[i + 1], self.later[i + 1]),
+            R::of(cells[i + 1].above_m),
+            self.pressed(i + 1),
+        )
+    }
+
+    /// A cell's pressure at `p + δ₁`.
+    #[inline(always)]
+    pub(super) fn pressed(&self, cell: usize) -> Pair<R> {
+        let Pair { high, low } = self.pressures[cell];
+        Pair { high, low: low + self.pressed_first[cell] }
+    }
+
+    /// March the pressures over a step whose end the temperatures have foretold, and find the mean fluxes.
+    #[inline(always)]
+    fn percolate(&mut self, step: usize) {
+        let last = self.flows.len() - 1;
+        let gamma = R::constant(GAMMA);
+        let (zero, one) = (R::constant(0.0), R::constant(1.0));
+        let per_length = one / R::of(self.rows.lengths_s[step]);
+        let open = [one, R::constant(if self.plan.back_is_open { 1.0 } else { 0.0 })];
+        for i in 0..=last {
+            self.pressed_first[i] = zero;
+        }
+        // The second stage's pores wait in `later`; what a cell makes and what its expansion drives out, in `supply`.
+        for p in 0..self.plies.len() {
+            let ply = self.plan.plies[p];
+            for i in ply.first_cell as usize..ply.end_cell as usize {
+                self.later[i] = self.porous(p, i);
+                let expansion = (self.later[i].storage - self.pores[i].storage) * per_length;
+                let made = R::constant(0.5) * (self.made_first[i] + self.made_in(p, i));
+                self.supply[i] = made - self.pressures[i].high * expansion;
+            }
+        }
+        let mut arriving = zero;
+        let mut returned = zero;
+        let mut above = zero;
+        for i in 0..=last {
+            let under = if i < last { self.gas_under(i) } else { GasFlux { flux: zero, above: zero, below: zero } };
+            self.slopes_above[i] = under.above;
+            self.slopes_below[i] = under.below;
+            self.first_flows[i] = under.flux;
+            self.pressed_second[i] = under.flux - above + self.supply[i];
+            self.pressure_diagonal[i] = self.later[i].storage * per_length + gamma * (under.above + returned);
+            self.pressure_lower[i] = -(gamma * arriving);
+            self.pressure_upper[i] = -(gamma * under.below);
+            arriving = under.above;
+            returned = under.below;
+            above = under.flux;
+        }
+        let rises = self.pressure_rises(step);
+        for (cell, face) in [(0, 0), (last, 1)] {
+            let free = one - open[face];
+            self.pressure_diagonal[cell] = open[face] + free * self.pressure_diagonal[cell];
+            self.pressure_lower[cell] = free * self.pressure_lower[cell];
+            self.pressure_upper[cell] = free * self.pressure_upper[cell];
+            self.pressed_second[cell] = open[face] * rises[face] + free * self.pressed_second[cell];
+        }
+        factorise(&mut self.pressure_lower, &mut self.pressure_diagonal, &self.pressure_upper);
+        substitute(&self.pressure_lower, &self.pressure_diagonal, &self.pressure_upper, &mut self.pressed_second);
+        for i in 0..=last {
+            self.pressed_first[i] = self.pressed_second[i];
+        }
+        let mut above = zero;
+        for i in 0..=last {
+            let under = if i < last { self.gas_under(i).flux } else { zero };
+            let carried = self.later[i].storage * per_length * self.pressed_first[i];
+            self.pressed_second[i] = under - above + self.supply[i] - (carried + carried);
+            self.first_flows[i] = self.first_flows[i] + under;
+            above = under;
+        }
+        for (cell, face) in [(0, 0), (last, 1)] {
+            let free = one - open[face];
+            self.pressed_second[cell] = free * self.pressed_second[cell] - open[face] * rises[face];
+        }
+        substitute(&self.pressure_lower, &self.pressure_diagonal, &self.pressure_upper, &mut self.pressed_second);
+        self.take_in(step);
+    }
+
+    /// By how much the pressures outside rise over a step.
+    #[inline(always)]
+    fn pressure_rises(&self, step: usize) -> [R; 2] {
+        let drives = &self.rows.drives;
+        let rise = |start: usize| R::of(drives[start + 1].pressure_pa) - R::of(drives[start].pressure_pa);
+        [rise(4 * step), rise(4 * step + 2)]
+    }
+
+    /// Mean flux of the step, the pressures at its end, and the gas that left.
+    #[inline(always)]
+    fn take_in(&mut self, step: usize) {
+        let last = self.flows.len() - 1;
+        let half = R::constant(0.5);
+        let gamma = R::constant(GAMMA);
+        let zero = R::constant(0.0);
+        for i in 0..=last {
+            let here = self.pressed_first[i] + self.pressed_second[i];
+            let next = if i < last { self.pressed_first[i + 1] + self.pressed_second[i + 1] } else { zero };
+            let implicit = gamma * (self.slopes_below[i] * next - self.slopes_above[i] * here);
+            let mean = half * (self.first_flows[i] + implicit);
+            // The stages of heat: that of the step before, and what makes their mean the mean.
+            self.flows[i] = R::constant(2.0) * mean - self.mean_flows[i];
+            self.mean_flows[i] = mean;
+        }
+        let per_length = R::constant(1.0) / R::of(self.rows.lengths_s[step]);
+        let mut left = [zero; 2];
+        for (face, cell, inner) in [(0, 0, self.mean_flows[0]), (1, last, -self.mean_flows[last - 1])] {
+            let ply = if face == 0 { 0 } else { self.plies.len() - 1 };
+            let made = half * (self.made_first[cell] + self.made_in(ply, cell));
+            let rise = R::constant(1.5) * self.pressed_first[cell] + half * self.pressed_second[cell];
+            let storage = self.later[cell].storage;
+            let held = storage * rise + (storage - self.pores[cell].storage) * self.pressures[cell].high;
+            left[face] = inner + made - held * per_length;
+        }
+        if !self.plan.back_is_open {
+            left[1] = zero;
+        }
+        self.leaving = [self.mean_leaving, R::constant(2.0) * left[0] - self.mean_leaving];
+        self.mean_leaving = left[0];
+        self.back_leaving = left[1];
+        self.let_out(step, left[0], left[1]);
+        for i in 0..=last {
+            let rise = R::constant(1.5) * self.pressed_first[i] + half * self.pressed_second[i];
+            self.pressures[i] = advanced(self.pressures[i], rise);
+            // From here on the pores are those of the end, as foretold.
+            self.pores[i] = self.later[i];
+            self.pressure_rates[i] = rise * per_length;
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Gas in pores: how much of it they hold, and how it moves.
+//!
+//! An ideal gas by Darcy's law with Klinkenberg's slip, per area of layup and upwards, to the hot face:
+//!
+//! ```text
+//! G = (M/RT) (K/μ) (p + b) dp/dx,    b = slip T
+//! ```
+//!
+//! With one mobility on both sides G is the difference of (p + b)²/2, which the mean pressure on a face
+//! gives exactly. Forchheimer's inertia divides it by `(1 + √(1 + 4 β ρ K² |dp/dx|/μ²))/2`, the root of
+//! `−dp/dx = μ q/K + β ρ q²`.
+
+use super::Real;
+use super::compensated::{Pair, difference};
+
+/// Gas in the pores of a cell and the ease with which it moves through them.
+#[derive(Clone, Copy)]
+pub struct Porous<R> {
+    /// Mass over pressure, `w ε M/RT`, kg/m²/Pa.
+    pub storage: R,
+    /// `K M/(R T μ)`, s.
+    pub mobility_s: R,
+    /// Klinkenberg's b, Pa.
+    pub slip_pa: R,
+    /// `4 β K² M/(R T μ²)`, m/Pa²: over this the inertia begins to matter where it times `p dp/dx` nears one.
+    pub inertia_m_pa2: R,
+}
+
+/// Gas flux up through a face, kg/m²/s, and its slopes by the pressures above (less) and below it, kg/m²/s/Pa.
+#[derive(Clone, Copy)]
+pub struct GasFlux<R> {
+    pub flux: R,
+    pub above: R,
+    pub below: R,
+}
+
+/// Share of the pressure's way through the levels of the tables.
+#[inline(always)]
+pub fn level<R: Real>(pressure_pa: R, middle_pa: R) -> R {
+    pressure_pa / (pressure_pa + middle_pa)
+}
+
+/// Pores midway between the start and the end of a step.
+#[inline(always)]
+pub fn midway<R: Real>(start: Porous<R>, end: Porous<R>) -> Porous<R> {
+    let half = R::constant(0.5);
+    Porous {
+        storage: half * (start.storage + end.storage),
+        mobility_s: half * (start.mobility_s + end.mobility_s),
+        slip_pa: half * (start.slip_pa + end.slip_pa),
+        inertia_m_pa2: half * (start.inertia_m_pa2 + end.inertia_m_pa2),
+    }
+}
+
+/// Flux through the face between two cells, half a cell of each in series.
+#[inline(always)]
+pub fn gas_flux<R: Real>(
+    upper: Porous<R>,
+    upper_m: R,
+    upper_pa: Pair<R>,
+    lower: Porous<R>,
+    lower_m: R,
+    lower_pa: Pair<R>,
+) -> GasFlux<R> {
+    let tiny = R::constant(1e-30);
+    let mean_pa = R::constant(0.5) * (upper_pa.high + lower_pa.high);
+    let drop_pa = difference(lower_pa, upper_pa);
+    let gradient = drop_pa.max(-drop_pa) / (upper_m + lower_m);
+    let inertia = R::constant(0.5) * (upper.inertia_m_pa2 + lower.inertia_m_pa2);
+    let hindered = R::constant(1.0) + (R::constant(1.0) + inertia * mean_pa * gradient).sqrt();
+    let ease = R::constant(2.0) / hindered;
+    let above_pa = mean_pa + upper.slip_pa;
+    let below_pa = mean_pa + lower.slip_pa;
+    let above = upper.mobility_s * above_pa;
+    let below = lower.mobility_s * below_pa;
+    // Mobilities of sealed plies vanish, and with them the flux.
+    let resistance = upper_m * below + lower_m * above;
+    let conductance = ease * above * (below / resistance.max(tiny));
+    // How the conductance gains by the mean pressure.
+    let gain = (upper_m * below / above_pa + lower_m * above / below_pa) / resistance.max(tiny);
+    let half = R::constant(0.5) * conductance * gain * drop_pa;
+    let zero = R::constant(0.0);
+    GasFlux {
+        flux: conductance * drop_pa,
+        above: (conductance - half).max(zero),
+        below: (conductance + half).max(zero),
+    }
+}

@@ -1,0 +1,166 @@
+//! Every property as columns on one uniform temperature grid.
+
+use super::COLD_WALL_K;
+use super::layout::{AIR_COLUMNS, GAS_COLUMNS, LEVELS_MAX, TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
+use crate::case::air::air_enthalpy_j_kg;
+use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
+use crate::case::{Case, Conductivity, Emissivity, Face, GasPath, Ply, Table};
+
+/// All blocks, in the order in which [`super::Plan`] finds them.
+pub(super) fn tables(case: &Case, parts: usize, levels: usize, states: usize) -> Vec<f64> {
+    let (_, middle_pa) = self::levels(case);
+    let pressures_pa: Vec<f64> = match levels {
+        1 => vec![case.exposure.pressure_pa.after(0.0)],
+        _ => (0..levels).map(|level| level_pa(level, levels, middle_pa)).collect(),
+    };
+    let mut words = vec![];
+    for ply in &case.layup.plies {
+        let residues = ply.material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
+        let states = std::iter::once((&ply.material.conductivity, &ply.material.heat_capacity))
+            .chain(residues.map(|residue| (&residue.conductivity, &residue.heat_capacity)));
+        for (conductivity, heat_capacity) in states {
+            for &pressure_pa in &pressures_pa {
+                words.extend(solid_table(conductivity, heat_capacity, pressure_pa, parts));
+            }
+        }
+    }
+    words.extend(face_table(case, states));
+    words.extend(gas_table(case));
+    words
+}
+
+/// How many levels of pressure a case needs, and the pressure half-way up, Pa.
+///
+/// Levels are even in `P/(P + P_middle)`, which takes all pressures from none to any into zero to one, and in
+/// which the gas part of a conductivity, `P/(P + B(T))`, is close to straight.
+pub(super) fn levels(case: &Case) -> (usize, f64) {
+    let exposure = &case.exposure;
+    let pressures_pa =
+        exposure.pressure_pa.values.iter().chain(exposure.back_pressure_pa.iter().flat_map(|p| &p.values));
+    let (low, high) = pressures_pa.fold((f64::INFINITY, 0.0_f64), |(low, high), &p| (low.min(p), high.max(p)));
+    let middle_pa = (low.max(1.0) * high.max(1.0)).sqrt();
+    let is_steady = high - low <= 1e-9 * high;
+    let flows = case.gas.as_ref().is_some_and(|flow| flow.path == GasPath::Darcy);
+    let feels = case.layup.plies.iter().any(|ply| {
+        let residues = ply.material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
+        let mut conductivities =
+            std::iter::once(&ply.material.conductivity).chain(residues.map(|residue| &residue.conductivity));
+        conductivities.any(|conductivity| match conductivity {
+            Conductivity::Tables(tables) => tables.len() > 1,
+            Conductivity::Parts(parts) => !parts.pores.is_empty(),
+        })
+    });
+    (if feels && (flows || !is_steady) { LEVELS_MAX } else { 1 }, middle_pa)
+}
+
+/// The pressure of a level, Pa; the ends stand in for none and for any.
+fn level_pa(level: usize, levels: usize, middle_pa: f64) -> f64 {
+    let share = (level as f64 / (levels - 1) as f64).clamp(1e-6, 1.0 - 1e-6);
+    middle_pa * share / (1.0 - share)
+}
+
+/// Temperatures of the nodes; absolute zero, where gases conduct nothing over nothing, is stood in for.
+fn nodes() -> impl Iterator<Item = f64> {
+    (0..TABLE_NODES).map(|node| (TABLE_START_K + TABLE_STEP_K * node as f64).max(1e-6))
+}
+
+/// Slope of a column at its nodes, per kelvin. Between nodes slopes are interpolated like any property: a slope
+/// that jumped from segment to segment would make temperatures jump as a factor moves a cell across a node, by
+/// little, but by enough to drown a derivative by differences.
+fn slopes(column: &[f64]) -> Vec<f64> {
+    let last = column.len() - 1;
+    (0..column.len())
+        .map(|node| {
+            let (under, over) = (node.saturating_sub(1), (node + 1).min(last));
+            (column[over] - column[under]) / (TABLE_STEP_K * (over - under) as f64)
+        })
+        .collect()
+}
+
+/// A ply's block of tables. Enthalpy is the exact integral of the resampled heat capacity.
+fn solid_table(conductivity: &Conductivity, heat_capacity: &Table, pressure_pa: f64, parts: usize) -> Vec<f64> {
+    let mut columns = vec![vec![]; parts];
+    let heat_capacities: Vec<f64> = nodes().map(|temperature_k| heat_capacity.at(temperature_k)).collect();
+    for temperature_k in nodes() {
+        let [solid, gas, radiative] = conductivity.parts(temperature_k, pressure_pa);
+        let told_apart = match parts {
+            1 => vec![solid + gas + radiative],
+            2 => vec![solid + gas, radiative],
+            _ => vec![solid, gas, radiative],
+        };
+        columns.iter_mut().zip(told_apart).for_each(|(column, part)| column.push(part));
+    }
+    let enthalpies = risen(&heat_capacities);
+    columns.extend(columns.iter().map(|column| slopes(column)).collect::<Vec<_>>());
+    columns.extend([heat_capacities, enthalpies]);
+    interleaved(&columns)
+}
+
+/// The integral of a heat capacity from the first node to every node, exact for the straight lines between.
+fn risen(heat_capacities: &[f64]) -> Vec<f64> {
+    let rises = heat_capacities.windows(2).map(|pair| 0.5 * TABLE_STEP_K * (pair[0] + pair[1]));
+    std::iter::once(0.0)
+        .chain(rises.scan(0.0, |sum, rise| {
+            *sum += rise;
+            Some(*sum)
+        }))
+        .collect()
+}
+
+/// Enthalpy at a temperature over that at the first node, as the march reads it, J/kg.
+pub(super) fn enthalpy_j_kg(heat_capacity: &Table, temperature_k: f64) -> f64 {
+    let heat_capacities: Vec<f64> = nodes().map(|temperature_k| heat_capacity.at(temperature_k)).collect();
+    let position = (temperature_k - TABLE_START_K) / TABLE_STEP_K;
+    let row = (position.max(0.0) as usize).min(TABLE_NODES - 2);
+    let (share, under, over) = (position - row as f64, heat_capacities[row], heat_capacities[row + 1]);
+    risen(&heat_capacities)[row] + TABLE_STEP_K * share * (under + 0.5 * share * (over - under))
+}
+
+/// Columns node by node.
+fn interleaved(columns: &[Vec<f64>]) -> Vec<f64> {
+    (0..TABLE_NODES).flat_map(|node| columns.iter().map(move |column| column[node])).collect()
+}
+
+/// Enthalpy of air at the wall, then the emissivities of the hot face and of the back face in every state.
+fn face_table(case: &Case, states: usize) -> Vec<f64> {
+    let (exposure, plies) = (&case.exposure, &case.layup.plies);
+    let cold_wall = air_enthalpy_j_kg(COLD_WALL_K);
+    let enthalpies: Vec<f64> = nodes().map(|temperature_k| air_enthalpy_j_kg(temperature_k) - cold_wall).collect();
+    let rises = slopes(&enthalpies);
+    let mut columns = vec![enthalpies, rises];
+    debug_assert_eq!(columns.len(), AIR_COLUMNS, "the layout says how many columns are of air");
+    for (face, ply) in [(&exposure.hot_face, plies.first()), (&exposure.back_face, plies.last())] {
+        columns.extend((0..states).map(|state| emissivities(face, ply, state)));
+    }
+    interleaved(&columns)
+}
+
+/// Emissivity of a face at every node with its ply in a state; past the last one, of the char.
+fn emissivities(face: &Face, ply: Option<&Ply>, state: usize) -> Vec<f64> {
+    let own = |ply: &Ply| {
+        let residues = ply.material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
+        let tables: Vec<&Table> =
+            std::iter::once(&ply.material.emissivity).chain(residues.map(|residue| &residue.emissivity)).collect();
+        let table = tables[state.min(tables.len() - 1)];
+        nodes().map(|temperature_k| table.at(temperature_k)).collect()
+    };
+    match (face, ply) {
+        (Face::Open(open), Some(ply)) => match open.emissivity {
+            Emissivity::Material => own(ply),
+            Emissivity::Constant(value) => vec![value; TABLE_NODES],
+        },
+        _ => vec![0.0; TABLE_NODES],
+    }
+}
+
+/// Enthalpy of the gas that flows, its slope, its molar mass over the gas constant, its viscosity; nothing where no gas
+/// flows.
+fn gas_table(case: &Case) -> Vec<f64> {
+    let Some(flow) = &case.gas else { return vec![] };
+    let read = |table: &Table, scale: f64| nodes().map(|temperature_k| scale * table.at(temperature_k)).collect();
+    let enthalpies: Vec<f64> = read(&flow.gas.enthalpy, 1.0);
+    let rises = slopes(&enthalpies);
+    let columns: [Vec<f64>; GAS_COLUMNS] =
+        [enthalpies, rises, read(&flow.gas.molar_mass, 1.0 / GAS_CONSTANT_J_MOL_K), read(&flow.gas.viscosity, 1.0)];
+    interleaved(&columns)
+}
