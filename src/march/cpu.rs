@@ -35,11 +35,7 @@ impl March for Cpu {
 
     /// Members whose traces take some 64 MiB: progress is shown between runs, and memory stays small.
     fn capacity(&self, plan: &Plan) -> usize {
-<<<<<<< HEAD
-        let reals = plan.places.len() * plan.instants_s.len();
-=======
-        let reals = (plan.sensor_cells.len() + plan.gauges()) * plan.instants_s.len();
->>>>>>> core
+        let reals = (plan.places.len() + plan.gauges()) * plan.instants_s.len();
         (8 * 1024 * 1024 / reals.max(1)).clamp(64, 4096)
     }
 

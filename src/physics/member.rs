@@ -100,11 +100,7 @@ impl<'a, R: Real> Member<'a, R> {
     pub fn start(plan: &'a Plan, rows: &'a Rows<R::Scalar>, column: impl Fn(u32) -> R + Copy) -> Self {
         let zero = R::constant(0.0);
         let none = Pair { high: zero, low: zero };
-<<<<<<< HEAD
         let (cells, sensors) = (plan.cells(), plan.places.len());
-        let plies = plan.plies.iter().zip(&rows.bulks).map(|(ply, &bulk)| ply_scale(ply, bulk, column)).collect();
-=======
-        let (cells, sensors) = (plan.cells(), plan.sensor_cells.len());
         let char = |ply: &Ply<u32>| rows.substances[(ply.first_state + ply.states) as usize - 1];
         let plies =
             plan.plies.iter().zip(&rows.bulks).map(|(ply, &bulk)| ply_scale(ply, bulk, char(ply), column)).collect();
@@ -113,8 +109,6 @@ impl<'a, R: Real> Member<'a, R> {
         let darcy = if plan.gas == Some(GasPath::Darcy) { cells } else { 0 };
         let outside = Pair { high: R::of(rows.drives[0].pressure_pa), low: zero };
         let sealed = Porous { storage: zero, mobility_s: zero, slip_pa: zero, inertia_m_pa2: zero };
-        let contact = column(plan.contact);
->>>>>>> core
         Self {
             plan,
             rows,

@@ -18,12 +18,8 @@ use crate::case::{
 use clock::Clock;
 use grid::Grid;
 use layout::{
-<<<<<<< HEAD
-    Bead, Bulk, Cell, Drive, FACE_COLUMNS, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES, TABLE_START_K,
-    TABLE_STEP_K,
-=======
-    AIR_COLUMNS, Bead, Bulk, Cell, Drive, NO_INSTANT, Path, Ply, Reaction, Scaling, Sensor, Substance, TABLE_NODES,
->>>>>>> core
+    AIR_COLUMNS, Bead, Bulk, Cell, Drive, NO_INSTANT, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
+    TABLE_NODES,
 };
 
 /// All that a backend reads.
@@ -116,14 +112,10 @@ impl Plan {
         let grid = Grid::new(case);
         let clock = Clock::new(case);
         let parts = parts(case);
-<<<<<<< HEAD
-        let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
-=======
         let (levels, middle_pa) = tables::levels(case);
         let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
-        let (sensor_cells, sensors) = grid.sensors.iter().map(|&(cell, sensor)| (cell as u32, sensor)).unzip();
+        let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
         let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
->>>>>>> core
         let rows = Rows {
             bulks: case.layup.plies.iter().map(|ply| bulk(&ply.material, holder_w_m3_k)).collect(),
             substances: case.layup.plies.iter().flat_map(|ply| substances(&ply.material)).collect(),
@@ -270,14 +262,10 @@ fn plies(case: &Case, cells: &[(usize, usize)], parts: usize, levels: usize) -> 
             permeability: of(Property::Permeability),
             holder: column(case, "", Property::Holder),
             extinction: extinction(case, ply),
-<<<<<<< HEAD
             contact: of(Property::Contact),
-        }
-=======
         };
         (state, reaction) = (state + states, reaction + reactions);
         row
->>>>>>> core
     })
     .collect()
 }

@@ -4,11 +4,7 @@ use super::layup::{mm, names};
 use super::nearest::suggestion;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
-<<<<<<< HEAD
-use crate::case::{Conductivity, Emissivity, Face, Factor, Layup, Ply, Property, Sensor};
-=======
-use crate::case::{Conductivity, Emissivity, Face, Factor, GasPath, Layup, Ply, Property, PyrolysisHeat};
->>>>>>> core
+use crate::case::{Conductivity, Emissivity, Face, Factor, GasPath, Layup, Ply, Property, PyrolysisHeat, Sensor};
 
 const PROPERTIES: &[(&str, Property)] = &[
     ("conductivity", Property::Conductivity),
@@ -179,7 +175,6 @@ fn idle(property: Property, scaled: Scaled<'_>) -> Option<&'static str> {
     }
 }
 
-<<<<<<< HEAD
 /// Why a factor may not move its sensor as far as its bounds say.
 fn adrift(factor: &Factor, layup: &Layup, sensors: &[Sensor]) -> Option<String> {
     let sensor = sensors.iter().find(|sensor| sensor.name == factor.group)?;
@@ -191,9 +186,9 @@ fn adrift(factor: &Factor, layup: &Layup, sensors: &[Sensor]) -> Option<String> 
     })
 }
 
-/// Why a factor of a group of plies cannot be.
-fn refused(property: Property, group: &str, scaled: Scaled<'_>) -> Option<String> {
-    let Scaled { layup, hot_face, back_face, sensors, .. } = scaled;
+/// Why a factor of a group of plies cannot be, which goes up to `highest`.
+fn refused(property: Property, group: &str, highest: f64, scaled: Scaled<'_>) -> Option<String> {
+    let Scaled { layup, hot_face, back_face, gas_path, sensors, .. } = scaled;
     if property == Property::Depth {
         let found = sensors.iter().find(|sensor| sensor.name == group);
         let known = sensors.iter().map(|sensor| sensor.name.as_str());
@@ -203,11 +198,6 @@ fn refused(property: Property, group: &str, scaled: Scaled<'_>) -> Option<String
             Some(_) => None,
         };
     }
-=======
-/// Why a factor of a group of plies cannot be, which goes up to `highest`.
-fn refused(property: Property, group: &str, highest: f64, scaled: Scaled<'_>) -> Option<String> {
-    let Scaled { layup, hot_face, back_face, gas_path, .. } = scaled;
->>>>>>> core
     let plies: Vec<&Ply> = layup.plies.iter().filter(|ply| in_group(ply, group)).collect();
     if plies.is_empty() {
         let known = layup.plies.iter().flat_map(|ply| [ply.group.as_str(), ply.name.as_str()]);

@@ -42,12 +42,8 @@ struct Run {
     sensors: u32,
     faces: u32,
     stages: u32,
-<<<<<<< HEAD
-    unused: [u32; 3],
-=======
     gauges: u32,
-    unused: u32,
->>>>>>> core
+    unused: [u32; 2],
 }
 
 /// A scalar that crosses to the device.
@@ -233,12 +229,8 @@ impl Gpu {
                 sensors: plan.places.len() as u32,
                 faces: 2,
                 stages: 2,
-<<<<<<< HEAD
-                unused: [0; 3],
-=======
                 gauges: plan.gauges() as u32,
-                unused: 0,
->>>>>>> core
+                unused: [0; 2],
             };
             self.device.queue.write_buffer(run, 0, bytemuck::bytes_of(&words));
             let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -259,10 +251,7 @@ const HEATS_END: usize = 2 * HEATS + 1;
 
 /// Words of one member in the state: two a cell, four a sensor, then what it leaves behind.
 fn state_words(plan: &Plan) -> usize {
-<<<<<<< HEAD
-    2 * plan.cells() + 4 * plan.places.len() + HEATS_END + 2 * plan.plies.len()
-=======
-    2 * plan.cells() + 4 * plan.sensor_cells.len() + HEATS_END + 2 * plan.plies.len() + gas_words(plan)
+    2 * plan.cells() + 4 * plan.places.len() + HEATS_END + 2 * plan.plies.len() + gas_words(plan)
 }
 
 /// Words of what gas took along before those of the advancements.
@@ -276,26 +265,17 @@ fn gas_words(plan: &Plan) -> usize {
         Some(GasPath::Darcy) => GONE_WORDS + advancements + 5 * plan.cells(),
         Some(_) => GONE_WORDS + advancements,
     }
->>>>>>> core
 }
 
 /// Words of one member in the traces.
 fn trace_words(plan: &Plan) -> usize {
-<<<<<<< HEAD
-    2 * plan.places.len() * plan.instants_s.len()
-=======
-    2 * (plan.sensor_cells.len() + plan.gauges()) * plan.instants_s.len()
->>>>>>> core
+    2 * (plan.places.len() + plan.gauges()) * plan.instants_s.len()
 }
 
 /// Traces from what came down, which lies member by member within each word.
 fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], strayed: &[u32]) -> Traces {
-<<<<<<< HEAD
     let (count, sensors, instants) = (members.len(), plan.places.len(), plan.instants_s.len());
-=======
-    let (count, sensors, instants) = (members.len(), plan.sensor_cells.len(), plan.instants_s.len());
     let traced = sensors + plan.gauges();
->>>>>>> core
     let mut temperatures_k = vec![0.0; count * sensors * instants];
     for instant in 0..instants {
         for sensor in 0..sensors {

@@ -60,7 +60,7 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
         ("STATES", plan.states as u32),
         ("LEVELS", plan.levels as u32),
         ("REACTIONS", plan.reactions.max(1) as u32),
-        ("TRACED", (plan.sensor_cells.len() + plan.gauges()) as u32),
+        ("TRACED", (plan.places.len() + plan.gauges()) as u32),
         ("HOLDER", u32::from(plan.has_holder)),
         ("DEPTHS", u32::from(plan.has_depths)),
         ("HEATS", HEATS as u32),
@@ -101,7 +101,6 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
 /// Turns of all loops of one step, and of all that surrounds the steps of a dispatch: what a driver that
 /// counts loops would count. Every loop takes a turn more, on which it ends.
 pub fn loop_turns(plan: &Plan) -> (u32, u32) {
-<<<<<<< HEAD
     let (cells, plies, sensors) = (plan.cells() as u32, plan.plies.len() as u32, plan.places.len() as u32);
     let whole = |turns: u32| turns + 1;
     let (cells_by_ply, faces) = (whole(2 * plies + cells), whole(2));
@@ -116,16 +115,8 @@ pub fn loop_turns(plan: &Plan) -> (u32, u32) {
     let displaced = if plan.has_depths { steps.sum() } else { 0 };
     let carried = whole(cells) + whole(sensors) + whole(plies) + whole(HEATS as u32);
     let around = 2 * carried + whole(plies) + whole(cells) + whole(plies) + cells_by_ply + 1;
-    (1 + advance + seen + sideways + displaced, around)
-=======
-    let (cells, plies, sensors) = (plan.cells() as u32, plan.plies.len() as u32, plan.sensor_cells.len() as u32);
-    let properties = 2 * cells + plies;
-    let stage = properties + cells + 2 * cells;
-    let step = 2 * stage + cells + cells + cells + 2 + 2 + 2 + cells + (cells + plies) + 2 * sensors + 2 + 1;
-    let sideways = if plan.has_holder { 4 * (cells + plies) } else { 0 };
-    let around = 2 * (cells + sensors + plies + HEATS as u32) + (plies + cells) + 2;
     let (gas, gas_around) = gas_turns(plan);
-    (step + sideways + gas, around + gas_around)
+    (1 + advance + seen + sideways + displaced + gas, around + gas_around)
 }
 
 /// Those of mixtures, reactions and gas, no fewer than there are: every cell as if of the ply with the most of both. The
@@ -141,7 +132,6 @@ fn gas_turns(plan: &Plan) -> (u32, u32) {
     let carried = cells * (9 * reactions + states + 18);
     let pressed = if plan.gas == Some(GasPath::Darcy) { cells * (4 * reactions + 4 * states + 22) } else { 0 };
     (blended + faces + carried + pressed, 2 * cells * (reactions.max(1) + 1) + cells * mixture)
->>>>>>> core
 }
 
 /// Loop turns a dispatch may take on a software device, which silently ends all loops of an invocation

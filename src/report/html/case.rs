@@ -3,11 +3,7 @@
 use super::super::{Story, words};
 use super::table::{list, paragraph, table};
 use crate::case::material::{Mark, Provenance};
-<<<<<<< HEAD
-use crate::case::{Case, Conductivity, Emissivity, Exposure, Face, Material, OpenFace, Schedule, Side};
-=======
-use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasPath, Material, OpenFace, Schedule};
->>>>>>> core
+use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasPath, Material, OpenFace, Schedule, Side};
 
 /// Layup, sensors, materials, exposure and factors.
 pub(super) fn described(case: &Case) -> String {
