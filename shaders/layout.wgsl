@@ -7,8 +7,6 @@ struct Run {
     end_step: u32,
     steps: u32,
     members: u32,
-    // The column of the contact factor.
-    contact: u32,
     one: f32,
     plies: u32,
     sensors: u32,
@@ -47,6 +45,16 @@ struct Sensor {
     below: real,
     above_m: real,
     below_m: real,
+    depth_m: real,
+}
+
+struct Place {
+    cell: u32,
+    depth: u32,
+    node_above: u32,
+    steps_above: u32,
+    node_below: u32,
+    steps_below: u32,
 }
 
 struct Bead {
@@ -76,6 +84,7 @@ struct Ply {
     permeability: u32,
     holder: u32,
     extinction: u32,
+    contact: u32,
 }
 
 struct Scaling {
@@ -132,7 +141,7 @@ struct Path {
 @group(0) @binding(8) var<storage, read> lengths: array<real>;
 @group(0) @binding(9) var<storage, read> tables: array<real>;
 @group(0) @binding(10) var<storage, read> sensors: array<Sensor>;
-@group(0) @binding(11) var<storage, read> sensor_cells: array<u32>;
+@group(0) @binding(11) var<storage, read> places: array<Place>;
 // Step × sensor.
 @group(0) @binding(12) var<storage, read> beads: array<Bead>;
 // The instant at the start of each step, and at the end of the last.

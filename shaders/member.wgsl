@@ -37,11 +37,10 @@ const GAS_TABLE = FACE_TABLE + TABLE_NODES * FACE_COLUMNS;
 
 // What does not change over the march.
 fn scale() {
-    let contact = column(run.contact);
     for (var p = 0u; p < run.plies; p++) {
         ply_scales[p] = ply_scale(plies[p], bulks[p], substances[plies[p].first_state + plies[p].states - 1u]);
         if p > 0u {
-            contact_scales[p - 1u] = contacts[p - 1u] / contact;
+            contact_scales[p - 1u] = contacts[p - 1u] / column(plies[p - 1u].contact);
         }
     }
     face_scales[0] = face_scale(scalings[0]);
@@ -168,8 +167,8 @@ fn imbalance(hot: Drive, back: Drive) -> Ends {
 }
 
 fn read_sensor(sensor: u32) -> Pair {
-    let i = sensor_cells[sensor];
-    return reading(
+    let i = places[sensor].cell;
+    let nominal = reading(
         temperatures[i],
         temperatures[i + 1u],
         conductivities[i],
@@ -177,6 +176,37 @@ fn read_sensor(sensor: u32) -> Pair {
         conductances[i],
         sensors[sensor],
     );
+    if DEPTHS == 1u {
+        return Pair(nominal.high, nominal.low + displaced(sensor));
+    }
+    return nominal;
+}
+
+fn displaced(sensor: u32) -> real {
+    let place = places[sensor];
+    let row = sensors[sensor];
+    let i = place.cell;
+    let shift_m = row.depth_m * (column(place.depth) - 1.0);
+    let flux = conductances[i] * difference(temperatures[i], temperatures[i + 1u]);
+    var start_m = row.below_m;
+    var rise = -(flux / conductivities[i + 1u] * covered(shift_m, 0.0, start_m));
+    for (var step = 0u; step < place.steps_below; step++) {
+        let j = place.node_below + step;
+        let length_m = cells[j].below_m + cells[j + 1u].above_m;
+        let gain = difference(temperatures[j + 1u], temperatures[j]) / length_m;
+        rise = rise + gain * covered(shift_m, start_m, length_m);
+        start_m = start_m + length_m;
+    }
+    start_m = row.above_m;
+    rise = rise + flux / conductivities[i] * covered(-shift_m, 0.0, start_m);
+    for (var step = 0u; step < place.steps_above; step++) {
+        let j = place.node_above - step;
+        let length_m = cells[j - 1u].below_m + cells[j].above_m;
+        let gain = difference(temperatures[j - 1u], temperatures[j]) / length_m;
+        rise = rise + gain * covered(-shift_m, start_m, length_m);
+        start_m = start_m + length_m;
+    }
+    return rise;
 }
 
 fn look(step: u32) {

@@ -9,6 +9,10 @@ fn reading(upper: Pair, lower: Pair, conductivity: real, next: real, conductance
     return Pair(upper.high, upper.low - fall);
 }
 
+fn covered(shift_m: real, start_m: real, length_m: real) -> real {
+    return min(max(shift_m - start_m, 0.0), length_m);
+}
+
 fn followed(bead: Pair, before: Pair, now: Pair, weights: Bead) -> Pair {
     let start = weights.start * difference(before, bead);
     let end = weights.end * difference(now, bead);

@@ -1,8 +1,9 @@
-//! What a layup has beside its plies: a holder around it, density that shades.
+//! What a layup has beside its plies: a holder around it, density that shades, contacts that differ, beads on a side
+//! of them and at depths in doubt.
 
 use crate::parity::differing;
-use crate::support::{BALANCE, SINGLE_K, Scratch, adapter, coarse, drawn, with_factor};
-use bondline::case::{Case, Conductivity, Face, Holder, Property, Schedule};
+use crate::support::{BALANCE, ROUNDING_K, SINGLE_K, Scratch, adapter, coarse, drawn, with_factor};
+use bondline::case::{Case, Conductivity, Face, Holder, Material, Property, Resolution, Schedule, Side, Table};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
 use bondline::march::gpu::Gpu;
@@ -18,7 +19,9 @@ fn held_sideways() -> Case {
     let mut case = coarse();
     let temperature_k = Schedule { times_s: vec![0.0, 30.0, 200.0], values: vec![300.0, 340.0, 310.0] };
     case.exposure.holder = Some(Holder { conductance_w_m3_k: 20e3, temperature_k });
-    with_factor(case, "", Property::Holder)
+    case.sensors[1].side = Side::Above;
+    let case = with_factor(with_factor(case, "OF2", Property::Contact), "", Property::Holder);
+    with_factor(with_factor(case, "TC2", Property::Depth), "TC3", Property::Depth)
 }
 
 /// The same under a held face.
@@ -147,6 +150,144 @@ fn a_denser_felt_is_one_of_more_extinction() {
     assert!(apart_k(&scaled, &stated) < 1e-6, "{} K", apart_k(&scaled, &stated));
     assert!(apart_k(&scaled, &of(&denser, 1.0, true)) > 1.0, "a tenth more density changed nothing");
     assert!(apart_k(&scaled, &of(&denser, 1.1, false)) > 0.1, "a tenth more extinction changed nothing");
+}
+
+#[test]
+fn a_contact_factor_with_a_group_scales_the_interfaces_under_its_plies_alone() {
+    let without = |case: &Case| Case { factors: Vec::new(), ..case.clone() };
+    let alone = |case: &Case, values: &[f64]| {
+        let ensemble = Ensemble::at(values.len(), values.to_vec());
+        Cpu::new(Precision::F64).march(&Plan::new(case), &ensemble, 0..1).expect("the processor does not fail")
+    };
+    for (group, interfaces) in [("OF2", vec![1]), ("INS", vec![2, 3]), ("", vec![0, 1, 2, 3])] {
+        let scaled = with_factor(without(&coarse()), group, Property::Contact);
+        let mut stated = without(&coarse());
+        for interface in interfaces {
+            let contact = stated.layup.contacts_w_m2_k[interface].as_mut().expect("a contact");
+            *contact *= 0.5;
+        }
+        let (scaled, nominal) = (alone(&scaled, &[0.5]), alone(&scaled, &[1.0]));
+        let off_k = apart_k(&scaled, &alone(&stated, &[]));
+        assert!(off_k <= ROUNDING_K, "{group:?}: {off_k} K");
+        assert!(apart_k(&scaled, &nominal) > 1.0, "{group:?}: half the conductance changed nothing");
+    }
+}
+
+#[test]
+fn a_contact_factor_that_scales_nothing_or_what_another_scales_is_refused() {
+    let factor = |name: &str, group: &str| {
+        format!("[[factor]]\nname = \"{name}\"\nproperty = \"contact\"\n{group}small = [0.5, 2.0]\n")
+    };
+    let (top, base) = ("group = \"TOP\"\n", "group = \"BASE\"\n");
+    assert_eq!(written(&factor("f_h", top)).expect("nothing is wrong").factors[0].group, "TOP");
+    assert_eq!(written(&factor("f_h", "")).expect("nothing is wrong").factors[0].group, "");
+    refused(&factor("f_h", base), "no contact under \"BASE\" has a conductance to scale");
+    refused(&(factor("f_h", top) + &factor("f_all", "")), "\"f_all\" scales what factor \"f_h\" scales already");
+}
+
+/// The two plies of [`written`] at rest between two held faces, read on a side of their contact.
+fn at_rest(side: Side) -> Case {
+    let constant = |conductivity_w_m_k: f64| {
+        let mut material = Material::named("nextel440_bf20").expect("it is built in");
+        material.conductivity = Conductivity::Tables(vec![(1e5, Table::constant(conductivity_w_m_k))]);
+        Arc::new(material)
+    };
+    let mut case = written("[back_face]\nkind = \"held\"\ntemperature = \"300 K\"\n").expect("nothing is wrong");
+    case.layup.plies[0].material = constant(0.1);
+    case.layup.plies[1].material = constant(0.04);
+    case.exposure.duration_s = 4e4;
+    case.resolution = Resolution { cells: 40, growth: 0.2, largest_step_s: 1e3, every_s: 4e4, ..case.resolution };
+    case.sensors[0].side = side;
+    with_factor(case, "TC1", Property::Depth)
+}
+
+/// What the sensor reads at rest where it lies deeper or less deep by a factor, K.
+fn read_k(case: &Case, factor: f64) -> f64 {
+    let traces = Cpu::new(Precision::F64).march(&Plan::new(case), &Ensemble::at(1, vec![factor]), 0..1);
+    *traces.expect("the processor does not fail").trace(0, 0).last().expect("there are instants")
+}
+
+/// Heat flux at rest through the two plies and the contact between them, W/m².
+const FLUX_W_M2: f64 = 600.0 / (0.5e-3 / 0.1 + 1.0 / 500.0 + 3e-3 / 0.04);
+
+#[test]
+fn a_bead_reads_the_side_that_it_touches_or_the_mean_of_both() {
+    let jump_k = FLUX_W_M2 / 500.0;
+    let above_k = 900.0 - FLUX_W_M2 * 0.5e-3 / 0.1;
+    assert!(jump_k > 10.0, "the contact sets the sides {jump_k} K apart");
+    for (side, expected_k) in
+        [(Side::Above, above_k), (Side::Both, above_k - 0.5 * jump_k), (Side::Below, above_k - jump_k)]
+    {
+        let off_k = (read_k(&at_rest(side), 1.0) - expected_k).abs();
+        assert!(off_k < 1e-6, "{side:?}: {off_k} K");
+    }
+}
+
+#[test]
+fn a_depth_scaled_moves_the_reading_along_the_profile_of_the_side_it_goes_to() {
+    for side in [Side::Above, Side::Both, Side::Below] {
+        let case = at_rest(side);
+        let depth_m = case.sensors[0].depth_m;
+        let nominal_k = read_k(&case, 1.0);
+        for factor in [0.5, 0.75, 0.9, 0.999, 1.001, 1.1, 1.25, 1.5] {
+            let gradient_k_m = -FLUX_W_M2 / if factor < 1.0 { 0.1 } else { 0.04 };
+            let expected_k = nominal_k + gradient_k_m * depth_m * (factor - 1.0);
+            let off_k = (read_k(&case, factor) - expected_k).abs();
+            assert!(off_k < 1e-6, "{side:?} at {factor}: {off_k} K");
+        }
+        assert!((read_k(&case, 1.001) - nominal_k).abs() > 1e-2, "{side:?}: a thousandth deeper changed nothing");
+    }
+}
+
+#[test]
+fn a_depth_scaled_within_a_ply_reads_what_a_sensor_there_reads() {
+    let at = |depth_m: f64, factor: f64| {
+        let mut case = coarse();
+        case.factors.clear();
+        case.resolution.cells = 400;
+        case.sensors.truncate(1);
+        case.observations.clear();
+        case.sensors[0].depth_m = depth_m;
+        let traces = Cpu::new(Precision::F64).march(
+            &Plan::new(&with_factor(case, "TC1", Property::Depth)),
+            &Ensemble::at(1, vec![factor]),
+            0..1,
+        );
+        traces.expect("the processor does not fail")
+    };
+    let (nominal, shifted) = (at(2e-3, 1.0), at(2e-3, 1.2));
+    let there = at(2.4e-3, 1.0);
+    assert!(apart_k(&shifted, &there) < 0.5, "{} K", apart_k(&shifted, &there));
+    assert!(apart_k(&nominal, &there) > 20.0, "{} K", apart_k(&nominal, &there));
+}
+
+#[test]
+fn a_side_where_there_is_none_and_a_depth_off_the_layup_are_refused() {
+    let sensor = "[[sensor]]\nname = \"TC2\"\n";
+    let side = |place: &str, side: &str| format!("{sensor}{place}\nside = \"{side}\"\n");
+    let read = written(&side("below = \"TOP\"", "above")).expect("nothing is wrong");
+    assert_eq!((read.sensors[0].side, read.sensors[1].side), (Side::Both, Side::Above));
+    refused(&side("depth = \"2 mm\"", "above"), "this sensor lies on no interface");
+    refused(&side("below = \"BASE\"", "below"), "this sensor lies on no interface");
+    refused(&side("below = \"TOP\"", "beneath"), "expected above, below or both, found \"beneath\"");
+    let factor = |group: &str, bounds: &str| {
+        format!("[[factor]]\nname = \"f_d\"\nproperty = \"depth\"\ngroup = \"{group}\"\nsmall = {bounds}\n")
+    };
+    assert_eq!(written(&factor("TC1", "[0.8, 1.2]")).expect("nothing is wrong").factors[0].group, "TC1");
+    refused(&factor("TC9", "[0.8, 1.2]"), "no sensor \"TC9\": did you mean \"TC1\"?");
+    refused(&factor("TC1", "[0.8, 7.2]"), "take \"TC1\" to 0.4 and 3.6 mm, off the layup from 0 to 3.5 mm");
+    refused(&(sensor.to_owned() + "depth = \"0 mm\"\n" + &factor("TC2", "[0.8, 1.2]")), "its depth is zero");
+}
+
+#[test]
+fn nothing_is_spent_where_no_depth_is_scaled() {
+    let plan = Plan::new(&coarse());
+    let scaled = Plan::new(&with_factor(coarse(), "TC2", Property::Depth));
+    assert!(!plan.has_depths && scaled.has_depths);
+    let steps = |plan: &Plan| plan.places.iter().map(|place| place.steps_above + place.steps_below).sum::<u32>();
+    assert_eq!(steps(&plan), 0);
+    assert!(steps(&scaled) > 4, "the bounds take it past nodes of either ply");
+    assert_eq!(scaled.places.iter().filter(|place| place.steps_above + place.steps_below > 0).count(), 1);
 }
 
 /// A case of two plies, as written, with more at its end.

@@ -7,7 +7,7 @@ use bondline::march::Precision;
 use bondline::march::gpu::shader::{self, loop_turns};
 use bondline::physics::TWINS;
 use bondline::plan::Plan;
-use bondline::plan::layout::{Bead, Bulk, Cell, Drive, Face, Path, Ply, Reaction, Scaling, Sensor, Substance};
+use bondline::plan::layout::{Bead, Bulk, Cell, Drive, Face, Path, Place, Ply, Reaction, Scaling, Sensor, Substance};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Module, TypeInner};
 
@@ -63,8 +63,13 @@ fn reals() -> [(&'static str, &'static [&'static str]); 8] {
         ("Reaction", Reaction::<f64>::FIELDS),
     ]
 }
-fn indices() -> [(&'static str, &'static [&'static str]); 3] {
-    [("Ply", Ply::<u32>::FIELDS), ("Scaling", Scaling::<u32>::FIELDS), ("Path", Path::<u32>::FIELDS)]
+fn indices() -> [(&'static str, &'static [&'static str]); 4] {
+    [
+        ("Ply", Ply::<u32>::FIELDS),
+        ("Scaling", Scaling::<u32>::FIELDS),
+        ("Path", Path::<u32>::FIELDS),
+        ("Place", Place::<u32>::FIELDS),
+    ]
 }
 
 /// A struct of a module: each field with its offset, and the span of the whole, in bytes.

@@ -13,7 +13,7 @@ use bondline::physics::material::{
     PlyScale, conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across,
     heat_capacity,
 };
-use bondline::physics::reading::{followed, reading};
+use bondline::physics::reading::{covered, followed, reading};
 use bondline::physics::table::{integral, look_up, spot};
 use bondline::physics::tridiagonal::{factorise, substitute};
 use bondline::plan::layout::{
@@ -60,6 +60,7 @@ where
         ("SENSORS", 1),
         ("PARTS", 3),
         ("HOLDER", 1),
+        ("DEPTHS", 1),
         ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
         ("AIR_COLUMNS", AIR_COLUMNS as u32),
@@ -298,14 +299,21 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
         },
         Probe {
             body: "let r = reading(Pair(x[0], x[1]), Pair(x[2], x[3]), x[4], x[5], x[6],
-                       Sensor(x[7], x[8], x[9], x[10])); y[0] = r.high; y[1] = r.low;",
+                       Sensor(x[7], x[8], x[9], x[10], 0.0)); y[0] = r.high; y[1] = r.low;",
             inputs: vec![hot, low, hot, low, k, k, (100.0, 1000.0), (0.0, 1.0), (0.0, 1.0), (1e-5, 1e-4), (1e-5, 1e-4)],
             outputs: 2,
             twin: &|x, _, y| {
-                let sensor = Sensor { above: x[7], below: x[8], above_m: x[9], below_m: x[10] };
+                let none = W::scalar(0.0);
+                let sensor = Sensor { above: x[7], below: x[8], above_m: x[9], below_m: x[10], depth_m: none };
                 let r = reading(pair(x, 0), pair(x, 2), x[4], x[5], x[6], sensor);
                 put(y, &[r.high, r.low]);
             },
+        },
+        Probe {
+            body: "y[0] = covered(x[0], x[1], x[2]);",
+            inputs: vec![(1e-5, 1e-3), (0.0, 1e-5), (1e-4, 1e-3)],
+            outputs: 1,
+            twin: &|x, _, y| put(y, &[covered(x[0], x[1], x[2])]),
         },
         Probe {
             body: "let b = followed(Pair(x[0], x[1]), Pair(x[2], x[3]), Pair(x[4], x[5]), Bead(x[6], x[7]));

@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, PartialEq)]
 pub struct Factor {
     pub name: String,
-    /// The group (or the one ply) whose property it scales; empty where the property has no ply.
+    /// The group, the one ply or the sensor whose property it scales; empty where the property has no ply, or it scales all.
     pub group: String,
     pub property: Property,
     pub nominal: f64,
@@ -42,12 +42,14 @@ pub enum Property {
     Permeability,
     /// Heat flux and radiant flux on the hot face; its film too where the face is convective.
     Heating,
-    /// Contact conductance of every interface.
+    /// Contact conductance of the interfaces under the plies of the group, of every interface where there is none.
     Contact,
     /// Film and radiation of the back face.
     Loss,
     /// Conductance to the holder.
     Holder,
+    /// Of the sensor of the group's name, below the hot face.
+    Depth,
 }
 
 /// Which of a factor's two side constraints hold.
@@ -65,5 +67,10 @@ impl Factor {
             Bounds::Small => self.small,
             Bounds::Large => self.large,
         }
+    }
+
+    /// The least and the largest value that either side constraint allows.
+    pub fn widest(&self) -> (f64, f64) {
+        (self.small.0.min(self.large.0), self.small.1.max(self.large.1))
     }
 }

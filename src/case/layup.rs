@@ -40,6 +40,13 @@ impl Layup {
             })
             .collect()
     }
+
+    /// Depth of each interface between two plies below the hot face, m.
+    pub fn interfaces_m(&self) -> Vec<f64> {
+        let mut depths_m = self.faces_m();
+        depths_m.pop();
+        depths_m
+    }
 }
 
 /// A named depth where temperature is read.
@@ -47,8 +54,21 @@ impl Layup {
 pub struct Sensor {
     pub name: String,
     /// Depth below the hot face, m. On an interface it equals the depth of that interface exactly, and
-    /// the bead reads the mean of the two faces in contact.
+    /// `side` says which of the two faces in contact the
+    /// bead reads.
     pub depth_m: f64,
+    /// Of no matter but on an interface.
+    pub side: Side,
     /// First-order lag of the bead behind the layup, s; zero follows at once.
     pub lag_s: f64,
+}
+
+/// The side of an interface that a bead touches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    Above,
+    Below,
+    /// The mean of the two faces.
+    #[default]
+    Both,
 }

@@ -22,7 +22,7 @@ pub use decomposition::{
 pub use error::{CaseError, Fault};
 pub use exposure::{Emissivity, Exposure, Face, Holder, OpenFace};
 pub use factor::{Bounds, Factor, Property};
-pub use layup::{Layup, Ply, Sensor};
+pub use layup::{Layup, Ply, Sensor, Side};
 pub use material::{Conductivity, Material};
 pub use observation::Observation;
 pub use table::{OutOfRange, Schedule, Table};

@@ -35,7 +35,7 @@ impl March for Cpu {
 
     /// Members whose traces take some 64 MiB: progress is shown between runs, and memory stays small.
     fn capacity(&self, plan: &Plan) -> usize {
-        let reals = (plan.sensor_cells.len() + plan.gauges()) * plan.instants_s.len();
+        let reals = (plan.places.len() + plan.gauges()) * plan.instants_s.len();
         (8 * 1024 * 1024 / reals.max(1)).clamp(64, 4096)
     }
 
@@ -72,7 +72,7 @@ impl March for Reference {
 
 /// March members in groups of lanes, the groups over threads.
 fn carry<R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, members: Range<usize>) -> Traces {
-    let (sensors, instants) = (plan.sensor_cells.len(), plan.instants_s.len());
+    let (sensors, instants) = (plan.places.len(), plan.instants_s.len());
     let count = members.len();
     let mut traces = Traces {
         first: members.start,
@@ -122,7 +122,7 @@ fn carry_group<R: Real>(
     lanes: usize,
     temperatures_k: &mut [f64],
 ) -> Vec<End> {
-    let (sensors, instants) = (plan.sensor_cells.len(), plan.instants_s.len());
+    let (sensors, instants) = (plan.places.len(), plan.instants_s.len());
     let values: Vec<Vec<f64>> = (0..lanes).map(|lane| ensemble.member(first + lane)).collect();
     let columns: Vec<R> = (0..=plan.factors)
         .map(|column| R::from_lanes(|lane| if column == 0 { 1.0 } else { values[lane.min(lanes - 1)][column - 1] }))

@@ -9,7 +9,7 @@ use super::material::{
     PlyScale, conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across,
     heat_capacity, ply_scale,
 };
-use super::reading::{followed, reading};
+use super::reading::{covered, followed, reading};
 use super::table::{integral, look_up, spot};
 use crate::case::GasPath;
 use crate::plan::layout::{Drive, HEATS, Ply};
@@ -24,6 +24,8 @@ pub struct Member<'a, R: Real> {
     pub(super) contacts_m2_k_w: Vec<R>,
     pub(super) faces: [FaceScale<R>; 2],
     pub(super) temperatures: Vec<Pair<R>>,
+    /// How much deeper than nominal each sensor lies, m; empty where no depth is scaled.
+    pub(super) shifts_m: Vec<R>,
     /// Readings at the end of the last step, and the beads that follow them.
     pub(super) readings: Vec<Pair<R>>,
     pub(super) beads: Vec<Pair<R>>,
@@ -98,7 +100,7 @@ impl<'a, R: Real> Member<'a, R> {
     pub fn start(plan: &'a Plan, rows: &'a Rows<R::Scalar>, column: impl Fn(u32) -> R + Copy) -> Self {
         let zero = R::constant(0.0);
         let none = Pair { high: zero, low: zero };
-        let (cells, sensors) = (plan.cells(), plan.sensor_cells.len());
+        let (cells, sensors) = (plan.cells(), plan.places.len());
         let char = |ply: &Ply<u32>| rows.substances[(ply.first_state + ply.states) as usize - 1];
         let plies =
             plan.plies.iter().zip(&rows.bulks).map(|(ply, &bulk)| ply_scale(ply, bulk, char(ply), column)).collect();
@@ -107,14 +109,24 @@ impl<'a, R: Real> Member<'a, R> {
         let darcy = if plan.gas == Some(GasPath::Darcy) { cells } else { 0 };
         let outside = Pair { high: R::of(rows.drives[0].pressure_pa), low: zero };
         let sealed = Porous { storage: zero, mobility_s: zero, slip_pa: zero, inertia_m_pa2: zero };
-        let contact = column(plan.contact);
         Self {
             plan,
             rows,
             plies,
-            contacts_m2_k_w: rows.contacts_m2_k_w.iter().map(|&resistance| R::of(resistance) / contact).collect(),
+            contacts_m2_k_w: rows
+                .contacts_m2_k_w
+                .iter()
+                .zip(&plan.plies)
+                .map(|(&resistance, ply)| R::of(resistance) / column(ply.contact))
+                .collect(),
             faces: [face_scale(&plan.scalings[0], column), face_scale(&plan.scalings[1], column)],
             temperatures: rows.cells.iter().map(|cell| Pair { high: R::of(cell.start_k), low: zero }).collect(),
+            shifts_m: if plan.has_depths {
+                let sensors = plan.places.iter().zip(&rows.sensors);
+                sensors.map(|(place, row)| R::of(row.depth_m) * (column(place.depth) - R::constant(1.0))).collect()
+            } else {
+                Vec::new()
+            },
             readings: vec![none; sensors],
             beads: vec![none; sensors],
             heat: [none; HEATS],
@@ -293,15 +305,49 @@ impl<'a, R: Real> Member<'a, R> {
     /// The temperature at a sensor's place.
     #[inline(always)]
     pub(super) fn read_sensor(&self, sensor: usize) -> Pair<R> {
-        let i = self.plan.sensor_cells[sensor] as usize;
-        reading(
+        let i = self.plan.places[sensor].cell as usize;
+        let nominal = reading(
             self.temperatures[i],
             self.temperatures[i + 1],
             self.conductivities[i],
             self.conductivities[i + 1],
             self.conductances[i],
             self.rows.sensors[sensor],
-        )
+        );
+        if self.plan.has_depths {
+            return Pair { high: nominal.high, low: nominal.low + self.displaced(sensor) };
+        }
+        nominal
+    }
+
+    /// What a sensor reads more as it lies deeper than nominal, K: along straight lines from its face to the nearest
+    /// node and on from node to node, on the side that it is shifted to.
+    #[inline(always)]
+    pub(super) fn displaced(&self, sensor: usize) -> R {
+        let (place, row, cells) = (self.plan.places[sensor], self.rows.sensors[sensor], &self.rows.cells);
+        let i = place.cell as usize;
+        let zero = R::constant(0.0);
+        let shift_m = self.shifts_m[sensor];
+        let flux = self.conductances[i] * difference(self.temperatures[i], self.temperatures[i + 1]);
+        let mut start_m = R::of(row.below_m);
+        let mut rise = -(flux / self.conductivities[i + 1] * covered(shift_m, zero, start_m));
+        for step in 0..place.steps_below as usize {
+            let j = place.node_below as usize + step;
+            let length_m = R::of(cells[j].below_m) + R::of(cells[j + 1].above_m);
+            let gain = difference(self.temperatures[j + 1], self.temperatures[j]) / length_m;
+            rise = rise + gain * covered(shift_m, start_m, length_m);
+            start_m = start_m + length_m;
+        }
+        start_m = R::of(row.above_m);
+        rise = rise + flux / self.conductivities[i] * covered(-shift_m, zero, start_m);
+        for step in 0..place.steps_above as usize {
+            let j = place.node_above as usize - step;
+            let length_m = R::of(cells[j - 1].below_m) + R::of(cells[j].above_m);
+            let gain = difference(self.temperatures[j - 1], self.temperatures[j]) / length_m;
+            rise = rise + gain * covered(-shift_m, start_m, length_m);
+            start_m = start_m + length_m;
+        }
+        rise
     }
 
     /// Read the sensors at the start of a step, and let the beads follow over the step before.

@@ -25,6 +25,12 @@ pub fn reading<R: Real>(
     Pair { high: upper.high, low: upper.low - fall }
 }
 
+/// How much of a stretch a shift covers, m: of one that begins at a distance and goes on for a length.
+#[inline(always)]
+pub fn covered<R: Real>(shift_m: R, start_m: R, length_m: R) -> R {
+    (shift_m - start_m).max(R::constant(0.0)).min(length_m)
+}
+
 /// The bead after a step over which the layup went from one reading to another.
 #[inline(always)]
 pub fn followed<R: Real>(bead: Pair<R>, before: Pair<R>, now: Pair<R>, weights: Bead<R::Scalar>) -> Pair<R> {

@@ -4,8 +4,8 @@
 //! whose cell is half as wide. Within a stretch between such marks the nodes are evenly spaced. A surface
 //! temperature is thus an unknown like any other, and every reading is second order in the spacing.
 
-use super::layout::{Cell, Sensor};
-use crate::case::{Case, Layup};
+use super::layout::{Cell, Place, Sensor};
+use crate::case::{self, Case, Property, Side};
 
 /// Cells from hot face to back face, the plies' shares of them and the sensors' places on them.
 #[derive(Clone, Debug)]
@@ -13,8 +13,8 @@ pub struct Grid {
     pub cells: Vec<Cell<f64>>,
     /// First cell of each ply, and one past the last.
     pub plies: Vec<(usize, usize)>,
-    /// The cell over each sensor's face, and how it is read.
-    pub sensors: Vec<(usize, Sensor<f64>)>,
+    /// Where each sensor lies, and how it is read.
+    pub sensors: Vec<(Place<u32>, Sensor<f64>)>,
 }
 
 /// Fewest cells of a ply.
@@ -40,7 +40,7 @@ impl Grid {
             top_m = bottom_m;
         }
         join(&mut cells, case, &faces_m);
-        let sensors = case.sensors.iter().map(|sensor| place(&cells, &faces_m, sensor.depth_m, layup)).collect();
+        let sensors = case.sensors.iter().map(|sensor| place(&cells, &faces_m, sensor, case)).collect();
         Self { cells, plies, sensors }
     }
 }
@@ -115,9 +115,10 @@ fn join(cells: &mut [Cell<f64>], case: &Case, faces_m: &[f64]) {
     }
 }
 
-/// The face nearest a depth, and how to read it: a node on an outer face, else both sides of the face.
-fn place(cells: &[Cell<f64>], faces_m: &[f64], depth_m: f64, layup: &Layup) -> (usize, Sensor<f64>) {
-    let close_m = 1e-6 * (layup.back_m() - layup.origin_m);
+/// The face nearest a sensor's depth, and how to read it: a node on an outer face, else one side of the face or both.
+fn place(cells: &[Cell<f64>], faces_m: &[f64], sensor: &case::Sensor, case: &Case) -> (Place<u32>, Sensor<f64>) {
+    let depth_m = sensor.depth_m;
+    let close_m = 1e-6 * (case.layup.back_m() - case.layup.origin_m);
     let face = faces_m
         .iter()
         .enumerate()
@@ -125,12 +126,42 @@ fn place(cells: &[Cell<f64>], faces_m: &[f64], depth_m: f64, layup: &Layup) -> (
         .map_or(0, |(face, _)| face);
     debug_assert!((faces_m[face] - depth_m).abs() <= close_m, "every sensor lies on a face by construction");
     let last = cells.len() - 1;
-    if face == 0 {
-        (0, Sensor { above: 0.0, below: 0.0, above_m: 0.0, below_m: 0.0 })
+    let (cell, node_above, node_below, above, below) = if face == 0 {
+        (0, 0, 0, 0.0, 0.0)
     } else if face > last {
-        (last - 1, Sensor { above: 0.0, below: 1.0, above_m: 0.0, below_m: 0.0 })
+        (last - 1, last, last, 0.0, 1.0)
     } else {
-        let (above_m, below_m) = (cells[face - 1].below_m, cells[face].above_m);
-        (face - 1, Sensor { above: 0.5, below: 0.5, above_m, below_m })
-    }
+        let (above, below) = match sensor.side {
+            Side::Above => (1.0, 0.0),
+            Side::Below => (0.0, 1.0),
+            Side::Both => (0.5, 0.5),
+        };
+        (face - 1, face - 1, face, above, below)
+    };
+    let is_inside = node_above < node_below;
+    let (above_m, below_m) =
+        if is_inside { (cells[node_above].below_m, cells[node_below].above_m) } else { (0.0, 0.0) };
+    let depth = case.factors.iter().position(|f| f.property == Property::Depth && f.group == sensor.name);
+    let (low, high) = depth.map_or((1.0, 1.0), |depth| case.factors[depth].widest());
+    let upwards = (1..=node_above).rev().map(|i| cells[i - 1].below_m + cells[i].above_m);
+    let downwards = (node_below..last).map(|i| cells[i].below_m + cells[i + 1].above_m);
+    let place = Place {
+        cell: cell as u32,
+        depth: depth.map_or(0, |depth| depth as u32 + 1),
+        node_above: node_above as u32,
+        steps_above: steps(above_m, (1.0 - low) * depth_m, upwards),
+        node_below: node_below as u32,
+        steps_below: steps(below_m, (high - 1.0) * depth_m, downwards),
+    };
+    (place, Sensor { above, below, above_m, below_m, depth_m })
+}
+
+/// How many steps from node to node lead from a first node at a distance at least as far as a reach.
+fn steps(first_m: f64, reach_m: f64, lengths_m: impl Iterator<Item = f64>) -> u32 {
+    let starts_m = lengths_m.scan(first_m, |start_m, length_m| {
+        let here_m = *start_m;
+        *start_m += length_m;
+        Some(here_m)
+    });
+    starts_m.take_while(|start_m| *start_m < reach_m).count() as u32
 }

@@ -77,7 +77,15 @@ row! {
         /// From the node over the face to the face, and from the face to the node under it, m.
         above_m,
         below_m,
+        /// Nominal, below the hot face.
+        depth_m,
     }
+}
+
+row! {
+    /// Where a sensor lies: the cell over its face, and the column that scales its depth. Where one does, the nearest
+    /// nodes above and below the face, and how many steps from node to node its bounds may take it on either side.
+    Place { cell, depth, node_above, steps_above, node_below, steps_below }
 }
 
 row! {
@@ -112,6 +120,8 @@ row! {
         holder,
         /// The factor on density where extinction follows it.
         extinction,
+        /// The factor on the contact under the ply.
+        contact,
     }
 }
 

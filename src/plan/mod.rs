@@ -18,7 +18,8 @@ use crate::case::{
 use clock::Clock;
 use grid::Grid;
 use layout::{
-    AIR_COLUMNS, Bead, Bulk, Cell, Drive, NO_INSTANT, Path, Ply, Reaction, Scaling, Sensor, Substance, TABLE_NODES,
+    AIR_COLUMNS, Bead, Bulk, Cell, Drive, NO_INSTANT, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
+    TABLE_NODES,
 };
 
 /// All that a backend reads.
@@ -33,10 +34,10 @@ pub struct Plan {
     pub plies: Vec<Ply<u32>>,
     /// Scaling columns of the hot and of the back face.
     pub scalings: [Scaling<u32>; 2],
-    /// Column of the contact factor.
-    pub contact: u32,
-    /// The cell over each sensor's face.
-    pub sensor_cells: Vec<u32>,
+    /// Where each sensor lies.
+    pub places: Vec<Place<u32>>,
+    /// Whether the depth of a sensor is scaled; where none is, nothing is spent on it.
+    pub has_depths: bool,
     /// Conductivity columns of a table: one; two, the last of them radiative, where a factor on density makes a ply more
     /// opaque; solid, gas and radiative where a factor tells them apart.
     pub parts: usize,
@@ -113,7 +114,7 @@ impl Plan {
         let parts = parts(case);
         let (levels, middle_pa) = tables::levels(case);
         let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
-        let (sensor_cells, sensors) = grid.sensors.iter().map(|&(cell, sensor)| (cell as u32, sensor)).unzip();
+        let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
         let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
         let rows = Rows {
             bulks: case.layup.plies.iter().map(|ply| bulk(&ply.material, holder_w_m3_k)).collect(),
@@ -132,8 +133,8 @@ impl Plan {
             instants: instants(&clock),
             plies: plies(case, &grid.plies, parts, levels),
             scalings: scalings(case),
-            contact: column(case, "", Property::Contact),
-            sensor_cells,
+            has_depths: places.iter().any(|place| place.depth > 0),
+            places,
             parts,
             levels,
             middle_pa,
@@ -221,13 +222,14 @@ fn extinction(case: &Case, ply: &crate::case::Ply) -> u32 {
     if follows { column(case, &ply.name, Property::Density) } else { 0 }
 }
 
-/// The ensemble column of the factor on a property of a ply (by its group or name), 0 where there is none.
+/// The ensemble column of the factor on a property of a ply (by its group or name, or of all plies), 0 where there is none.
 fn column(case: &Case, ply: &str, property: Property) -> u32 {
     let group = case.layup.plies.iter().find(|p| p.name == ply).map_or("", |p| p.group.as_str());
     case.factors
         .iter()
         .position(|factor| {
-            factor.property == property && (ply.is_empty() || factor.group == group || factor.group == ply)
+            let holds = ply.is_empty() || factor.group.is_empty() || factor.group == group || factor.group == ply;
+            factor.property == property && holds
         })
         .map_or(0, |factor| factor as u32 + 1)
 }
@@ -260,6 +262,7 @@ fn plies(case: &Case, cells: &[(usize, usize)], parts: usize, levels: usize) -> 
             permeability: of(Property::Permeability),
             holder: column(case, "", Property::Holder),
             extinction: extinction(case, ply),
+            contact: of(Property::Contact),
         };
         (state, reaction) = (state + states, reaction + reactions);
         row

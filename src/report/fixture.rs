@@ -5,7 +5,7 @@ use crate::case::exposure::OpenFace;
 use crate::case::material::{Mark, Provenance};
 use crate::case::*;
 use crate::march::{Backend, Precision};
-use crate::study::estimate::{Estimated, Landscape, Turn};
+use crate::study::estimate::{Combination, Estimated, Landscape, Turn};
 use crate::study::nominal::{Misfit, Nominal, Peak};
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::uncertainty::{Failure, PeakSpread, Spread, Uncertainty};
@@ -141,7 +141,7 @@ fn case() -> Case {
     let sensors = layup.faces_m()[..4]
         .iter()
         .enumerate()
-        .map(|(n, &depth_m)| Sensor { name: format!("TC{}", n + 1), depth_m, lag_s: 0.0 })
+        .map(|(n, &depth_m)| Sensor { name: format!("TC{}", n + 1), depth_m, side: Side::Both, lag_s: 0.0 })
         .collect();
     let factor = |name: &str, group: &str, property, small: f64| Factor {
         name: name.to_owned(),
@@ -338,6 +338,13 @@ fn estimated(before: Nominal) -> Estimated {
         intervals: vec![(0.946, 0.994), (0.99, 1.05)],
         at_bound: vec![false, false],
         identifiability: set(vec![3, 4], vec![vec![1.0, 0.993], vec![0.993, 1.0]], 17.0),
+        combinations: vec![Combination {
+            pair: (0, 1),
+            correlation: 0.993,
+            is_ratio: true,
+            value: 0.97 / 1.02,
+            relative_error: 0.003,
+        }],
         objective_k2: (objective(1.1, 0.9), objective(0.97, 1.02)),
         path: path
             .iter()

@@ -4,16 +4,12 @@ use super::{Story, words};
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, Ply};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
-use crate::study::sensitivity::Identifiability;
 use crate::traces::Arrival;
 
 /// A march whose heat in, out and stored differ by more than this share of what moved is not trusted.
 const BALANCE: f64 = 1e-3;
 /// Tables that begin at room temperature are often left by a few kelvin, over which no property changes.
 const EXCURSION_K: f64 = 10.0;
-/// Two estimates that correlate beyond this cannot be told apart in practice (Beck & Arnold, *Parameter
-/// Estimation*, 1977, draw the line at 0.9).
-const CORRELATION: f64 = 0.95;
 /// Beyond this a per cent of model error may be tens of per cent of an estimate (the range 30 to 100 marks
 /// strong dependence in Belsley, Kuh & Welsch, *Regression Diagnostics*, 1980).
 const CONDITION: f64 = 50.0;
@@ -185,7 +181,15 @@ fn estimate(case: &Case, outcome: &Estimated, doubts: &mut Vec<String>) {
             ));
         }
     }
-    identifiability(case, &outcome.identifiability, doubts);
+    combinations(case, outcome, doubts);
+    let set = &outcome.identifiability;
+    if set.condition_number > CONDITION {
+        doubts.push(format!(
+            "The estimate is ill-conditioned (condition number {}). The weakest direction: {}.",
+            words::condition(set.condition_number),
+            set.weakest
+        ));
+    }
     if outcome.autocorrelation > AUTOCORRELATION && is_seen(case, outcome) {
         doubts.push(format!(
             "The residuals are not noise: neighbours correlate by {}, so {} carry the information of {}. The model \
@@ -207,28 +211,25 @@ fn is_seen(case: &Case, outcome: &Estimated) -> bool {
     })
 }
 
-fn identifiability(case: &Case, set: &Identifiability, doubts: &mut Vec<String>) {
-    let name = |index: usize| case.factors[set.factors[index]].name.as_str();
-    for row in 0..set.correlation.len() {
-        for column in 0..row {
-            let correlation = set.correlation[row][column];
-            if correlation.abs() > CORRELATION {
-                doubts.push(format!(
-                    "The estimates of {} and {} correlate by {}: what one gains the other gives, and neither stands \
-                     alone.",
-                    name(column),
-                    name(row),
-                    words::significant(correlation, 3)
-                ));
-            }
-        }
-    }
-    if set.condition_number > CONDITION {
-        doubts.push(format!(
-            "The estimate is ill-conditioned (condition number {}). The weakest direction: {}.",
-            words::condition(set.condition_number),
-            set.weakest
-        ));
+/// Estimates that stand in each other's way, and what the data determine in their place.
+fn combinations(case: &Case, outcome: &Estimated, doubts: &mut Vec<String>) {
+    let name = |place: usize| case.factors[outcome.factors[place]].name.as_str();
+    for found in &outcome.combinations {
+        let (first, second) = (name(found.pair.0), name(found.pair.1));
+        let correlate = format!(
+            "The estimates of {first} and {second} correlate by {}: neither stands alone.",
+            words::significant(found.correlation, 3)
+        );
+        let (noun, sign) = if found.is_ratio { ("ratio", "/") } else { ("product", "·") };
+        doubts.push(if found.relative_error.is_finite() {
+            format!(
+                "{correlate} Their {noun} {first}{sign}{second}, {} ± {} %, is what the data determine.",
+                words::significant(found.value, 3),
+                words::significant(100.0 * found.relative_error, 1)
+            )
+        } else {
+            format!("{correlate} The data determine their {noun} alone.")
+        });
     }
 }
 
@@ -246,6 +247,7 @@ mod tests {
     fn each_fault_of_an_estimate_is_doubted_once_and_a_sound_one_not_at_all() {
         let mut outcomes = fixture::outcomes();
         assert_eq!(saying(&outcomes, "correlate by 0.993"), 1);
+        assert_eq!(saying(&outcomes, "Their ratio f_k_INS/f_cp_INS, 0.951 ± 0.3 %, is what the data determine."), 1);
         assert_eq!(saying(&outcomes, "not noise"), 1);
         for fault in ["bound", "converge", "ill-conditioned", "balance", "ran away"] {
             assert_eq!(saying(&outcomes, fault), 0, "{fault}");
@@ -258,6 +260,18 @@ mod tests {
         for fault in ["bound", "converge", "ill-conditioned", "balance", "ran away"] {
             assert_eq!(saying(&outcomes, fault), 1, "{fault}");
         }
+    }
+
+    #[test]
+    fn of_two_estimates_that_oppose_each_other_the_product_is_determined() {
+        let mut outcomes = fixture::outcomes();
+        let combination = &mut outcomes.estimated.combinations[0];
+        (combination.is_ratio, combination.correlation, combination.value) = (false, -0.993, 0.9894);
+        assert_eq!(saying(&outcomes, "Their product f_k_INS·f_cp_INS, 0.989 ± 0.3 %, is what"), 1);
+        outcomes.estimated.combinations[0].relative_error = f64::NAN;
+        assert_eq!(saying(&outcomes, "The data determine their product alone."), 1);
+        outcomes.estimated.combinations.clear();
+        assert_eq!(saying(&outcomes, "correlate by -0.993"), 0);
     }
 
     #[test]

@@ -116,7 +116,11 @@ pub(super) fn meaning(factor: &Factor) -> String {
         Property::Contact => "contact conductance",
         Property::Loss => "losses from the back face",
         Property::Holder => "losses to the holder",
+        Property::Depth => "depth",
     };
+    if factor.property == Property::Contact && !factor.group.is_empty() {
+        return format!("{property} under {}", factor.group);
+    }
     if factor.group.is_empty() { property.to_owned() } else { format!("{property} of {}", factor.group) }
 }
 

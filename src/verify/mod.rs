@@ -93,10 +93,12 @@ pub fn rows(march: &mut dyn March, marches: &mut [Box<dyn March>], groups: &[Gro
     Ok(rows)
 }
 
-/// Rows as text: a line for the figures and, indented under it, one for where they come from.
+/// Columns of the table at most, where no single text is longer.
+const COLUMNS: usize = 100;
+
+/// Rows as text: a line for the figures and, indented under it, what they are of and where they come from.
 pub fn table(rows: &[Row]) -> String {
-    let width = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).chars().count()).max().unwrap_or(0);
-    let (case_width, quantity_width) = (width(|row| &row.case), width(|row| &row.quantity));
+    let case_width = rows.iter().map(|row| row.case.chars().count()).max().unwrap_or(0);
     let mut text = String::new();
     let mut group = None;
     for row in rows {
@@ -107,10 +109,14 @@ pub fn table(rows: &[Row]) -> String {
         let verdict = if row.pass() { "pass" } else { "FAIL" };
         let _ = writeln!(
             text,
-            "  {verdict}  {:case_width$}  {:quantity_width$}  {:9.2e}  within {:7.1e} {}",
-            row.case, row.quantity, row.difference, row.tolerance, row.unit
+            "  {verdict}  {:case_width$}  {:9.2e}  within {:7.1e} {}",
+            row.case, row.difference, row.tolerance, row.unit
         );
-        let _ = writeln!(text, "        {}; tolerance: {}", row.reference, row.source_of_tolerance);
+        let mut line = format!("        {} against {}", row.quantity, row.reference);
+        let tolerance = format!("tolerance: {}", row.source_of_tolerance);
+        let joint = if line.chars().count() + tolerance.chars().count() + 2 <= COLUMNS { "; " } else { ";\n        " };
+        line += joint;
+        let _ = writeln!(text, "{line}{tolerance}");
     }
     let failed = rows.iter().filter(|row| !row.pass()).count();
     let _ = writeln!(text, "{} of {} pass", rows.len() - failed, rows.len());

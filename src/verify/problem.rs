@@ -4,7 +4,7 @@ use super::{Group, Row};
 use crate::case::table::{OutOfRange, Table};
 use crate::case::{
     Case, Conductivity, Estimate, Exposure, Face, Gas, GasFlow, GasPath, Layup, Material, Observation, OpenFace, Ply,
-    Pores, Resolution, Schedule, Sensor,
+    Pores, Resolution, Schedule, Sensor, Side,
     material::{Mark, Provenance},
 };
 use crate::ensemble::Ensemble;
@@ -305,7 +305,7 @@ fn sensors(points: &[Point]) -> Vec<Sensor> {
     }
     depths_m
         .into_iter()
-        .map(|depth_m| Sensor { name: format!("{:.4} mm", 1e3 * depth_m), depth_m, lag_s: 0.0 })
+        .map(|depth_m| Sensor { name: format!("{:.4} mm", 1e3 * depth_m), depth_m, side: Side::Both, lag_s: 0.0 })
         .collect()
 }
 

@@ -1,10 +1,10 @@
 //! `[[factor]]`: what may vary, checked against the layup and the faces that it would scale.
 
-use super::layup::names;
+use super::layup::{mm, names};
 use super::nearest::suggestion;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
-use crate::case::{Conductivity, Emissivity, Face, Factor, GasPath, Layup, Ply, Property, PyrolysisHeat};
+use crate::case::{Conductivity, Emissivity, Face, Factor, GasPath, Layup, Ply, Property, PyrolysisHeat, Sensor};
 
 const PROPERTIES: &[(&str, Property)] = &[
     ("conductivity", Property::Conductivity),
@@ -24,6 +24,7 @@ const PROPERTIES: &[(&str, Property)] = &[
     ("contact", Property::Contact),
     ("loss", Property::Loss),
     ("holder", Property::Holder),
+    ("depth", Property::Depth),
 ];
 
 /// What a factor may scale: the layup as marched, and its faces.
@@ -34,6 +35,7 @@ pub(super) struct Scaled<'a> {
     pub(super) back_face: &'a Face,
     pub(super) gas_path: Option<GasPath>,
     pub(super) has_holder: bool,
+    pub(super) sensors: &'a [Sensor],
 }
 
 /// The factors, in the order written. Where the layup or a face is at fault, only their own keys are read.
@@ -56,7 +58,8 @@ pub(super) fn factors(case: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Ve
 
 fn overlap(one: &Factor, other: &Factor, layup: &Layup) -> bool {
     let both = |ply: &Ply| in_group(ply, &one.group) && in_group(ply, &other.group);
-    one.property == other.property && (!has_plies(one.property) || layup.plies.iter().any(both))
+    let of_all = one.group.is_empty() || other.group.is_empty();
+    one.property == other.property && (of_all || one.group == other.group || layup.plies.iter().any(both))
 }
 
 /// A group is the plies that name it, or the one ply of that name.
@@ -65,7 +68,7 @@ fn in_group(ply: &Ply, group: &str) -> bool {
 }
 
 fn has_plies(property: Property) -> bool {
-    !matches!(property, Property::Heating | Property::Contact | Property::Loss | Property::Holder)
+    !matches!(property, Property::Heating | Property::Loss | Property::Holder)
 }
 
 fn factor(section: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Factor> {
@@ -90,8 +93,11 @@ fn factor(section: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Factor> {
             .optional("nominal")
             .map_or_else(|| section.fault(&message), |written| written.fault(&message)));
     }
-    let (property, group) = (property?, scales?);
-    Ok(Factor { name, group, property, nominal, small, large })
+    let factor = Factor { name, group: scales?, property: property?, nominal, small, large };
+    let sensors = scaled.filter(|_| factor.property == Property::Depth).map(|scaled| (scaled.layup, scaled.sensors));
+    sensors
+        .and_then(|(layup, sensors)| adrift(&factor, layup, sensors))
+        .map_or(Ok(factor), |reason| Err(section.fault(reason)))
 }
 
 /// The name of a factor stands in `--set NAME=VALUE` and `--start NAME=VALUE,…`.
@@ -134,9 +140,11 @@ fn scales(
     scaled: Option<Scaled<'_>>,
 ) -> Read<String> {
     match (group, has_plies(property)) {
-        (None, true) => Err(section.fault("missing key \"group\": expected the plies that it scales, such as \"INS\"")),
+        (None, true) if property != Property::Contact => {
+            Err(section.fault("missing key \"group\": expected the plies that it scales, such as \"INS\""))
+        }
         (Some(group), false) => Err(group.fault("this property belongs to no ply: expected no `group`")),
-        (None, false) => {
+        (None, _) => {
             let idle = scaled.and_then(|scaled| idle(property, scaled));
             idle.map_or(Ok(String::new()), |reason| Err(section.fault(reason)))
         }
@@ -167,15 +175,40 @@ fn idle(property: Property, scaled: Scaled<'_>) -> Option<&'static str> {
     }
 }
 
+/// Why a factor may not move its sensor as far as its bounds say.
+fn adrift(factor: &Factor, layup: &Layup, sensors: &[Sensor]) -> Option<String> {
+    let sensor = sensors.iter().find(|sensor| sensor.name == factor.group)?;
+    let (low, high) = factor.widest();
+    let (top_m, back_m) = (low * sensor.depth_m, high * sensor.depth_m);
+    (top_m < layup.origin_m || back_m > layup.back_m()).then(|| {
+        let [top, back, first, last] = [top_m, back_m, layup.origin_m, layup.back_m()].map(mm);
+        format!("bounds take {:?} to {top} and {back} mm, off the layup from {first} to {last} mm", sensor.name)
+    })
+}
+
 /// Why a factor of a group of plies cannot be, which goes up to `highest`.
 fn refused(property: Property, group: &str, highest: f64, scaled: Scaled<'_>) -> Option<String> {
-    let Scaled { layup, hot_face, back_face, gas_path, .. } = scaled;
+    let Scaled { layup, hot_face, back_face, gas_path, sensors, .. } = scaled;
+    if property == Property::Depth {
+        let found = sensors.iter().find(|sensor| sensor.name == group);
+        let known = sensors.iter().map(|sensor| sensor.name.as_str());
+        return match found {
+            None => Some(format!("no sensor {group:?}{}", suggestion(group, known))),
+            Some(sensor) if sensor.depth_m == 0.0 => Some(format!("{group:?} lies on the hot face: its depth is zero")),
+            Some(_) => None,
+        };
+    }
     let plies: Vec<&Ply> = layup.plies.iter().filter(|ply| in_group(ply, group)).collect();
     if plies.is_empty() {
         let known = layup.plies.iter().flat_map(|ply| [ply.group.as_str(), ply.name.as_str()]);
         return Some(format!("no ply of the marched layup is of group {group:?}{}", suggestion(group, known)));
     }
     let part = match property {
+        Property::Contact => {
+            let mut under = layup.plies.iter().zip(&layup.contacts_w_m2_k).filter(|(ply, _)| in_group(ply, group));
+            let idle = under.all(|(_, contact)| contact.is_none());
+            return idle.then(|| format!("no contact under {group:?} has a conductance to scale"));
+        }
         Property::ConductivitySolid => 0,
         Property::ConductivityGas => 1,
         Property::ConductivityRadiative => 2,

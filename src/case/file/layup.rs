@@ -6,7 +6,7 @@ use super::nearest::suggestion;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
 use crate::case::unit::Dimension;
-use crate::case::{Layup, Ply, Sensor};
+use crate::case::{Layup, Ply, Sensor, Side};
 
 /// Depths closer than this are one: a micrometre is less than any ply is known to.
 const SAME_DEPTH_M: f64 = 1e-6;
@@ -102,8 +102,25 @@ fn sensor(section: &Section<'_>, layup: Option<&Layup>) -> Read<Sensor> {
         (Some(_), Some(depth)) => Err(depth.fault("a sensor has a ply above it (`below`) or a `depth`, not both")),
         (None, None) => Err(section.fault("a sensor needs `below = \"OF1\"` or `depth = \"5.72 mm\"`")),
     };
+    let side = section.optional("side").map_or(Ok(Side::Both), |written| {
+        let side = side(written)?;
+        let is_interface = |layup: &Layup| depth_m.is_ok_and(|depth_m| layup.interfaces_m().contains(&depth_m));
+        if layup.is_none_or(is_interface) || depth_m.is_err() {
+            return Ok(side);
+        }
+        Err(written.fault("this sensor lies on no interface, which alone has sides"))
+    });
     section.close();
-    Ok(Sensor { name: name?, depth_m: depth_m?, lag_s: lag_s? })
+    Ok(Sensor { name: name?, depth_m: depth_m?, side: side?, lag_s: lag_s? })
+}
+
+fn side(written: Written<'_>) -> Read<Side> {
+    match written.text()? {
+        "above" => Ok(Side::Above),
+        "below" => Ok(Side::Below),
+        "both" => Ok(Side::Both),
+        other => Err(written.fault(format!("expected above, below or both, found {other:?}"))),
+    }
 }
 
 /// The name of a sensor heads a column of a CSV and a key of `[observations]`.
@@ -148,7 +165,7 @@ fn on_face(depth_m: f64, layup: &Layup) -> f64 {
 }
 
 /// Millimetres to a tenth of a micrometre: what a message can bear.
-fn mm(depth_m: f64) -> f64 {
+pub(super) fn mm(depth_m: f64) -> f64 {
     (depth_m * 1e7).round() / 1e4
 }
 

@@ -177,9 +177,9 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let marched = marched(layup, sensors.clone(), hot_face);
     let gas = gas::flow(top, folder, marched.as_ref().ok().map(|(layup, ..)| layup), back_face.as_ref().ok());
     let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(gas.as_ref().ok().zip(holder.as_ref().ok()));
-    let scaled = scaled.map(|(((layup, _, hot_face), BackFace { face: back_face, .. }), (gas, holder))| {
+    let scaled = scaled.map(|(((layup, sensors, hot_face), BackFace { face: back_face, .. }), (gas, holder))| {
         let (gas_path, has_holder) = (gas.as_ref().map(|gas| gas.path), holder.is_some());
-        factor::Scaled { layup, hot_face, back_face, gas_path, has_holder }
+        factor::Scaled { layup, hot_face, back_face, gas_path, has_holder, sensors }
     });
     let factors = factor::factors(top, scaled);
     let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);

@@ -37,14 +37,13 @@ struct Run {
     end_step: u32,
     steps: u32,
     members: u32,
-    contact: u32,
     one: f32,
     plies: u32,
     sensors: u32,
     faces: u32,
     stages: u32,
     gauges: u32,
-    unused: u32,
+    unused: [u32; 2],
 }
 
 /// A scalar that crosses to the device.
@@ -145,7 +144,7 @@ impl Gpu {
             });
         }
         let bytes = (count * size_of::<W>()) as u64;
-        let outcome = 2 * plan.cells() + 4 * plan.sensor_cells.len();
+        let outcome = 2 * plan.cells() + 4 * plan.places.len();
         let left: Vec<W> =
             self.device.download(state, outcome as u64 * bytes, (state_words(plan) - outcome) as u64 * bytes)?;
         let shown: Vec<W> = self.device.download(traces, 0, trace_words(plan) as u64 * bytes)?;
@@ -193,7 +192,7 @@ impl Gpu {
             device.upload("lengths", &rows.lengths_s),
             device.upload("tables", &rows.tables),
             device.upload("sensors", &flat(&rows.sensors, |row, into| row.flatten(into))),
-            device.upload("sensor cells", &plan.sensor_cells),
+            device.upload("places", &flat(&plan.places, |row, into| row.flatten(into))),
             device.upload("beads", &flat(&rows.beads, |row, into| row.flatten(into))),
             device.upload("instants", &plan.instants),
             device.upload("factors", &factors),
@@ -225,14 +224,13 @@ impl Gpu {
                 end_step,
                 steps: plan.steps() as u32,
                 members,
-                contact: plan.contact,
                 one: 1.0,
                 plies: plan.plies.len() as u32,
-                sensors: plan.sensor_cells.len() as u32,
+                sensors: plan.places.len() as u32,
                 faces: 2,
                 stages: 2,
                 gauges: plan.gauges() as u32,
-                unused: 0,
+                unused: [0; 2],
             };
             self.device.queue.write_buffer(run, 0, bytemuck::bytes_of(&words));
             let mut encoder = self.device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -253,7 +251,7 @@ const HEATS_END: usize = 2 * HEATS + 1;
 
 /// Words of one member in the state: two a cell, four a sensor, then what it leaves behind.
 fn state_words(plan: &Plan) -> usize {
-    2 * plan.cells() + 4 * plan.sensor_cells.len() + HEATS_END + 2 * plan.plies.len() + gas_words(plan)
+    2 * plan.cells() + 4 * plan.places.len() + HEATS_END + 2 * plan.plies.len() + gas_words(plan)
 }
 
 /// Words of what gas took along before those of the advancements.
@@ -271,12 +269,12 @@ fn gas_words(plan: &Plan) -> usize {
 
 /// Words of one member in the traces.
 fn trace_words(plan: &Plan) -> usize {
-    2 * (plan.sensor_cells.len() + plan.gauges()) * plan.instants_s.len()
+    2 * (plan.places.len() + plan.gauges()) * plan.instants_s.len()
 }
 
 /// Traces from what came down, which lies member by member within each word.
 fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], strayed: &[u32]) -> Traces {
-    let (count, sensors, instants) = (members.len(), plan.sensor_cells.len(), plan.instants_s.len());
+    let (count, sensors, instants) = (members.len(), plan.places.len(), plan.instants_s.len());
     let traced = sensors + plan.gauges();
     let mut temperatures_k = vec![0.0; count * sensors * instants];
     for instant in 0..instants {

@@ -54,14 +54,15 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
     let sizes = [
         ("CELLS", plan.cells() as u32),
         ("PLIES", plan.plies.len() as u32),
-        ("SENSORS", plan.sensor_cells.len() as u32),
+        ("SENSORS", plan.places.len() as u32),
         ("PARTS", plan.parts as u32),
         ("SUBSTANCES", plan.rows.substances.len() as u32),
         ("STATES", plan.states as u32),
         ("LEVELS", plan.levels as u32),
         ("REACTIONS", plan.reactions.max(1) as u32),
-        ("TRACED", (plan.sensor_cells.len() + plan.gauges()) as u32),
+        ("TRACED", (plan.places.len() + plan.gauges()) as u32),
         ("HOLDER", u32::from(plan.has_holder)),
+        ("DEPTHS", u32::from(plan.has_depths)),
         ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
         ("AIR_COLUMNS", AIR_COLUMNS as u32),
@@ -98,16 +99,24 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
 }
 
 /// Turns of all loops of one step, and of all that surrounds the steps of a dispatch: what a driver that
-/// counts loops would count.
+/// counts loops would count. Every loop takes a turn more, on which it ends.
 pub fn loop_turns(plan: &Plan) -> (u32, u32) {
-    let (cells, plies, sensors) = (plan.cells() as u32, plan.plies.len() as u32, plan.sensor_cells.len() as u32);
-    let properties = 2 * cells + plies;
-    let stage = properties + cells + 2 * cells;
-    let step = 2 * stage + cells + cells + cells + 2 + 2 + 2 + cells + (cells + plies) + 2 * sensors + 2 + 1;
-    let sideways = if plan.has_holder { 4 * (cells + plies) } else { 0 };
-    let around = 2 * (cells + sensors + plies + HEATS as u32) + (plies + cells) + 2;
+    let (cells, plies, sensors) = (plan.cells() as u32, plan.plies.len() as u32, plan.places.len() as u32);
+    let whole = |turns: u32| turns + 1;
+    let (cells_by_ply, faces) = (whole(2 * plies + cells), whole(2));
+    // Properties, imbalance, substitution both ways; over a ply's cells once and over the gaps between them once.
+    let stage = cells_by_ply + cells + cells + 2 * cells;
+    let assemble = whole(cells) + faces + cells;
+    let correct = whole(cells) + faces;
+    let advance = faces + whole(2) + 2 * stage + assemble + whole(cells) + correct + cells_by_ply;
+    let seen = 2 * whole(sensors);
+    let sideways = if plan.has_holder { 4 * cells_by_ply } else { 0 };
+    let steps = plan.places.iter().map(|place| 2 + place.steps_above + place.steps_below);
+    let displaced = if plan.has_depths { steps.sum() } else { 0 };
+    let carried = whole(cells) + whole(sensors) + whole(plies) + whole(HEATS as u32);
+    let around = 2 * carried + whole(plies) + whole(cells) + whole(plies) + cells_by_ply + 1;
     let (gas, gas_around) = gas_turns(plan);
-    (step + sideways + gas, around + gas_around)
+    (1 + advance + seen + sideways + displaced + gas, around + gas_around)
 }
 
 /// Those of mixtures, reactions and gas, no fewer than there are: every cell as if of the ply with the most of both. The

@@ -1,7 +1,7 @@
 //! `summary.json`: the outcome for a program. Numbers that are unbounded or unknown are `null`.
 
 use super::super::{ReportError, Story, findings, precision_words};
-use crate::study::estimate::Estimated;
+use crate::study::estimate::{Combination, Estimated};
 use crate::study::sensitivity::Identifiability;
 use crate::traces::Arrival;
 use serde::Serialize;
@@ -38,6 +38,8 @@ struct Record<'a> {
     condition_number: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     correlation: Option<&'a [Vec<f64>]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    determined: Option<Vec<Determined<'a>>>,
     /// Sensor → factor → share of the spread at the sensor's nominal peak.
     #[serde(skip_serializing_if = "Option::is_none")]
     shares: Option<Named<'a, Named<'a, f64>>>,
@@ -89,6 +91,16 @@ struct FactorRecord {
     standard_error: f64,
     low: f64,
     high: f64,
+}
+
+/// What a pair of estimates that cannot be told apart determines.
+#[derive(Serialize)]
+struct Determined<'a> {
+    factors: [&'a str; 2],
+    /// `ratio` or `product`.
+    combination: &'a str,
+    value: f64,
+    relative_standard_error: f64,
 }
 
 /// Sum of squared residuals, K².
@@ -166,6 +178,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         converged: estimated.map(|outcome| outcome.converged),
         condition_number: estimated.map(|outcome| outcome.identifiability.condition_number),
         correlation: estimated.map(|outcome| outcome.identifiability.correlation.as_slice()),
+        determined: estimated.map(|outcome| determined(story, outcome)),
         shares: story.uncertainty.map(|_| shares(story)),
         estimable: story.sensitivity.map(|outcome| estimable(story, &outcome.proposed, &outcome.all)),
         files,
@@ -208,6 +221,17 @@ fn factors<'a>(story: &Story<'a>, outcome: &Estimated) -> Named<'a, FactorRecord
     Named(named.map(|(index, &factor)| (story.case.factors[factor].name.as_str(), record(index))).collect())
 }
 
+fn determined<'a>(story: &Story<'a>, outcome: &Estimated) -> Vec<Determined<'a>> {
+    let name = |place: usize| story.case.factors[outcome.factors[place]].name.as_str();
+    let of = |found: &Combination| Determined {
+        factors: [name(found.pair.0), name(found.pair.1)],
+        combination: if found.is_ratio { "ratio" } else { "product" },
+        value: found.value,
+        relative_standard_error: found.relative_error,
+    };
+    outcome.combinations.iter().map(of).collect()
+}
+
 fn shares<'a>(story: &Story<'a>) -> Named<'a, Named<'a, f64>> {
     let of = |sensor: usize| {
         let ranked = story.uncertainty.and_then(|outcome| findings::ranked(story.case, outcome, sensor));
@@ -243,6 +267,10 @@ mod tests {
             assert!(!read[key].is_null(), "no {key}");
         }
         assert_eq!(read["factors"]["f_k_INS"]["value"], 0.97);
+        let determined = &read["determined"][0];
+        assert_eq!((&determined["combination"], &determined["factors"][1]), (&"ratio".into(), &"f_cp_INS".into()));
+        assert!(determined["value"].as_f64().is_some_and(|value| (value - 0.951).abs() < 1e-3));
+        assert_eq!(determined["relative_standard_error"], 0.003);
         assert_eq!(read["members"]["failed"], 0);
         assert_eq!(read["backend"]["precision"], "f64");
         assert!(read["sensors"]["TC4"]["peak_k"].as_f64().is_some_and(|peak| peak > 300.0));

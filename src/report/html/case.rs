@@ -3,7 +3,7 @@
 use super::super::{Story, words};
 use super::table::{list, paragraph, table};
 use crate::case::material::{Mark, Provenance};
-use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasPath, Material, OpenFace, Schedule};
+use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasPath, Material, OpenFace, Schedule, Side};
 
 /// Layup, sensors, materials, exposure and factors.
 pub(super) fn described(case: &Case) -> String {
@@ -42,7 +42,14 @@ fn sensors(case: &Case) -> String {
             let on = faces.iter().position(|face_m| *face_m == sensor.depth_m);
             let within = faces.iter().position(|face_m| *face_m > sensor.depth_m);
             let place = match (on, within) {
-                (Some(above), Some(below)) => format!("between {} and {}", plies[above].name, plies[below].name),
+                (Some(above), Some(below)) => {
+                    let between = format!("between {} and {}", plies[above].name, plies[below].name);
+                    match sensor.side {
+                        Side::Above => format!("{between}, on the upper"),
+                        Side::Below => format!("{between}, on the lower"),
+                        Side::Both => between,
+                    }
+                }
                 (Some(above), None) => format!("back face of {}", plies[above].name),
                 (None, Some(0)) if sensor.depth_m <= case.layup.origin_m => format!("hot face of {}", plies[0].name),
                 (None, Some(ply)) => format!("within {}", plies[ply].name),

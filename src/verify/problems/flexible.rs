@@ -1,6 +1,8 @@
 //! A flexible heat shield like those flown: the case of every day, for orders and balances.
 
-use crate::case::{Case, Emissivity, Estimate, Exposure, Face, Layup, OpenFace, Ply, Resolution, Schedule, Sensor};
+use crate::case::{
+    Case, Emissivity, Estimate, Exposure, Face, Layup, OpenFace, Ply, Resolution, Schedule, Sensor, Side,
+};
 use crate::verify::problem::{clamped, material};
 
 /// Two plies of ceramic fabric, two of aerogel felt and a gas barrier, with contacts, under a heat flux that
@@ -29,7 +31,9 @@ pub fn layup() -> Case {
     .collect();
     let layup = Layup { contacts_w_m2_k: vec![Some(500.0); plies.len() - 1], plies, origin_m: 0.0 };
     let sensors = layup.faces_m().into_iter().take(4).enumerate();
-    let sensors = sensors.map(|(i, depth_m)| Sensor { name: format!("TC{}", i + 1), depth_m, lag_s: 0.0 }).collect();
+    let sensors = sensors
+        .map(|(i, depth_m)| Sensor { name: format!("TC{}", i + 1), depth_m, side: Side::Both, lag_s: 0.0 })
+        .collect();
     Case {
         id: "flexible".to_owned(),
         name: "flexible layup".to_owned(),
