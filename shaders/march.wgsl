@@ -12,6 +12,53 @@ fn slot(index: u32) -> u32 {
     return index * run.members + member;
 }
 
+// Columns begin as the memory held them (see src/march/gpu/spirv.rs), so that a loop here clears them: what no step
+// before has written is nothing.
+fn clear() {
+    for (var i = 0u; i < CELLS; i++) {
+        first[i] = 0.0;
+        second[i] = 0.0;
+        lower[i] = 0.0;
+        diagonal[i] = 0.0;
+        upper[i] = 0.0;
+        conductivities[i] = 0.0;
+        slopes[i] = 0.0;
+        conductances[i] = 0.0;
+        capacities[i] = 0.0;
+        evaluated[i] = 0.0;
+        if GAS {
+            clear_gas(i);
+        }
+    }
+}
+
+fn clear_gas(i: u32) {
+    flows[i] = 0.0;
+    first_flows[i] = 0.0;
+    mean_flows[i] = 0.0;
+    made_first[i] = 0.0;
+    supply[i] = 0.0;
+    for (var r = 0u; r < REACTIONS; r++) {
+        let reaction = i * REACTIONS + r;
+        advancements[reaction] = Pair(0.0, 0.0);
+        rates[reaction] = 0.0;
+        releases[reaction] = 0.0;
+    }
+    if DARCY {
+        pressures[i] = Pair(0.0, 0.0);
+        pressure_rates[i] = 0.0;
+        pores[i] = Porous();
+        later[i] = Porous();
+        slopes_above[i] = 0.0;
+        slopes_below[i] = 0.0;
+        pressed_first[i] = 0.0;
+        pressed_second[i] = 0.0;
+        pressure_lower[i] = 0.0;
+        pressure_diagonal[i] = 0.0;
+        pressure_upper[i] = 0.0;
+    }
+}
+
 fn load() {
     for (var i = 0u; i < CELLS; i++) {
         temperatures[i] = Pair(state[slot(2u * i)], state[slot(2u * i + 1u)]);
@@ -125,6 +172,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     if member >= run.members || progress[member] != run.first_step {
         return;
     }
+    clear();
     scale();
     if run.first_step == 0u {
         start();

@@ -42,7 +42,6 @@ struct Marched {
     plan: Plan,
     ensemble: Ensemble,
     single: Traces,
-    checked: Traces,
     double: Traces,
 }
 
@@ -58,22 +57,12 @@ static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
     let on = |shared: &'static Shared| {
         asked.iter().map(|(_, plan, ensemble)| carried(&mut *shared.gpu(), plan, ensemble)).collect::<Vec<_>>()
     };
-    let (single, checked, double) = thread::scope(|scope| {
-        let others = [&CHECKED, &DOUBLE].map(|shared| scope.spawn(move || on(shared)));
-        let single = on(&SINGLE);
-        let [checked, double] = others.map(|other| other.join().expect("the device carries every case"));
-        (single, checked, double)
+    let (single, double) = thread::scope(|scope| {
+        let double = scope.spawn(move || on(&DOUBLE));
+        (on(&SINGLE), double.join().expect("the device carries every case"))
     });
-    let traces = single.into_iter().zip(checked).zip(double);
-    let with = |((case, plan, ensemble), ((single, checked), double))| Marched {
-        case,
-        plan,
-        ensemble,
-        single,
-        checked,
-        double,
-    };
-    asked.into_iter().zip(traces).map(with).collect()
+    let with = |((case, plan, ensemble), (single, double))| Marched { case, plan, ensemble, single, double };
+    asked.into_iter().zip(single.into_iter().zip(double)).map(with).collect()
 });
 
 fn carried(march: &mut dyn March, plan: &Plan, ensemble: &Ensemble) -> Traces {
@@ -194,10 +183,16 @@ fn members_in_lanes_march_as_one_at_a_time() {
     }
 }
 
+/// On few cells, as with checks every one of them is set to zero in a store of its own, which compiles for minutes.
 #[test]
-fn runtime_checks_change_no_bit() {
-    for marched in MARCHED.iter() {
-        assert_eq!(differing(&marched.single, &marched.checked), 0, "{}", marched.case.id);
+fn runtime_checks_change_no_bit_whether_gas_flows_or_not() {
+    for id in ["slab", "lcat-2259-pyrolysis", "permeation", "tacot-held"] {
+        let mut case = case(id);
+        case.resolution.cells = 24;
+        let (plan, ensemble) = (Plan::new(&case), drawn(&case, FEW));
+        let [free, checked] = [&SINGLE, &CHECKED].map(|device| carried(&mut *device.gpu(), &plan, &ensemble));
+        assert!(free.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{id}: not all arrive");
+        assert_eq!(differing(&free, &checked), 0, "{id}");
     }
 }
 

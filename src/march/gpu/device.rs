@@ -1,6 +1,6 @@
 //! The one place that knows devices: adapters, limits and self-tests.
 
-use super::shader;
+use super::{shader, spirv};
 use crate::march::{MarchError, Precision};
 use crate::physics::Real;
 use crate::physics::compensated::two_sum;
@@ -122,7 +122,8 @@ impl Device {
     /// # Errors
     /// When the driver refuses.
     pub fn open(adapter: Adapter, checks: bool) -> Result<Self, MarchError> {
-        let features = if adapter.has_f64 { wgpu::Features::SHADER_F64 } else { wgpu::Features::empty() };
+        let mut features = wgpu::Features::PASSTHROUGH_SHADERS;
+        features.set(wgpu::Features::SHADER_F64, adapter.has_f64);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("bondline"),
             required_features: features,
@@ -141,29 +142,46 @@ impl Device {
         MarchError::Device { device: self.name.clone(), message: message.to_string() }
     }
 
-    /// A pipeline of a kernel's text.
+    /// A pipeline of a kernel's text. Private arrays of more than [`spirv::SHORT`] elements begin as they may.
     ///
     /// # Errors
     /// When the text does not compile, with the compiler's excerpt.
-    #[expect(unsafe_code, reason = "argued at the block")]
     pub fn pipeline(&self, text: &str, entry: &str) -> Result<wgpu::ComputePipeline, MarchError> {
-        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let descriptor =
-            wgpu::ShaderModuleDescriptor { label: Some(entry), source: wgpu::ShaderSource::Wgsl(text.into()) };
-        let module = if self.checks {
-            self.device.create_shader_module(descriptor)
-        } else {
-            // SAFETY: every loop of our kernels counts to a constant or to a length fixed before it starts;
-            // every index into a private array is such a counter or a cell number that the plan bounds by
-            // CELLS; table rows are clamped before use; members beyond the last return at once. Tests march
-            // every shipped case with checks on and compare bit for bit. Injected loop counters cost about a
-            // tenth on a software device, and far more has been seen on hardware.
-            unsafe { self.device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
+        if self.checks {
+            let descriptor =
+                wgpu::ShaderModuleDescriptor { label: Some(entry), source: wgpu::ShaderSource::Wgsl(text.into()) };
+            return self.assembled(entry, None, |device| device.create_shader_module(descriptor));
+        }
+        let compiled = spirv::compile(text, entry).map_err(|why| self.error(why))?;
+        let buffer = |&(binding, ty): &(u32, wgpu::BufferBindingType)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            count: None,
         };
+        let entries: Vec<_> = compiled.bindings.iter().map(buffer).collect();
+        let group = wgpu::BindGroupLayoutDescriptor { label: Some(entry), entries: &entries };
+        let group = self.device.create_bind_group_layout(&group);
+        let layout = wgpu::PipelineLayoutDescriptor {
+            label: Some(entry),
+            bind_group_layouts: &[Some(&group)],
+            ..Default::default()
+        };
+        let layout = self.device.create_pipeline_layout(&layout);
+        self.assembled(entry, Some(&layout), |device| unchecked(device, entry, &compiled.words))
+    }
+
+    fn assembled(
+        &self,
+        entry: &str,
+        layout: Option<&wgpu::PipelineLayout>,
+        module: impl FnOnce(&wgpu::Device) -> wgpu::ShaderModule,
+    ) -> Result<wgpu::ComputePipeline, MarchError> {
+        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(entry),
-            layout: None,
-            module: &module,
+            layout,
+            module: &module(&self.device),
             entry_point: Some(entry),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             cache: None,
@@ -306,6 +324,23 @@ impl Device {
         let sums: Vec<W> = self.probe(&text, "transforms", (PAIRS / 64) as u32, &buffers)?;
         Ok(wrong_sums(&pairs, &sums))
     }
+}
+
+/// A shader of words that wgpu does not look into.
+#[expect(unsafe_code, reason = "argued at the block")]
+fn unchecked(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::ShaderModule {
+    let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
+        label: Some(entry),
+        spirv: Some(words.into()),
+        entry_points: vec![wgpu::PassthroughShaderEntryPoint { name: entry.into(), workgroup_size: (0, 0, 0) }].into(),
+        ..Default::default()
+    };
+    // SAFETY: the words are naga's, of a text that it validated, less the zeros of arrays that our kernels clear
+    // themselves. Every loop of theirs counts to a constant or to a length fixed before it starts; every index into
+    // a private array is such a counter or a cell number that the plan bounds by CELLS; table rows are clamped
+    // before use; members beyond the last return at once. Tests march shipped cases with checks on and compare bit
+    // for bit. Injected loop counters cost about a tenth on a software device, and far more has been seen on hardware.
+    unsafe { device.create_shader_module_passthrough(descriptor) }
 }
 
 /// Pairs whose sum or error term differs from that of the processor.

@@ -7,6 +7,7 @@
 
 pub mod device;
 pub mod shader;
+pub mod spirv;
 
 use super::{Backend, March, MarchError, Precision, arrival};
 use crate::case::GasPath;

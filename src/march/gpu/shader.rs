@@ -114,7 +114,7 @@ pub fn loop_turns(plan: &Plan) -> (u32, u32) {
     let steps = plan.places.iter().map(|place| 2 + place.steps_above + place.steps_below);
     let displaced = if plan.has_depths { steps.sum() } else { 0 };
     let carried = whole(cells) + whole(sensors) + whole(plies) + whole(HEATS as u32);
-    let around = 2 * carried + whole(plies) + whole(cells) + whole(plies) + cells_by_ply + 1;
+    let around = whole(cells) + 2 * carried + whole(plies) + whole(cells) + whole(plies) + cells_by_ply + 1;
     let (gas, gas_around) = gas_turns(plan);
     (1 + advance + seen + sideways + displaced + gas, around + gas_around)
 }
@@ -131,7 +131,7 @@ fn gas_turns(plan: &Plan) -> (u32, u32) {
     }
     let carried = cells * (9 * reactions + states + 18);
     let pressed = if plan.gas == Some(GasPath::Darcy) { cells * (4 * reactions + 4 * states + 22) } else { 0 };
-    (blended + faces + carried + pressed, 2 * cells * (reactions.max(1) + 1) + cells * mixture)
+    (blended + faces + carried + pressed, 3 * cells * (reactions.max(1) + 1) + cells * mixture)
 }
 
 /// Loop turns a dispatch may take on a software device, which silently ends all loops of an invocation
