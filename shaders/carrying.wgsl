@@ -57,6 +57,9 @@ fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
             if ply.end_reaction > ply.first_reaction {
                 let heat_of = reaction_heat(p, i);
+                if stage == 0u {
+                    restraints[i] = max(heat_of[2], 0.0);
+                }
                 let beyond = heat_of[1];
                 second[i] = second[i] - heat_of[0];
                 given = given + beyond;

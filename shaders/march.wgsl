@@ -38,11 +38,13 @@ fn clear_gas(i: u32) {
     mean_flows[i] = 0.0;
     made_first[i] = 0.0;
     supply[i] = 0.0;
+    restraints[i] = 0.0;
     for (var r = 0u; r < REACTIONS; r++) {
         let reaction = i * REACTIONS + r;
         advancements[reaction] = Pair(0.0, 0.0);
         rates[reaction] = 0.0;
         releases[reaction] = 0.0;
+        responses[reaction] = 0.0;
     }
     if DARCY {
         pressures[i] = Pair(0.0, 0.0);

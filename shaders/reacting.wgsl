@@ -6,6 +6,8 @@ alias Phases = array<real, STATES>;
 var<private> advancements: array<Pair, CELLS * REACTIONS>;
 var<private> rates: array<real, CELLS * REACTIONS>;
 var<private> releases: array<real, CELLS * REACTIONS>;
+var<private> responses: array<real, CELLS * REACTIONS>;
+var<private> restraints: Column;
 
 fn remains_of(ply: u32, state: u32) -> real {
     let row = plies[ply].first_state + state;
@@ -149,6 +151,7 @@ fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: 
     for (var j = first_reaction; j < end_reaction; j++) {
         let place = i * REACTIONS + j - first_reaction;
         let reaction = reactions[j];
+        let activation_k = ply_scales[p].activation * reaction.activation_k;
         let now_1_s = rate(reaction, temperature_k, ply_scales[p].kinetics, ply_scales[p].activation);
         if stage == 0u {
             rates[place] = now_1_s;
@@ -165,10 +168,21 @@ fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: 
         fed = spent;
         if stage == 0u {
             releases[place] = release;
+            let spared = (reactant - spent) / max(reactant, 1e-30);
+            let steepness_1_k = activation_k / (temperature_k * temperature_k);
+            responses[place] = release * spared * steepness_1_k;
         } else {
             releases[place] = 2.0 * release - releases[place];
             advancements[place] = advanced(done, spent);
         }
+    }
+}
+
+fn restrain(step: u32) {
+    let per_length = 1.0 / lengths[step];
+    for (var i = 0u; i <= LAST_CELL; i++) {
+        let stiff = real(GAMMA) * restraints[i];
+        diagonal[i] = diagonal[i] + stiff * (stiff / (capacities[i] * per_length + stiff));
     }
 }
 
@@ -181,13 +195,14 @@ fn made_in(ply: u32, cell: u32) -> real {
     return sum;
 }
 
-fn reaction_heat(ply: u32, cell: u32) -> array<real, 2> {
+fn reaction_heat(ply: u32, cell: u32) -> array<real, 3> {
     let row = plies[ply];
     let at = spot(temperatures[cell].high + first[cell]);
     let gas_j_kg = gas_enthalpy_at(at);
     let absolute = bulks[ply].absolute;
     var absorbed = real(0.0);
     var given = real(0.0);
+    var rises = real(0.0);
     for (var j = row.first_reaction; j < row.end_reaction; j++) {
         let reaction = reactions[j];
         let from_state = paths[j].source;
@@ -198,9 +213,11 @@ fn reaction_heat(ply: u32, cell: u32) -> array<real, 2> {
         let rise = gas_j_kg - solid_j_kg;
         let of_reaction = reaction.heat_j_kg;
         let heat_j_kg = ply_scales[ply].pyrolysis_heat * (of_reaction + absolute * (rise - of_reaction));
-        let release = releases[cell * REACTIONS + j - row.first_reaction];
+        let place = cell * REACTIONS + j - row.first_reaction;
+        let release = releases[place];
         absorbed = absorbed + release * heat_j_kg;
+        rises = rises + responses[place] * heat_j_kg;
         given = given + release * (rise - heat_j_kg);
     }
-    return array<real, 2>(absorbed, given);
+    return array<real, 3>(absorbed, given, rises);
 }

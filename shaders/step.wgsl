@@ -91,6 +91,9 @@ fn assemble(step: u32, start: Ends, driven: vec2<real>) {
     if HOLDER == 1u {
         brace();
     }
+    if GAS {
+        restrain(step);
+    }
     for (var face = 0u; face < run.faces; face++) {
         let cell = face * LAST_CELL;
         let slope = select(start.hot.slope, start.back.slope, face == 1u);

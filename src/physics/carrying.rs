@@ -85,7 +85,10 @@ impl<R: Real> Member<'_, R> {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 if ply.end_reaction > ply.first_reaction {
-                    let [absorbed, beyond] = self.reaction_heat(p, i);
+                    let [absorbed, beyond, rises] = self.reaction_heat(p, i);
+                    if stage == 0 {
+                        self.restraints[i] = rises.max(R::constant(0.0));
+                    }
                     self.second[i] = self.second[i] - absorbed;
                     given = given + beyond;
                     if i == 0 {

@@ -53,6 +53,10 @@ pub struct Member<'a, R: Real> {
     pub(super) advancements: Vec<Pair<R>>,
     pub(super) rates: Vec<R>,
     pub(super) releases: Vec<R>,
+    /// By how much a release at the first stage rises with temperature, kg/m²/s/K.
+    pub(super) responses: Vec<R>,
+    /// By how much the heat that the reactions of a cell take up rises with temperature, W/m²/K.
+    pub(super) restraints: Vec<R>,
     /// Gas up through the face under each cell at a stage, and out of the hot face at either, kg/m²/s.
     pub(super) flows: Vec<R>,
     pub(super) leaving: [R; 2],
@@ -146,6 +150,8 @@ impl<'a, R: Real> Member<'a, R> {
             advancements: vec![none; reactions],
             rates: vec![zero; reactions],
             releases: vec![zero; reactions],
+            responses: vec![zero; reactions],
+            restraints: vec![zero; if plan.gas.is_some() { cells } else { 0 }],
             flows: vec![zero; flowing],
             leaving: [zero; 2],
             back_leaving: zero,

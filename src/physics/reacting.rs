@@ -6,6 +6,7 @@ use super::decomposition::{consumed, rate};
 use super::gas::level;
 use super::material::{Level, conductivity, conductivity_slope, heat_capacity, levelled};
 use super::member::Member;
+use super::step::GAMMA;
 use super::table::{Spot, integral, look_up, spot};
 use crate::case::GasPath;
 use crate::plan::layout::{AIR_COLUMNS, GAS_COLUMNS, STATES_MAX, TABLE_NODES};
@@ -191,6 +192,7 @@ impl<R: Real> Member<'_, R> {
         for j in first..end {
             let place = i * self.plan.reactions + j - first;
             let reaction = self.rows.reactions[j];
+            let activation_k = self.plies[p].activation * R::of(reaction.activation_k);
             let now_1_s = rate(reaction, temperature_k, self.plies[p].kinetics, self.plies[p].activation);
             if stage == 0 {
                 self.rates[place] = now_1_s;
@@ -208,10 +210,26 @@ impl<R: Real> Member<'_, R> {
             fed = spent;
             if stage == 0 {
                 self.releases[place] = release;
+                let spared = (reactant - spent) / reactant.max(R::constant(1e-30));
+                let steepness_1_k = activation_k / (temperature_k * temperature_k);
+                self.responses[place] = release * spared * steepness_1_k;
             } else {
                 self.releases[place] = R::constant(2.0) * release - self.releases[place];
                 self.advancements[place] = advanced(done, spent);
             }
+        }
+    }
+
+    /// The reactions' part of the system, where they take up heat. Without it steps longer than a reaction needs to
+    /// swing the heat it takes blow up. Its heat is not what was lost times the heat of reaction, though, so that it
+    /// fades where steps are short: by `x/(1 + x)` for the share `x` of the diagonal it would be. Of a reaction that
+    /// gives heat it is left out, as it would take from the diagonal.
+    #[inline(always)]
+    pub(super) fn restrain(&mut self, step: usize) {
+        let per_length = R::constant(1.0) / R::of(self.rows.lengths_s[step]);
+        for i in 0..self.restraints.len() {
+            let stiff = R::constant(GAMMA) * self.restraints[i];
+            self.diagonal[i] = self.diagonal[i] + stiff * (stiff / (self.capacities[i] * per_length + stiff));
         }
     }
 
@@ -227,14 +245,14 @@ impl<R: Real> Member<'_, R> {
     }
 
     /// Heat that the reactions of a cell take up at a stage, and what they give to the enthalpies of solid and gas
-    /// beyond what they take from them, W/m².
+    /// beyond what they take from them, W/m²; by how much the first rises with temperature, W/m²/K.
     #[inline(always)]
-    pub(super) fn reaction_heat(&self, ply: usize, cell: usize) -> [R; 2] {
+    pub(super) fn reaction_heat(&self, ply: usize, cell: usize) -> [R; 3] {
         let row = &self.plan.plies[ply];
         let at = spot(self.temperatures[cell].high + self.first[cell]);
         let gas_j_kg = self.gas_enthalpy_at(at);
         let absolute = R::of(self.rows.bulks[ply].absolute);
-        let (mut absorbed, mut given) = (R::constant(0.0), R::constant(0.0));
+        let (mut absorbed, mut given, mut rises) = (R::constant(0.0), R::constant(0.0), R::constant(0.0));
         for j in row.first_reaction as usize..row.end_reaction as usize {
             let reaction = self.rows.reactions[j];
             let path = self.plan.paths[j];
@@ -246,10 +264,12 @@ impl<R: Real> Member<'_, R> {
             let rise = gas_j_kg - solid_j_kg;
             let of_reaction = R::of(reaction.heat_j_kg);
             let heat_j_kg = self.plies[ply].pyrolysis_heat * (of_reaction + absolute * (rise - of_reaction));
-            let release = self.releases[cell * self.plan.reactions + j - row.first_reaction as usize];
+            let place = cell * self.plan.reactions + j - row.first_reaction as usize;
+            let release = self.releases[place];
             absorbed = absorbed + release * heat_j_kg;
+            rises = rises + self.responses[place] * heat_j_kg;
             given = given + release * (rise - heat_j_kg);
         }
-        [absorbed, given]
+        [absorbed, given, rises]
     }
 }

@@ -1,6 +1,6 @@
 //! One step of one member (or of lanes of members).
 //!
-//! With increments Δ = Δt k, slopes K = ∂F/∂T of conduction and faces at the start of the step, and
+//! With increments Δ = Δt k, slopes K = ∂F/∂T of conduction, faces and reactions at the start of the step, and
 //! γ = 1 − 1/√2 (Rosenbrock-W, second order with any K, L-stable):
 //!
 //! ```text
@@ -126,6 +126,9 @@ impl<R: Real> Member<'_, R> {
         }
         if self.plan.has_holder {
             self.brace();
+        }
+        if self.plan.gas.is_some() {
+            self.restrain(step);
         }
         for (cell, face, slope) in [(0, 0, start.hot.slope), (last, 1, start.back.slope)] {
             let held = R::of(self.rows.faces[face].held);

@@ -129,7 +129,7 @@ fn gas_turns(plan: &Plan) -> (u32, u32) {
     if plan.gas.is_none() {
         return (blended + faces, 0);
     }
-    let carried = cells * (9 * reactions + states + 18);
+    let carried = cells * (9 * reactions + states + 19);
     let pressed = if plan.gas == Some(GasPath::Darcy) { cells * (4 * reactions + 4 * states + 22) } else { 0 };
     (blended + faces + carried + pressed, 3 * cells * (reactions.max(1) + 1) + cells * mixture)
 }
