@@ -24,14 +24,14 @@ fn mean_decay(x: real) -> real {
     let far = max(x, 0.5);
     let large = (1.0 - exponential(-far)) / far;
     let is_large = reached(x, 0.5);
-    return series + is_large * (large - series);
+    return series + is_large * keep(large - series);
 }
 
 fn logarithm_over_one(x: real) -> real {
     let small = x * (1.0 - x * (0.5 - x * real(1.0 / 3.0)));
     let large = logarithm(max(1.0 + x, real(1e-30)));
     let is_large = reached(x * x, real(1e-6));
-    return small + is_large * (large - small);
+    return small + is_large * keep(large - small);
 }
 
 fn consumed(reactant: real, exposure: real, order: real) -> real {

@@ -42,7 +42,6 @@ fn clear_gas(i: u32) {
     for (var r = 0u; r < REACTIONS; r++) {
         let reaction = i * REACTIONS + r;
         advancements[reaction] = Pair(0.0, 0.0);
-        rates[reaction] = 0.0;
         releases[reaction] = 0.0;
         responses[reaction] = 0.0;
     }

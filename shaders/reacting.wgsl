@@ -4,7 +4,6 @@ alias Phases = array<real, STATES>;
 
 // Cell × reaction.
 var<private> advancements: array<Pair, CELLS * REACTIONS>;
-var<private> rates: array<real, CELLS * REACTIONS>;
 var<private> releases: array<real, CELLS * REACTIONS>;
 var<private> responses: array<real, CELLS * REACTIONS>;
 var<private> restraints: Column;
@@ -144,7 +143,7 @@ fn react(step: u32, stage: u32) {
 }
 
 fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: real, stage: u32) {
-    let temperature_k = temperatures[i].high + first[i];
+    let temperature_k = temperatures[i].high + 0.5 * first[i];
     let mass_kg_m2 = ply_scales[p].mass_kg_m3 * cells[i].width_m * ply_scales[p].loss;
     var before = real(1.0);
     var fed = real(0.0);
@@ -153,10 +152,7 @@ fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: 
         let reaction = reactions[j];
         let activation_k = ply_scales[p].activation * reaction.activation_k;
         let now_1_s = rate(reaction, temperature_k, ply_scales[p].kinetics, ply_scales[p].activation);
-        if stage == 0u {
-            rates[place] = now_1_s;
-        }
-        let exposure = 0.5 * length_s * (rates[place] + now_1_s);
+        let exposure = length_s * now_1_s;
         let chained = reaction.chained;
         let ahead = 1.0 + chained * (before - 1.0);
         let done = advancements[place];
@@ -178,8 +174,10 @@ fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: 
     }
 }
 
+const EASE = 0.3;
+
 fn restrain(step: u32) {
-    let per_length = 1.0 / lengths[step];
+    let per_length = EASE / lengths[step];
     for (var i = 0u; i <= LAST_CELL; i++) {
         let stiff = real(GAMMA) * restraints[i];
         diagonal[i] = diagonal[i] + stiff * (stiff / (capacities[i] * per_length + stiff));

@@ -103,6 +103,14 @@ impl Balance {
         }
     }
 
+    /// With what gas took along: gas out, the heat it carried, what reactions gave beyond enthalpies, solid lost and gas
+    /// stored.
+    #[must_use]
+    pub fn and_gas(self, gone: [f64; 5]) -> Self {
+        let [gas_out_kg_m2, gas_heat_j_m2, reaction_gain_j_m2, solid_lost_kg_m2, gas_stored_kg_m2] = gone;
+        Self { gas_out_kg_m2, gas_heat_j_m2, reaction_gain_j_m2, solid_lost_kg_m2, gas_stored_kg_m2, ..self }
+    }
+
     /// In less out less stored, relative to what came in.
     pub fn residual(&self) -> f64 {
         let came_in = self.hot_in_j_m2 + self.back_in_j_m2 + self.holder_in_j_m2;

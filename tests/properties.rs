@@ -1,6 +1,6 @@
 //! Truths of heat that no case may break, and what a seed promises.
 
-use crate::support::{BALANCE, ROUNDING_K, case, cases, coarse, drawn, with_factor};
+use crate::support::{BALANCE, BALANCE_FAR, ROUNDING_K, case, cases, coarse, drawn, with_factor};
 use bondline::case::{Bounds, Case, Emissivity, Face, OpenFace, Property, Schedule};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::cpu::Cpu;
@@ -10,6 +10,7 @@ use bondline::study::nominal::{Peak, nominal};
 use bondline::study::uncertainty::uncertainty;
 use bondline::traces::{Arrival, Balance, Traces};
 use std::ops::Range;
+use std::sync::Arc;
 
 const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 
@@ -32,7 +33,18 @@ fn varied(case: &Case, factor: usize, values: &[f64]) -> Ensemble {
 }
 
 /// A case at one temperature, between faces whose surroundings have it too, in a gas.
-fn at_rest(mut case: Case, temperature_k: f64, gas_k: f64) -> Case {
+/// The case without reactions, and with its gas at one pressure everywhere and always.
+fn inert(mut case: Case) -> Case {
+    for ply in &mut case.layup.plies {
+        Arc::make_mut(&mut ply.material).decomposition = None;
+    }
+    case.exposure.pressure_pa = Schedule::constant(case.exposure.pressure_pa.values[0]);
+    case.exposure.back_pressure_pa = case.exposure.back_pressure_pa.map(|_| case.exposure.pressure_pa.clone());
+    case
+}
+
+fn at_rest(case: Case, temperature_k: f64, gas_k: f64) -> Case {
+    let mut case = inert(case);
     case.exposure.initial_k = vec![(0.0, temperature_k)];
     let face = OpenFace {
         film_w_m2_k: 50.0,
@@ -80,7 +92,7 @@ fn more_heating_is_hotter_everywhere_and_always() {
 
 #[test]
 fn between_a_held_face_and_an_insulated_one_no_temperature_is_new() {
-    for case in cases() {
+    for case in cases().into_iter().map(inert) {
         let (Face::Held(held), Face::Open(back)) = (&case.exposure.hot_face, &case.exposure.back_face) else {
             continue;
         };
@@ -124,14 +136,57 @@ fn heat_in_less_heat_out_is_heat_stored_in_every_case() {
     for case in cases() {
         for precision in PRECISIONS {
             for (member, balance) in marched(&case, &drawn(&case, 7), precision).balances.iter().enumerate() {
+                let allowed = match (decomposes(&case), member) {
+                    (false, _) => BALANCE,
+                    (true, 0) => 1.5 * BALANCE,
+                    (true, _) => BALANCE_FAR,
+                };
                 let residual = balance.residual().abs();
-                assert!(residual <= BALANCE, "{} in {precision:?}, member {member}: {residual:.1e}", case.id);
-                let stored_j_m2 = balance.stored_j_m2 + 1e-3 * (balance.hot_in_j_m2 + balance.back_in_j_m2);
+                assert!(residual <= allowed, "{} in {precision:?}, member {member}: {residual:.1e}", case.id);
+                let stored_j_m2 = balance.stored_j_m2 + 5.0 * allowed * (balance.hot_in_j_m2 + balance.back_in_j_m2);
                 let leaking = Balance { stored_j_m2, ..*balance };
-                assert!(leaking.residual().abs() > BALANCE, "{}: heat from nowhere passed", case.id);
+                assert!(leaking.residual().abs() > allowed, "{}: heat from nowhere passed", case.id);
             }
         }
     }
+}
+
+fn decomposes(case: &Case) -> bool {
+    case.layup.plies.iter().any(|ply| ply.material.decomposition.is_some())
+}
+
+/// Steps halved twice leave a sixteenth, as what reactions take is of second order.
+#[test]
+fn heat_that_reactions_lose_between_steps_falls_with_the_square_of_the_steps() {
+    for case in cases().into_iter().filter(decomposes) {
+        let residual = |share: f64| {
+            let mut case = case.clone();
+            case.resolution.first_step_s *= share;
+            case.resolution.largest_step_s *= share;
+            case.resolution.growth *= share;
+            marched(&case, &drawn(&case, 0), Precision::F64).balances[0].residual().abs()
+        };
+        let (coarse, fine) = (residual(1.0), residual(0.25));
+        assert!(fine < coarse / 3.5, "{}: {coarse:.1e} falls to {fine:.1e} only", case.id);
+    }
+}
+
+#[test]
+fn what_solid_loses_leaves_as_gas_or_stays_in_the_pores_in_every_case() {
+    let mut lost_kg_m2 = 0.0_f64;
+    for case in cases() {
+        for (precision, allowed) in [(Precision::F64, 1e-8), (Precision::F32, 1e-5)] {
+            for (member, balance) in marched(&case, &drawn(&case, 7), precision).balances.iter().enumerate() {
+                let residual = balance.mass_residual().abs();
+                assert!(residual <= allowed, "{} in {precision:?}, member {member}: {residual:.1e}", case.id);
+                lost_kg_m2 = lost_kg_m2.max(balance.solid_lost_kg_m2);
+                let leaking = Balance { gas_out_kg_m2: balance.gas_out_kg_m2 * (1.0 + 5.0 * allowed), ..*balance };
+                let moved = balance.gas_out_kg_m2 != 0.0;
+                assert!(!moved || leaking.mass_residual().abs() > allowed, "{}: gas from nowhere passed", case.id);
+            }
+        }
+    }
+    assert!(lost_kg_m2 > 1.0, "no case loses more than {lost_kg_m2} kg/m2");
 }
 
 #[test]

@@ -175,6 +175,8 @@ const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("member", "shown_k", "the host reads a member through it; the device has bindings"),
     ("member", "heat_j_m2", "the host reads a member through it; the device has bindings"),
     ("member", "stored_j_m2", "the host reads a member through it; the device has bindings"),
+    ("member", "gone", "the host reads a member through it; the device has bindings"),
+    ("member", "whole", "the host reads a member through it; the device has bindings"),
     ("member", "extremes_k", "the host reads a member through it; the device has bindings"),
     ("member", "strayed", "the host reads a member through it; the device has bindings"),
 ];

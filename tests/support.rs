@@ -13,6 +13,9 @@ pub(crate) const SINGLE_K: f64 = 1e-3;
 pub(crate) const DOUBLE_K: f64 = 1e-6;
 /// Heat unaccounted for, of the heat moved: a fiftieth of a per cent, below any figure that a report prints.
 pub(crate) const BALANCE: f64 = 2e-4;
+/// The same of members that decompose with factors drawn from all that is allowed: what reactions take within a step is
+/// known to its second order, and at three times their heat a step of half a second is long.
+pub(crate) const BALANCE_FAR: f64 = 1e-2;
 /// What ought to be equal or in order but for rounding in double precision, K: ten thousand times the spacing of
 /// doubles at 1,000 K, a ten-thousandth of what anybody prints.
 pub(crate) const ROUNDING_K: f64 = 1e-9;

@@ -218,7 +218,7 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             twin: &|x, _, y| put(y, &[gain_across(x[0], x[1], x[2]), flux_slope(x[0], x[3], x[4], x[5], x[6])]),
         },
         Probe {
-            body: "let q = face_flux(Drive(x[0], x[1], x[2], x[4], 0.0, 0.0, 0.0), Face(x[3], x[5], 1.0, 0.0),
+            body: "let q = face_flux(Drive(x[0], x[1], x[2], x[4], 0.0, 0.0, 0.0), Face(x[3], x[5], x[15], 0.0),
                        FaceScale(x[6], x[7], x[8], x[9]), x[10], x[11], x[12], x[13], x[14]);
                    y[0] = q.flux; y[1] = q.slope;",
             inputs: vec![
@@ -237,6 +237,7 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
                 (0.0, 2e6),
                 (900.0, 1300.0),
                 (-0.02, 0.05),
+                (0.5, 1.5),
             ],
             outputs: 2,
             twin: &|x, _, y| {
@@ -249,7 +250,7 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
                     held_k: W::scalar(0.0),
                     holder_k: W::scalar(0.0),
                 };
-                let face = Face { film_w_m2_k: x[3], hot_wall_kg_j: x[5], blowing: W::scalar(1.0), held: W::scalar(0.0) };
+                let face = Face { film_w_m2_k: x[3], hot_wall_kg_j: x[5], blowing: x[15], held: W::scalar(0.0) };
                 let scale = FaceScale { heating: x[6], film: x[7], exchange: x[8], emissivity: x[9] };
                 let q = face_flux(drive, face, scale, x[10], x[11], x[12], x[13], x[14]);
                 put(y, &[q.flux, q.slope]);
@@ -258,9 +259,9 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
         Probe {
             body: "y[0] = exponential(x[0]); y[1] = logarithm(x[1]); y[2] = power(x[1], x[2]); y[3] = mean_decay(x[3]);
                    y[4] = consumed(x[4], x[3], 1.0); y[5] = consumed(x[4], x[3], 2.0);
-                   y[6] = consumed(x[4], x[3], 3.0); y[7] = consumed(x[4], x[3], 0.5);
+                   y[6] = consumed(x[4], x[3], 3.0); y[7] = consumed(x[4], x[3], x[7]);
                    y[8] = rate(Reaction(1e9, x[5], 1.0, 500.0, 0.1, 1.0, 0.0, 0.0), x[6], 1.1, 0.9);",
-            inputs: vec![(-90.0, 90.0), (1e-3, 1e3), (-2.0, 2.0), (0.0, 3.0), (0.0, 1.0), (5e3, 3e4), hot],
+            inputs: vec![(-90.0, 90.0), (1e-3, 1e3), (-2.0, 2.0), (0.0, 3.0), (0.0, 1.0), (5e3, 3e4), hot, (0.3, 0.9)],
             outputs: 9,
             twin: &|x, _, y| {
                 let of = |value: f64| W::scalar(value);
@@ -285,7 +286,7 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
                         gone(1.0),
                         gone(2.0),
                         gone(3.0),
-                        gone(0.5),
+                        consumed(x[4], x[3], x[7]),
                         rate(reaction, x[6], of(1.1), of(0.9)),
                     ],
                 );

@@ -151,7 +151,7 @@ fn carry_group<R: Real>(
             let size = gauges.len() / lanes;
             End {
                 strayed: member.strayed(lane),
-                balance: member.balance(lane),
+                balance: Balance::new(member.heat_j_m2(lane), member.stored_j_m2(lane)).and_gas(member.gone(lane)),
                 extremes_k: (0..plan.plies.len()).map(|ply| member.extremes_k(ply, lane)).collect(),
                 gauges: gauges[lane * size..(lane + 1) * size].to_vec(),
             }

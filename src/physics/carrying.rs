@@ -8,7 +8,7 @@ use super::compensated::advanced;
 use super::faces::FaceFlux;
 use super::member::{Ends, Member};
 use super::table::{look_up, spot};
-use crate::case::GasPath;
+use crate::plan::GasPath;
 use crate::plan::layout::GAS_COLUMNS;
 
 impl<R: Real> Member<'_, R> {

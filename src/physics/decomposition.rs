@@ -1,11 +1,12 @@
 //! How far a reaction goes in a step.
 //!
 //! An advancement moves by `dξ/dt = k(T) (s − ξ)^m`. At one temperature that has a closed form, which
-//! neither overshoots nor cares how stiff it is; with the mean of the rate constants at the start and at the
-//! predicted end of a step for one, it is second order as temperature moves. A linearly implicit step would
+//! neither overshoots nor cares how stiff it is; with the rate constant at the temperature midway
+//! through a step for one, it is second order as temperature moves. A linearly implicit step would
 //! be so too, but where a hot cell burns out within a step it swings by a fifth past the end.
 
 use super::Real;
+use super::compensated::keep;
 use super::exponential::{exponential, logarithm, power};
 use crate::plan::layout::Reaction;
 
@@ -29,7 +30,7 @@ pub fn mean_decay<R: Real>(x: R) -> R {
     let far = x.max(R::constant(0.5));
     let large = (one - exponential(-far)) / far;
     let is_large = x.reached(R::constant(0.5));
-    series + is_large * (large - series)
+    series + is_large * keep(large - series)
 }
 
 /// `ln(1 + x)` for x over minus one, as exact where x is small.
@@ -39,7 +40,7 @@ pub fn logarithm_over_one<R: Real>(x: R) -> R {
     let small = x * (one - x * (R::constant(0.5) - x * R::constant(1.0 / 3.0)));
     let large = logarithm((one + x).max(R::constant(1e-30)));
     let is_large = (x * x).reached(R::constant(1e-6));
-    small + is_large * (large - small)
+    small + is_large * keep(large - small)
 }
 
 /// What a reaction uses up of its reactant while the integral of its rate constant grows to `exposure`. Never more

@@ -20,7 +20,7 @@ use super::gas::{GasFlux, Porous, gas_flux, midway};
 use super::member::Member;
 use super::table::{look_up, spot};
 use super::tridiagonal::{factorise, substitute};
-use crate::case::GasPath;
+use crate::plan::GasPath;
 use crate::plan::layout::GAS_COLUMNS;
 
 /// γ of the pressures' pair: the other root of 2γ² − 4γ + 1 = 0, as stable as the lesser one of the temperatures and

@@ -2,7 +2,7 @@
 
 use super::Real;
 use super::member::Member;
-use crate::case::GasPath;
+use crate::plan::GasPath;
 use crate::plan::layout::GAUGES;
 
 /// What is lost of all that can be, at the fronts of virgin and of char.

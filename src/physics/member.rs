@@ -2,19 +2,13 @@
 
 use super::Real;
 use super::compensated::{Pair, advanced, difference, keep};
-use super::faces::{FaceFlux, FaceScale, face_flux, face_scale};
+use super::faces::{FaceFlux, FaceScale, face_scale};
 use super::gas::Porous;
-use super::holder::flux_sideways;
-use super::material::{
-    PlyScale, conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across,
-    heat_capacity, ply_scale,
-};
+use super::material::{PlyScale, ply_scale};
 use super::reading::{covered, followed, reading};
-use super::table::{integral, look_up, spot};
-use crate::case::GasPath;
-use crate::plan::layout::{Drive, HEATS, Ply};
-use crate::plan::{Plan, Rows};
-use crate::traces::Balance;
+use super::table::{integral, spot};
+use crate::plan::layout::{HEATS, Ply};
+use crate::plan::{GasPath, Plan, Rows};
 
 /// One member, or lanes of them, on its way.
 pub struct Member<'a, R: Real> {
@@ -48,10 +42,8 @@ pub struct Member<'a, R: Real> {
     pub(super) upper: Vec<R>,
     pub(super) first: Vec<R>,
     pub(super) second: Vec<R>,
-    /// Cell × reaction: how far each has come; its rate constant at the start of a step, 1/s; what it gives off at a
-    /// stage, kg/m²/s.
+    /// Cell × reaction: how far each has come, and what it gives off at a stage, kg/m²/s.
     pub(super) advancements: Vec<Pair<R>>,
-    pub(super) rates: Vec<R>,
     pub(super) releases: Vec<R>,
     /// By how much a release at the first stage rises with temperature, kg/m²/s/K.
     pub(super) responses: Vec<R>,
@@ -148,7 +140,6 @@ impl<'a, R: Real> Member<'a, R> {
             first: vec![zero; cells],
             second: vec![zero; cells],
             advancements: vec![none; reactions],
-            rates: vec![zero; reactions],
             releases: vec![zero; reactions],
             responses: vec![zero; reactions],
             restraints: vec![zero; if plan.gas.is_some() { cells } else { 0 }],
@@ -192,120 +183,6 @@ impl<'a, R: Real> Member<'a, R> {
             let Pair { high, low } = self.temperatures[cell];
             self.temperatures[cell] = Pair { high: held * held_k + free * high, low: free * low };
         }
-    }
-
-    /// Conductivity, heat capacity and conductance of every cell at `T + Δ₁`; at the first stage also the slopes
-    /// of the flux under it, by its own temperature in `lower` and by that of the next cell, less, in `upper`.
-    #[inline(always)]
-    pub(super) fn properties(&mut self, step: usize, stage: usize) {
-        let rows = self.rows;
-        for p in 0..self.plies.len() {
-            let ply = &self.plan.plies[p];
-            for i in ply.first_cell as usize..ply.end_cell as usize {
-                if ply.states > 1 || self.plan.levels > 1 {
-                    self.blend(p, i, step, stage);
-                    continue;
-                }
-                let at = spot(self.temperatures[i].high + self.first[i]);
-                let (parts, table) = (self.plan.parts, ply.table as usize);
-                self.conductivities[i] = conductivity(&rows.tables, at, parts, table, self.plies[p]);
-                self.slopes[i] = conductivity_slope(&rows.tables, at, parts, table, self.plies[p]);
-                self.evaluated[i] =
-                    R::of(rows.cells[i].width_m) * heat_capacity(&rows.tables, at, parts, table, self.plies[p]);
-            }
-            if self.plan.gas == Some(GasPath::Darcy) {
-                for i in ply.first_cell as usize..ply.end_cell as usize {
-                    self.evaluated[i] = self.evaluated[i] + self.gas_capacity(i);
-                }
-            }
-            for i in ply.first_cell as usize..ply.end_cell as usize - 1 {
-                let half_over_next_1_m = R::of(rows.cells[i].half_over_next_1_m);
-                self.conductances[i] =
-                    conductance_within(self.conductivities[i], self.conductivities[i + 1], half_over_next_1_m);
-                if stage == 0 {
-                    self.incline(i, half_over_next_1_m, half_over_next_1_m);
-                }
-            }
-            if p > 0 {
-                let i = ply.first_cell as usize - 1;
-                self.conductances[i] = conductance_across(
-                    self.conductivities[i],
-                    R::of(rows.cells[i].below_m),
-                    self.conductivities[i + 1],
-                    R::of(rows.cells[i + 1].above_m),
-                    self.contacts_m2_k_w[p - 1],
-                );
-                if stage == 0 {
-                    let conductance = self.conductances[i];
-                    let above = gain_across(conductance, self.conductivities[i], R::of(rows.cells[i].below_m));
-                    let below = gain_across(conductance, self.conductivities[i + 1], R::of(rows.cells[i + 1].above_m));
-                    self.incline(i, above, below);
-                }
-            }
-        }
-    }
-
-    /// The slopes of the flux under a cell, from what its conductance gains by the conductivities beside it.
-    #[inline(always)]
-    pub(super) fn incline(&mut self, i: usize, above_1_m: R, below_1_m: R) {
-        let drop = difference(self.temperatures[i], self.temperatures[i + 1]);
-        let zero = R::constant(0.0);
-        let [above, below] = if self.plan.gas.is_some() { self.carried_slopes(i) } else { [zero, zero] };
-        self.lower[i] = flux_slope(self.conductances[i], above_1_m, self.slopes[i], drop, above);
-        self.upper[i] = flux_slope(self.conductances[i], below_1_m, self.slopes[i + 1], -drop, below);
-    }
-
-    /// A cell's temperature at `T + Δ₁`.
-    #[inline(always)]
-    pub(super) fn staged(&self, cell: usize) -> Pair<R> {
-        let Pair { high, low } = self.temperatures[cell];
-        Pair { high, low: low + self.first[cell] }
-    }
-
-    /// Heat into the face cell: through an open face from outside, of a held one what passes on to its
-    /// neighbour and to the holder.
-    #[inline(always)]
-    pub(super) fn through(&self, face: usize, drive: Drive<R::Scalar>, cell: usize, neighbour: usize) -> FaceFlux<R> {
-        let (rows, table, columns) = (self.rows, self.plan.face_table(), self.plan.face_columns());
-        let temperature_k = self.temperatures[cell].high + self.first[cell];
-        let at = spot(temperature_k);
-        let ply = face * (self.plies.len() - 1);
-        let emissivity = self.face_emissivity(face, ply, cell, at);
-        let enthalpy_j_kg = look_up(&rows.tables, at, columns, table);
-        let rise_j_kg_k = look_up(&rows.tables, at, columns, table + 1);
-        let scale = self.faces[face];
-        let open = face_flux(
-            drive,
-            rows.faces[face],
-            scale,
-            temperature_k,
-            emissivity,
-            enthalpy_j_kg,
-            rise_j_kg_k,
-            self.outflow,
-        );
-        let held = R::of(rows.faces[face].held);
-        let free = R::constant(1.0) - held;
-        let conductance = self.conductances[cell.min(neighbour)];
-        let next = conductance * difference(self.staged(cell), self.staged(neighbour));
-        let sideways = self.conductance_sideways(face * (self.plies.len() - 1), cell);
-        let onward = next - flux_sideways(sideways, R::of(drive.holder_k), self.staged(cell));
-        FaceFlux { flux: held * onward + free * open.flux, slope: free * open.slope }
-    }
-
-    /// Net heat flux into every cell at `T + Δ₁`, left in `second`.
-    #[inline(always)]
-    pub(super) fn imbalance(&mut self, hot: Drive<R::Scalar>, back: Drive<R::Scalar>) -> Ends<R> {
-        let last = self.second.len() - 1;
-        let ends = Ends { hot: self.through(0, hot, 0, 1), back: self.through(1, back, last, last - 1) };
-        let mut above = ends.hot.flux;
-        for i in 0..last {
-            let below = self.conductances[i] * difference(self.staged(i), self.staged(i + 1));
-            self.second[i] = above - below;
-            above = below;
-        }
-        self.second[last] = above + ends.back.flux;
-        ends
     }
 
     /// The temperature at a sensor's place.
@@ -422,17 +299,22 @@ impl<'a, R: Real> Member<'a, R> {
         self.beads[sensor].high.lane(lane) + self.beads[sensor].low.lane(lane)
     }
 
-    /// Heat and mass through the faces and stored, of one lane.
-    pub fn balance(&self, lane: usize) -> Balance {
-        let whole = |pair: Pair<R>| pair.high.lane(lane) + pair.low.lane(lane);
-        Balance {
-            gas_heat_j_m2: whole(self.gas_heat),
-            reaction_gain_j_m2: whole(self.reaction_gain),
-            solid_lost_kg_m2: self.lost_and_stored[0].lane(lane),
-            gas_out_kg_m2: whole(self.gas_out),
-            gas_stored_kg_m2: self.lost_and_stored[1].lane(lane),
-            ..Balance::new(self.heat.map(whole), self.stored_j_m2.lane(lane))
-        }
+    /// Heat through the faces and from and to the holder in one lane, in the order of the sums of heat, J/m².
+    pub fn heat_j_m2(&self, lane: usize) -> [f64; HEATS] {
+        self.heat.map(|pair| whole(pair, lane))
+    }
+
+    /// Heat stored since the start in one lane, J/m².
+    pub fn stored_j_m2(&self, lane: usize) -> f64 {
+        self.stored_j_m2.lane(lane)
+    }
+
+    /// What gas took along in one lane: see [`Balance::and_gas`](crate::traces::Balance::and_gas).
+    pub fn gone(&self, lane: usize) -> [f64; 5] {
+        let [lost_kg_m2, stored_kg_m2] = self.lost_and_stored.map(|sum| sum.lane(lane));
+        let [out_kg_m2, heat_j_m2, gain_j_m2] =
+            [self.gas_out, self.gas_heat, self.reaction_gain].map(|pair| whole(pair, lane));
+        [out_kg_m2, heat_j_m2, gain_j_m2, lost_kg_m2, stored_kg_m2]
     }
 
     /// Coldest and hottest temperature that a ply met in one lane, K.
@@ -444,4 +326,8 @@ impl<'a, R: Real> Member<'a, R> {
     pub fn strayed(&self, lane: usize) -> Option<usize> {
         self.strayed[lane]
     }
+}
+
+fn whole<R: Real>(pair: Pair<R>, lane: usize) -> f64 {
+    pair.high.lane(lane) + pair.low.lane(lane)
 }

@@ -6,6 +6,7 @@
 
 mod carrying;
 pub mod compensated;
+mod conducting;
 pub mod decomposition;
 pub mod exponential;
 pub mod faces;
@@ -36,6 +37,7 @@ pub const TWINS: &[&str] = &[
     "tridiagonal",
     "reading",
     "member",
+    "conducting",
     "reacting",
     "flowing",
     "carrying",

@@ -10,10 +10,9 @@ pub mod shader;
 pub mod spirv;
 
 use super::{Backend, March, MarchError, Precision, arrival};
-use crate::case::GasPath;
 use crate::ensemble::Ensemble;
-use crate::plan::Plan;
 use crate::plan::layout::{HEATS, Path, Reaction};
+use crate::plan::{GasPath, Plan};
 use crate::traces::{Balance, Traces};
 use bytemuck::{Pod, Zeroable};
 use device::Device;
@@ -316,11 +315,8 @@ fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], 
         let mut balance = Balance::new(from_fn(heat), word(2 * HEATS));
         if plan.gas.is_some() {
             let gone = HEATS_END + 2 * plan.plies.len();
-            balance.gas_out_kg_m2 = word(gone) + word(gone + 1);
-            balance.gas_heat_j_m2 = word(gone + 2) + word(gone + 3);
-            balance.reaction_gain_j_m2 = word(gone + 4) + word(gone + 5);
-            balance.solid_lost_kg_m2 = word(gone + 6);
-            balance.gas_stored_kg_m2 = word(gone + 7);
+            let sum = |place: usize| word(gone + 2 * place) + word(gone + 2 * place + 1);
+            balance = balance.and_gas([sum(0), sum(1), sum(2), word(gone + 6), word(gone + 7)]);
         }
         traces.balances.push(balance);
         traces.extremes_k.extend(extremes_k);

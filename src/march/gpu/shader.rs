@@ -4,10 +4,9 @@
 //! with its path, which is where naga's excerpts then point. Precision is one line, sizes are constants:
 //! private arrays cannot be sized by pipeline constants, so that text is made for each plan.
 
-use crate::case::GasPath;
 use crate::march::Precision;
-use crate::plan::Plan;
 use crate::plan::layout::{AIR_COLUMNS, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, TABLE_NODES, TABLE_STEP_K};
+use crate::plan::{GasPath, Plan};
 use std::fmt::Write;
 
 /// Invocations in a workgroup: two subgroups of hardware, and no matter to a software device.
@@ -24,8 +23,8 @@ pub const PARTS: &[(&str, &str)] = &[
     part!("prelude"),
     part!("layout"),
     part!("compensated"),
-    part!("table"),
     part!("exponential"),
+    part!("table"),
     part!("material"),
     part!("decomposition"),
     part!("gas"),
@@ -33,6 +32,7 @@ pub const PARTS: &[(&str, &str)] = &[
     part!("tridiagonal"),
     part!("reading"),
     part!("member"),
+    part!("conducting"),
     part!("reacting"),
     part!("flowing"),
     part!("carrying"),

@@ -1,0 +1,96 @@
+// A member's conduction: twin of src/physics/conducting.rs.
+
+fn properties(step: u32, stage: u32) {
+    for (var p = 0u; p < run.plies; p++) {
+        let ply = plies[p];
+        for (var i = ply.first_cell; i < ply.end_cell; i++) {
+            if ply.states > 1u || LEVELS > 1u {
+                blend(p, i, step, stage);
+                continue;
+            }
+            let at = spot(temperatures[i].high + first[i]);
+            conductivities[i] = conductivity(at, ply.table, ply_scales[p]);
+            slopes[i] = conductivity_slope(at, ply.table, ply_scales[p]);
+            evaluated[i] = cells[i].width_m * heat_capacity(at, ply.table, ply_scales[p]);
+        }
+        if DARCY {
+            for (var i = ply.first_cell; i < ply.end_cell; i++) {
+                evaluated[i] = evaluated[i] + gas_capacity(i);
+            }
+        }
+        for (var i = ply.first_cell; i < ply.end_cell - 1u; i++) {
+            conductances[i] =
+                conductance_within(conductivities[i], conductivities[i + 1u], cells[i].half_over_next_1_m);
+            if stage == 0u {
+                incline(i, cells[i].half_over_next_1_m, cells[i].half_over_next_1_m);
+            }
+        }
+        if p > 0u {
+            let i = ply.first_cell - 1u;
+            conductances[i] = conductance_across(
+                conductivities[i],
+                cells[i].below_m,
+                conductivities[i + 1u],
+                cells[i + 1u].above_m,
+                contact_scales[p - 1u],
+            );
+            if stage == 0u {
+                let above = gain_across(conductances[i], conductivities[i], cells[i].below_m);
+                let below = gain_across(conductances[i], conductivities[i + 1u], cells[i + 1u].above_m);
+                incline(i, above, below);
+            }
+        }
+    }
+}
+
+fn incline(i: u32, above_1_m: real, below_1_m: real) {
+    let drop = difference(temperatures[i], temperatures[i + 1u]);
+    var carried: array<real, 2>;
+    if GAS {
+        carried = carried_slopes(i);
+    }
+    lower[i] = flux_slope(conductances[i], above_1_m, slopes[i], drop, carried[0]);
+    upper[i] = flux_slope(conductances[i], below_1_m, slopes[i + 1u], -drop, carried[1]);
+}
+
+fn staged(cell: u32) -> Pair {
+    let pair = temperatures[cell];
+    return Pair(pair.high, pair.low + first[cell]);
+}
+
+fn through(face: u32, drive: Drive, cell: u32, neighbour: u32) -> FaceFlux {
+    let temperature_k = temperatures[cell].high + first[cell];
+    let at = spot(temperature_k);
+    let emissivity = face_emissivity(face, face * (PLIES - 1u), cell, at);
+    let enthalpy_j_kg = look_up(at, FACE_COLUMNS, FACE_TABLE);
+    let rise_j_kg_k = look_up(at, FACE_COLUMNS, FACE_TABLE + 1u);
+    let open = face_flux(
+        drive,
+        faces[face],
+        face_scales[face],
+        temperature_k,
+        emissivity,
+        enthalpy_j_kg,
+        rise_j_kg_k,
+        outflow,
+    );
+    let held = faces[face].held;
+    let free = 1.0 - held;
+    let conductance = conductances[min(cell, neighbour)];
+    let next = conductance * difference(staged(cell), staged(neighbour));
+    let sideways = conductance_sideways(face * (PLIES - 1u), cell);
+    let onward = next - flux_sideways(sideways, drive.holder_k, staged(cell));
+    return FaceFlux(held * onward + free * open.flux, free * open.slope);
+}
+
+fn imbalance(hot: Drive, back: Drive) -> Ends {
+    let ends = Ends(through(0u, hot, 0u, 1u), through(1u, back, LAST_CELL, LAST_CELL - 1u));
+    var above = ends.hot.flux;
+    for (var i = 0u; i < LAST_CELL; i++) {
+        let below = conductances[i] * difference(staged(i), staged(i + 1u));
+        second[i] = above - below;
+        above = below;
+    }
+    second[LAST_CELL] = above + ends.back.flux;
+    return ends;
+}

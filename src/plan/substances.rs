@@ -1,0 +1,118 @@
+//! Rows of plies: what they are made of, what that turns into, and what scales it.
+
+use super::layout::{Bulk, Path, Ply, Reaction, Substance, TABLE_NODES};
+use super::{column, extinction, tables};
+use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
+use crate::case::{Case, Material, Mixing, Pores, Property, PyrolysisHeat, Sequence, Table};
+
+pub(super) fn plies(case: &Case, cells: &[(usize, usize)], parts: usize, levels: usize) -> Vec<Ply<u32>> {
+    let (mut state, mut reaction) = (0, 0);
+    let rows = case.layup.plies.iter().zip(cells);
+    rows.map(|(ply, &(first, end))| {
+        let of = |property| column(case, &ply.name, property);
+        let (states, reactions) = (states(&ply.material), paths(&ply.material).len());
+        let row = Ply {
+            first_cell: first as u32,
+            end_cell: end as u32,
+            table: (state * levels * TABLE_NODES * (2 * parts + 2)) as u32,
+            states: states as u32,
+            first_state: state as u32,
+            first_reaction: reaction as u32,
+            end_reaction: (reaction + reactions) as u32,
+            conductivity: of(Property::Conductivity),
+            conductivity_solid: of(Property::ConductivitySolid),
+            conductivity_gas: of(Property::ConductivityGas),
+            conductivity_radiative: of(Property::ConductivityRadiative),
+            heat_capacity: of(Property::HeatCapacity),
+            density: of(Property::Density),
+            thickness: of(Property::Thickness),
+            kinetics: of(Property::Kinetics),
+            activation: of(Property::ActivationEnergy),
+            pyrolysis_heat: of(Property::PyrolysisHeat),
+            char_yield: of(Property::CharYield),
+            permeability: of(Property::Permeability),
+            holder: column(case, "", Property::Holder),
+            extinction: extinction(case, ply),
+            contact: of(Property::Contact),
+        };
+        (state, reaction) = (state + states, reaction + reactions);
+        row
+    })
+    .collect()
+}
+
+/// States of a material: virgin and its residues.
+pub(super) fn states(material: &Material) -> usize {
+    1 + material.decomposition.as_ref().map_or(0, |decomposition| decomposition.residues.len())
+}
+
+/// Between which states the reactions of a material lead: all to the char, or one after the other.
+pub(super) fn paths(material: &Material) -> Vec<Path<u32>> {
+    let Some(decomposition) = &material.decomposition else { return vec![] };
+    let places = 0..decomposition.reactions.len() as u32;
+    places
+        .map(|place| match decomposition.sequence {
+            Sequence::SideBySide => Path { source: 0, product: 1 },
+            Sequence::Chain => Path { source: place, product: place + 1 },
+        })
+        .collect()
+}
+
+pub(super) fn bulk(material: &Material, holder_w_m3_k: f64) -> Bulk<f64> {
+    let density_kg_m3 = material.density_kg_m3;
+    let inert = Bulk { density_kg_m3, shrinkage: 0.0, by_volume: 0.0, absolute: 0.0, holder_w_m3_k };
+    let flag = |is: bool| f64::from(u8::from(is));
+    material.decomposition.as_ref().map_or(inert, |decomposition| Bulk {
+        shrinkage: decomposition.shrinkage,
+        by_volume: flag(decomposition.mixing == Mixing::Volume),
+        absolute: flag(matches!(decomposition.heat, PyrolysisHeat::Absolute { .. })),
+        ..inert
+    })
+}
+
+pub(super) fn substances(material: &Material) -> Vec<Substance<f64>> {
+    let row = |remains: f64, pores: &Pores, formation_j_kg: f64| Substance {
+        remains,
+        porosity: pores.porosity,
+        permeability_m2: pores.permeability_m2,
+        slip_pa_k: pores.slip_pa_k,
+        inertia_1_m: pores.inertia_1_m,
+        formation_j_kg,
+    };
+    // Tables begin their enthalpy at their first node.
+    let over = |heat_capacity: &Table, stated_j_kg: f64, reference_k: f64| {
+        stated_j_kg - tables::enthalpy_j_kg(heat_capacity, reference_k)
+    };
+    let mut rows = vec![row(1.0, &material.pores, 0.0)];
+    if let Some(decomposition) = &material.decomposition {
+        let remains = decomposition.residue_densities_kg_m3(1.0);
+        for (residue, remains) in decomposition.residues.iter().zip(remains) {
+            rows.push(row(remains, &residue.pores, 0.0));
+        }
+        if let PyrolysisHeat::Absolute { virgin_j_kg, residues_j_kg, reference_k } = &decomposition.heat {
+            rows[0].formation_j_kg = over(&material.heat_capacity, *virgin_j_kg, *reference_k);
+            for ((row, residue), stated_j_kg) in rows[1..].iter_mut().zip(&decomposition.residues).zip(residues_j_kg) {
+                row.formation_j_kg = over(&residue.heat_capacity, *stated_j_kg, *reference_k);
+            }
+        }
+    }
+    rows
+}
+
+pub(super) fn reactions(material: &Material) -> Vec<Reaction<f64>> {
+    let Some(decomposition) = &material.decomposition else { return vec![] };
+    let total = decomposition.loss();
+    let is_chain = decomposition.sequence == Sequence::Chain;
+    let rows = decomposition.reactions.iter().enumerate();
+    rows.map(|(place, reaction)| Reaction {
+        rate_1_s: reaction.rate_1_s,
+        activation_k: reaction.activation_j_mol / GAS_CONSTANT_J_MOL_K,
+        order: reaction.order,
+        onset_k: reaction.onset_k,
+        loss: reaction.loss,
+        share: if is_chain { 1.0 } else { reaction.loss / total },
+        heat_j_kg: reaction.heat_j_kg,
+        chained: f64::from(u8::from(is_chain && place > 0)),
+    })
+    .collect()
+}
