@@ -36,7 +36,7 @@ fn gas_gained(p: u32, cell: u32) -> real {
     let start_k = cells[cell].start_k;
     let work_j_kg = start_k / look_up(spot(start_k), GAS_COLUMNS, GAS_TABLE + 2u);
     let then_j_kg = gas_enthalpy_at(spot(start_k)) - work_j_kg;
-    lost_and_stored[1] = lost_and_stored[1] + (now_kg_m2 - then_kg_m2);
+    lost_and_stored[1] = lost_and_stored[1] + keep(now_kg_m2 - then_kg_m2);
     return now_kg_m2 * now_j_kg - then_kg_m2 * then_j_kg;
 }
 

@@ -8,6 +8,7 @@ var<private> back_leaving: real;
 // Out of the hot face at the stage at hand; means of the last two steps.
 var<private> outflow: real;
 var<private> recent: array<real, 2>;
+var<private> gas_in: Pair;
 var<private> gas_out: Pair;
 // Solid lost and gas stored since the start.
 var<private> lost_and_stored: array<real, 2>;
@@ -58,8 +59,14 @@ fn flow(step: u32, stage: u32) {
 
 fn let_out(step: u32, hot_kg_m2_s: real, back_kg_m2_s: real) {
     let length_s = lengths[step];
-    gas_out = advanced(gas_out, (hot_kg_m2_s + back_kg_m2_s) * length_s);
+    pass_out(hot_kg_m2_s * length_s);
+    pass_out(back_kg_m2_s * length_s);
     recent = array<real, 2>(recent[1], hot_kg_m2_s);
+}
+
+fn pass_out(outward_kg_m2: real) {
+    gas_in = advanced(gas_in, max(-outward_kg_m2, 0.0));
+    gas_out = advanced(gas_out, max(outward_kg_m2, 0.0));
 }
 
 fn porous(p: u32, i: u32) -> Porous {
@@ -117,7 +124,7 @@ fn face_pressures(step: u32) {
             let cell = face * LAST_CELL;
             let outside = Pair(drives[4u * step + 2u * face].pressure_pa, 0.0);
             let taken = pores[cell].storage * difference(pressures[cell], outside);
-            gas_out = advanced(gas_out, taken);
+            pass_out(taken);
             pressures[cell] = outside;
         }
     }

@@ -5,7 +5,7 @@ const OUTCOME = 2u * CELLS + 4u * SENSORS;
 const EXTREMES = OUTCOME + 2u * HEATS + 1u;
 // Where there is gas: what it took along and what is on its way, then advancements, then pressures.
 const GONE = EXTREMES + 2u * PLIES;
-const ADVANCED = GONE + 12u;
+const ADVANCED = GONE + 14u;
 const PRESSED = ADVANCED + 2u * CELLS * REACTIONS;
 
 fn slot(index: u32) -> u32 {
@@ -83,13 +83,14 @@ fn load() {
 }
 
 fn load_gas() {
-    gas_out = Pair(state[slot(GONE)], state[slot(GONE + 1u)]);
-    gas_heat = Pair(state[slot(GONE + 2u)], state[slot(GONE + 3u)]);
-    reaction_gain = Pair(state[slot(GONE + 4u)], state[slot(GONE + 5u)]);
-    lost_and_stored = array<real, 2>(state[slot(GONE + 6u)], state[slot(GONE + 7u)]);
-    recent = array<real, 2>(state[slot(GONE + 8u)], state[slot(GONE + 9u)]);
-    mean_leaving = state[slot(GONE + 10u)];
-    back_leaving = state[slot(GONE + 11u)];
+    gas_in = Pair(state[slot(GONE)], state[slot(GONE + 1u)]);
+    gas_out = Pair(state[slot(GONE + 2u)], state[slot(GONE + 3u)]);
+    gas_heat = Pair(state[slot(GONE + 4u)], state[slot(GONE + 5u)]);
+    reaction_gain = Pair(state[slot(GONE + 6u)], state[slot(GONE + 7u)]);
+    lost_and_stored = array<real, 2>(state[slot(GONE + 8u)], state[slot(GONE + 9u)]);
+    recent = array<real, 2>(state[slot(GONE + 10u)], state[slot(GONE + 11u)]);
+    mean_leaving = state[slot(GONE + 12u)];
+    back_leaving = state[slot(GONE + 13u)];
     for (var i = 0u; i < CELLS * REACTIONS; i++) {
         advancements[i] = Pair(state[slot(ADVANCED + 2u * i)], state[slot(ADVANCED + 2u * i + 1u)]);
     }
@@ -105,18 +106,20 @@ fn load_gas() {
 }
 
 fn save_gas() {
-    state[slot(GONE)] = gas_out.high;
-    state[slot(GONE + 1u)] = gas_out.low;
-    state[slot(GONE + 2u)] = gas_heat.high;
-    state[slot(GONE + 3u)] = gas_heat.low;
-    state[slot(GONE + 4u)] = reaction_gain.high;
-    state[slot(GONE + 5u)] = reaction_gain.low;
-    state[slot(GONE + 6u)] = lost_and_stored[0];
-    state[slot(GONE + 7u)] = lost_and_stored[1];
-    state[slot(GONE + 8u)] = recent[0];
-    state[slot(GONE + 9u)] = recent[1];
-    state[slot(GONE + 10u)] = mean_leaving;
-    state[slot(GONE + 11u)] = back_leaving;
+    state[slot(GONE)] = gas_in.high;
+    state[slot(GONE + 1u)] = gas_in.low;
+    state[slot(GONE + 2u)] = gas_out.high;
+    state[slot(GONE + 3u)] = gas_out.low;
+    state[slot(GONE + 4u)] = gas_heat.high;
+    state[slot(GONE + 5u)] = gas_heat.low;
+    state[slot(GONE + 6u)] = reaction_gain.high;
+    state[slot(GONE + 7u)] = reaction_gain.low;
+    state[slot(GONE + 8u)] = lost_and_stored[0];
+    state[slot(GONE + 9u)] = lost_and_stored[1];
+    state[slot(GONE + 10u)] = recent[0];
+    state[slot(GONE + 11u)] = recent[1];
+    state[slot(GONE + 12u)] = mean_leaving;
+    state[slot(GONE + 13u)] = back_leaving;
     for (var i = 0u; i < CELLS * REACTIONS; i++) {
         state[slot(ADVANCED + 2u * i)] = advancements[i].high;
         state[slot(ADVANCED + 2u * i + 1u)] = advancements[i].low;

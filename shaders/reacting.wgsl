@@ -10,7 +10,7 @@ var<private> restraints: Column;
 
 fn remains_of(ply: u32, state: u32) -> real {
     let row = plies[ply].first_state + state;
-    return 1.0 - ply_scales[ply].loss * (1.0 - substances[row].remains);
+    return keep(1.0 - ply_scales[ply].loss * (1.0 - substances[row].remains));
 }
 
 fn phases_of(ply: u32, cell: u32) -> Phases {
@@ -33,7 +33,7 @@ fn mass_left(ply: u32, phases: Phases) -> real {
     for (var state = 1u; state < plies[ply].states; state++) {
         density = density + each[state] * remains_of(ply, state);
     }
-    return density;
+    return keep(density);
 }
 
 fn weights_of(ply: u32, phases: Phases) -> Phases {

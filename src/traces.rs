@@ -65,7 +65,7 @@ pub enum Arrival {
 }
 
 /// Heat through the two faces and from and to the holder over the whole march, gas through the faces, and what was
-/// stored of both: J/m² and kg/m². Heat is positive but where a field says otherwise; gas counts out of the layup.
+/// stored of both: J/m² and kg/m². All are positive but where a field says otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
     pub hot_in_j_m2: f64,
@@ -81,7 +81,7 @@ pub struct Balance {
     pub reaction_gain_j_m2: f64,
     /// Solid turned into gas.
     pub solid_lost_kg_m2: f64,
-    /// Gas out through both faces.
+    pub gas_in_kg_m2: f64,
     pub gas_out_kg_m2: f64,
     /// Gas in the pores at the end less that at the start.
     pub gas_stored_kg_m2: f64,
@@ -103,12 +103,20 @@ impl Balance {
         }
     }
 
-    /// With what gas took along: gas out, the heat it carried, what reactions gave beyond enthalpies, solid lost and gas
+    /// With what gas took along: gas in and out through both faces, the heat it carried, what reactions gave beyond enthalpies, solid lost and gas
     /// stored.
     #[must_use]
-    pub fn and_gas(self, gone: [f64; 5]) -> Self {
-        let [gas_out_kg_m2, gas_heat_j_m2, reaction_gain_j_m2, solid_lost_kg_m2, gas_stored_kg_m2] = gone;
-        Self { gas_out_kg_m2, gas_heat_j_m2, reaction_gain_j_m2, solid_lost_kg_m2, gas_stored_kg_m2, ..self }
+    pub fn and_gas(self, gone: [f64; 6]) -> Self {
+        let [gas_in_kg_m2, gas_out_kg_m2, gas_heat_j_m2, reaction_gain_j_m2, solid_lost_kg_m2, gas_stored_kg_m2] = gone;
+        Self {
+            gas_in_kg_m2,
+            gas_out_kg_m2,
+            gas_heat_j_m2,
+            reaction_gain_j_m2,
+            solid_lost_kg_m2,
+            gas_stored_kg_m2,
+            ..self
+        }
     }
 
     /// In less out less stored, relative to what came in.
@@ -121,10 +129,11 @@ impl Balance {
         if moved > 0.0 { left / moved } else { 0.0 }
     }
 
-    /// Solid lost less gas out less gas stored, relative to the largest of them; nothing moved leaves no residual.
+    /// Solid lost and gas in less gas out less gas stored, relative to the largest of the first three; nothing moved leaves
+    /// no residual.
     pub fn mass_residual(&self) -> f64 {
-        let moved = self.solid_lost_kg_m2.max(self.gas_out_kg_m2.abs()).max(self.gas_stored_kg_m2.abs());
-        let left = self.solid_lost_kg_m2 - self.gas_out_kg_m2 - self.gas_stored_kg_m2;
+        let moved = self.solid_lost_kg_m2.max(self.gas_in_kg_m2).max(self.gas_out_kg_m2);
+        let left = self.solid_lost_kg_m2 + self.gas_in_kg_m2 - self.gas_out_kg_m2 - self.gas_stored_kg_m2;
         if moved > 0.0 { left / moved } else { 0.0 }
     }
 }
@@ -167,7 +176,7 @@ mod tests {
 
     #[test]
     fn gas_blown_in_is_gas_stored() {
-        let filled = Balance { gas_out_kg_m2: -0.5, gas_stored_kg_m2: 0.5, ..Balance::default() };
+        let filled = Balance { gas_in_kg_m2: 0.5, gas_stored_kg_m2: 0.5, ..Balance::default() };
         assert_eq!(filled.mass_residual(), 0.0);
         assert_eq!(Balance { gas_stored_kg_m2: 0.25, ..filled }.mass_residual(), 0.5);
     }

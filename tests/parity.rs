@@ -1,7 +1,7 @@
 //! Whole marches of every shipped case, corner by corner of the triangle: the device in single precision does the very
 //! arithmetic of the processor, single precision suffices, and so does the device in double precision.
 
-use crate::support::{DOUBLE_K, SINGLE_K, adapter, case, cases, drawn, with_factor};
+use crate::support::{DOUBLE_K, SINGLE_K, SINGLE_REACTING_K, adapter, case, cases, drawn, with_factor};
 use bondline::case::{Bounds, Case, Property};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::cpu::{Cpu, Reference};
@@ -78,7 +78,7 @@ pub(crate) fn differing(one: &Traces, other: &Traces) -> usize {
     let numbers = |traces: &Traces| {
         let heats = traces.balances.iter().flat_map(|b| {
             let faces = [b.hot_in_j_m2, b.hot_out_j_m2, b.back_in_j_m2, b.back_out_j_m2];
-            let masses = [b.solid_lost_kg_m2, b.gas_out_kg_m2, b.gas_stored_kg_m2];
+            let masses = [b.solid_lost_kg_m2, b.gas_in_kg_m2, b.gas_out_kg_m2, b.gas_stored_kg_m2];
             faces.into_iter().chain([b.holder_in_j_m2, b.holder_out_j_m2, b.stored_j_m2]).chain(masses)
         });
         let extremes = traces.extremes_k.iter().flat_map(|&(low, high)| [low, high]);
@@ -141,7 +141,9 @@ fn a_table_one_bit_off_in_one_place_is_caught() {
 fn single_precision_on_the_device_suffices_at_every_sensor_and_instant() {
     for marched in MARCHED.iter() {
         let off_k = apart_k(&marched.single, &on_cpu(Precision::F64, &marched.plan, &marched.ensemble));
-        assert!(off_k <= SINGLE_K, "{}: {off_k:.1e} K", marched.case.id);
+        let decomposes = marched.case.layup.plies.iter().any(|ply| ply.material.decomposition.is_some());
+        let allowed_k = if decomposes { SINGLE_REACTING_K } else { SINGLE_K };
+        assert!(off_k <= allowed_k, "{}: {off_k:.1e} K", marched.case.id);
     }
 }
 
@@ -149,7 +151,7 @@ fn single_precision_on_the_device_suffices_at_every_sensor_and_instant() {
 fn a_conductivity_off_by_one_in_a_thousand_is_caught_in_single_precision() {
     for marched in MARCHED.iter() {
         let off_k = apart_k(&marched.single, &on_cpu(Precision::F64, &spoiled(&marched.plan, 1e-3), &marched.ensemble));
-        assert!(off_k > SINGLE_K, "{}: {off_k:.1e} K", marched.case.id);
+        assert!(off_k > SINGLE_REACTING_K, "{}: {off_k:.1e} K", marched.case.id);
     }
 }
 
@@ -183,12 +185,13 @@ fn members_in_lanes_march_as_one_at_a_time() {
     }
 }
 
-/// On few cells, as with checks every one of them is set to zero in a store of its own, which compiles for minutes.
+/// On few cells, as with checks every one of them is set to zero in a store of its own, which compiles for minutes; on more
+/// than 32, as drivers unroll shorter loops, and may then add in another order.
 #[test]
 fn runtime_checks_change_no_bit_whether_gas_flows_or_not() {
     for id in ["slab", "lcat-2259-pyrolysis", "permeation", "tacot-held"] {
         let mut case = case(id);
-        case.resolution.cells = 24;
+        case.resolution.cells = 40;
         let (plan, ensemble) = (Plan::new(&case), drawn(&case, FEW));
         let [free, checked] = [&SINGLE, &CHECKED].map(|device| carried(&mut *device.gpu(), &plan, &ensemble));
         assert!(free.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{id}: not all arrive");

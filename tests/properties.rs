@@ -33,13 +33,12 @@ fn varied(case: &Case, factor: usize, values: &[f64]) -> Ensemble {
 }
 
 /// A case at one temperature, between faces whose surroundings have it too, in a gas.
-/// The case without reactions, and with its gas at one pressure everywhere and always.
+/// The case without reactions and gas.
 fn inert(mut case: Case) -> Case {
     for ply in &mut case.layup.plies {
         Arc::make_mut(&mut ply.material).decomposition = None;
     }
-    case.exposure.pressure_pa = Schedule::constant(case.exposure.pressure_pa.values[0]);
-    case.exposure.back_pressure_pa = case.exposure.back_pressure_pa.map(|_| case.exposure.pressure_pa.clone());
+    case.gas = None;
     case
 }
 

@@ -172,11 +172,11 @@ fn the_words_of_a_dispatch_lie_on_the_device_as_on_the_host() {
 const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("member", "scale", "a dispatch forgets the scales that a member on the processor keeps from its start"),
     ("member", "note", "the processor hands readings to its caller, the device writes them to a binding"),
+    ("compensated", "lane", "the host reads a member through it; the device has bindings"),
     ("member", "shown_k", "the host reads a member through it; the device has bindings"),
     ("member", "heat_j_m2", "the host reads a member through it; the device has bindings"),
     ("member", "stored_j_m2", "the host reads a member through it; the device has bindings"),
     ("member", "gone", "the host reads a member through it; the device has bindings"),
-    ("member", "whole", "the host reads a member through it; the device has bindings"),
     ("member", "extremes_k", "the host reads a member through it; the device has bindings"),
     ("member", "strayed", "the host reads a member through it; the device has bindings"),
 ];

@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 
 /// Single precision against double, K: a twentieth of what a thermocouple resolves.
 pub(crate) const SINGLE_K: f64 = 1e-3;
+/// The same where plies decompose, K: an activation energy of thirty times RT makes thirty roundings of a temperature one
+/// of a rate, and what it takes stays taken.
+pub(crate) const SINGLE_REACTING_K: f64 = 1e-2;
 /// Double precision on a device against that on the processor, K: drivers may fuse and reorder, and the rounding of a
 /// few thousand steps at 1,000 K stays three powers of ten below this.
 pub(crate) const DOUBLE_K: f64 = 1e-6;

@@ -4,7 +4,7 @@
 //! on both sides, so that either cell gains half the flux times the fall of enthalpy towards it.
 
 use super::Real;
-use super::compensated::advanced;
+use super::compensated::{advanced, keep};
 use super::faces::FaceFlux;
 use super::member::{Ends, Member};
 use super::table::{look_up, spot};
@@ -57,7 +57,7 @@ impl<R: Real> Member<'_, R> {
         let (tables, molar) = (&self.rows.tables, self.plan.gas_table() + 2);
         let work_j_kg = start_k / look_up(tables, spot(start_k), GAS_COLUMNS, molar);
         let then_j_kg = self.gas_enthalpy_at(spot(start_k)) - work_j_kg;
-        self.lost_and_stored[1] = self.lost_and_stored[1] + (now_kg_m2 - then_kg_m2);
+        self.lost_and_stored[1] = self.lost_and_stored[1] + keep(now_kg_m2 - then_kg_m2);
         now_kg_m2 * now_j_kg - then_kg_m2 * then_j_kg
     }
 

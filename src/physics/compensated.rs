@@ -14,6 +14,13 @@ pub struct Pair<R> {
     pub low: R,
 }
 
+impl<R: Real> Pair<R> {
+    /// Both words of one lane.
+    pub fn lane(self, lane: usize) -> f64 {
+        self.high.lane(lane) + self.low.lane(lane)
+    }
+}
+
 /// The value, out of reach of the compiler's algebra.
 #[inline(always)]
 pub fn keep<R: Real>(value: R) -> R {

@@ -57,6 +57,7 @@ pub struct Member<'a, R: Real> {
     pub(super) outflow: R,
     pub(super) recent: [R; 2],
     /// Gas that left, kg/m²; heat that it took along and that reactions gave beyond enthalpies, J/m².
+    pub(super) gas_in: Pair<R>,
     pub(super) gas_out: Pair<R>,
     pub(super) gas_heat: Pair<R>,
     pub(super) reaction_gain: Pair<R>,
@@ -148,6 +149,7 @@ impl<'a, R: Real> Member<'a, R> {
             back_leaving: zero,
             outflow: zero,
             recent: [zero; 2],
+            gas_in: none,
             gas_out: none,
             gas_heat: none,
             reaction_gain: none,
@@ -296,12 +298,12 @@ impl<'a, R: Real> Member<'a, R> {
 
     /// What a sensor's bead shows in one lane, K.
     pub fn shown_k(&self, sensor: usize, lane: usize) -> f64 {
-        self.beads[sensor].high.lane(lane) + self.beads[sensor].low.lane(lane)
+        self.beads[sensor].lane(lane)
     }
 
     /// Heat through the faces and from and to the holder in one lane, in the order of the sums of heat, J/m².
     pub fn heat_j_m2(&self, lane: usize) -> [f64; HEATS] {
-        self.heat.map(|pair| whole(pair, lane))
+        self.heat.map(|pair| pair.lane(lane))
     }
 
     /// Heat stored since the start in one lane, J/m².
@@ -310,11 +312,11 @@ impl<'a, R: Real> Member<'a, R> {
     }
 
     /// What gas took along in one lane: see [`Balance::and_gas`](crate::traces::Balance::and_gas).
-    pub fn gone(&self, lane: usize) -> [f64; 5] {
+    pub fn gone(&self, lane: usize) -> [f64; 6] {
         let [lost_kg_m2, stored_kg_m2] = self.lost_and_stored.map(|sum| sum.lane(lane));
-        let [out_kg_m2, heat_j_m2, gain_j_m2] =
-            [self.gas_out, self.gas_heat, self.reaction_gain].map(|pair| whole(pair, lane));
-        [out_kg_m2, heat_j_m2, gain_j_m2, lost_kg_m2, stored_kg_m2]
+        let [in_kg_m2, out_kg_m2, heat_j_m2, gain_j_m2] =
+            [self.gas_in, self.gas_out, self.gas_heat, self.reaction_gain].map(|pair| pair.lane(lane));
+        [in_kg_m2, out_kg_m2, heat_j_m2, gain_j_m2, lost_kg_m2, stored_kg_m2]
     }
 
     /// Coldest and hottest temperature that a ply met in one lane, K.
@@ -326,8 +328,4 @@ impl<'a, R: Real> Member<'a, R> {
     pub fn strayed(&self, lane: usize) -> Option<usize> {
         self.strayed[lane]
     }
-}
-
-fn whole<R: Real>(pair: Pair<R>, lane: usize) -> f64 {
-    pair.high.lane(lane) + pair.low.lane(lane)
 }

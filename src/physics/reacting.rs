@@ -20,7 +20,7 @@ impl<R: Real> Member<'_, R> {
     pub(super) fn remains_of(&self, ply: usize, state: usize) -> R {
         let one = R::constant(1.0);
         let row = self.plan.plies[ply].first_state as usize + state;
-        one - self.plies[ply].loss * (one - R::of(self.rows.substances[row].remains))
+        keep(one - self.plies[ply].loss * (one - R::of(self.rows.substances[row].remains)))
     }
 
     /// Volume of a cell in each state of its ply.
@@ -47,7 +47,7 @@ impl<R: Real> Member<'_, R> {
         for state in 1..self.plan.plies[ply].states as usize {
             density = density + phases[state] * self.remains_of(ply, state);
         }
-        density
+        keep(density)
     }
 
     /// What each state weighs in the properties of a cell, by volume or by mass.

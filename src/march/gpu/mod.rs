@@ -255,7 +255,7 @@ fn state_words(plan: &Plan) -> usize {
 }
 
 /// Words of what gas took along before those of the advancements.
-const GONE_WORDS: usize = 12;
+const GONE_WORDS: usize = 14;
 
 /// Words of one member's gas: what it took along, two an advancement and, by Darcy's law, five a cell.
 fn gas_words(plan: &Plan) -> usize {
@@ -316,7 +316,7 @@ fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], 
         if plan.gas.is_some() {
             let gone = HEATS_END + 2 * plan.plies.len();
             let sum = |place: usize| word(gone + 2 * place) + word(gone + 2 * place + 1);
-            balance = balance.and_gas([sum(0), sum(1), sum(2), word(gone + 6), word(gone + 7)]);
+            balance = balance.and_gas([sum(0), sum(1), sum(2), sum(3), word(gone + 8), word(gone + 9)]);
         }
         traces.balances.push(balance);
         traces.extremes_k.extend(extremes_k);
