@@ -4,7 +4,7 @@ var<private> gas_heat: Pair;
 var<private> reaction_gain: Pair;
 var<private> stage_heat: array<real, 2>;
 
-fn gas_in(cell: u32) -> real {
+fn gas_enthalpy_in(cell: u32) -> real {
     return gas_enthalpy_at(spot(temperatures[cell].high + first[cell]));
 }
 
@@ -31,7 +31,7 @@ fn gas_gained(p: u32, cell: u32) -> real {
         return 0.0;
     }
     let now_kg_m2 = pores[cell].storage * pressures[cell].high;
-    let now_j_kg = gas_in(cell) - gas_work(cell);
+    let now_j_kg = gas_enthalpy_in(cell) - gas_work(cell);
     let then_kg_m2 = first_storage(p, cell) * drives[0].pressure_pa;
     let start_k = cells[cell].start_k;
     let work_j_kg = start_k / look_up(spot(start_k), GAS_COLUMNS, GAS_TABLE + 2u);
@@ -70,7 +70,7 @@ fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
                     drawn[1] = drawn[1] - beyond;
                 }
                 if UNHINDERED {
-                    let leaves = made_in(p, i) * gas_in(i);
+                    let leaves = made_in(p, i) * gas_enthalpy_in(i);
                     out = out + leaves;
                     if i == 0u {
                         drawn[0] = drawn[0] + leaves;
@@ -87,11 +87,11 @@ fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
         }
     }
     if !UNHINDERED {
-        var above = gas_in(0u);
+        var above = gas_enthalpy_in(0u);
         out = leaving[stage] * above;
         drawn[0] = drawn[0] + out;
         for (var i = 0u; i < LAST_CELL; i++) {
-            let below = gas_in(i + 1u);
+            let below = gas_enthalpy_in(i + 1u);
             let gained = 0.5 * flows[i] * (below - above);
             second[i] = second[i] + gained;
             second[i + 1u] = second[i + 1u] + gained;

@@ -59,14 +59,13 @@ fn flow(step: u32, stage: u32) {
 
 fn let_out(step: u32, hot_kg_m2_s: real, back_kg_m2_s: real) {
     let length_s = lengths[step];
-    pass_out(hot_kg_m2_s * length_s);
-    pass_out(back_kg_m2_s * length_s);
+    pass_out(hot_kg_m2_s * length_s, back_kg_m2_s * length_s);
     recent = array<real, 2>(recent[1], hot_kg_m2_s);
 }
 
-fn pass_out(outward_kg_m2: real) {
-    gas_in = advanced(gas_in, max(-outward_kg_m2, 0.0));
-    gas_out = advanced(gas_out, max(outward_kg_m2, 0.0));
+fn pass_out(hot_kg_m2: real, back_kg_m2: real) {
+    gas_in = advanced(gas_in, max(-hot_kg_m2, 0.0) + max(-back_kg_m2, 0.0));
+    gas_out = advanced(gas_out, max(hot_kg_m2, 0.0) + max(back_kg_m2, 0.0));
 }
 
 fn porous(p: u32, i: u32) -> Porous {
@@ -124,7 +123,7 @@ fn face_pressures(step: u32) {
             let cell = face * LAST_CELL;
             let outside = Pair(drives[4u * step + 2u * face].pressure_pa, 0.0);
             let taken = pores[cell].storage * difference(pressures[cell], outside);
-            pass_out(taken);
+            pass_out(taken, 0.0);
             pressures[cell] = outside;
         }
     }

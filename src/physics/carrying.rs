@@ -14,7 +14,7 @@ use crate::plan::layout::GAS_COLUMNS;
 impl<R: Real> Member<'_, R> {
     /// Enthalpy of the gas in a cell at `T + Δ₁`, J/kg.
     #[inline(always)]
-    fn gas_in(&self, cell: usize) -> R {
+    fn gas_enthalpy_in(&self, cell: usize) -> R {
         self.gas_enthalpy_at(spot(self.temperatures[cell].high + self.first[cell]))
     }
 
@@ -51,7 +51,7 @@ impl<R: Real> Member<'_, R> {
             return zero;
         }
         let now_kg_m2 = self.pores[cell].storage * self.pressures[cell].high;
-        let now_j_kg = self.gas_in(cell) - self.gas_work(cell);
+        let now_j_kg = self.gas_enthalpy_in(cell) - self.gas_work(cell);
         let then_kg_m2 = self.first_storage(p, cell) * R::of(self.rows.drives[0].pressure_pa);
         let start_k = R::of(self.rows.cells[cell].start_k);
         let (tables, molar) = (&self.rows.tables, self.plan.gas_table() + 2);
@@ -98,7 +98,7 @@ impl<R: Real> Member<'_, R> {
                         drawn[1] = drawn[1] - beyond;
                     }
                     if is_unhindered {
-                        let leaves = self.made_in(p, i) * self.gas_in(i);
+                        let leaves = self.made_in(p, i) * self.gas_enthalpy_in(i);
                         out = out + leaves;
                         if i == 0 {
                             drawn[0] = drawn[0] + leaves;
@@ -115,11 +115,11 @@ impl<R: Real> Member<'_, R> {
             }
         }
         if !is_unhindered {
-            let mut above = self.gas_in(0);
+            let mut above = self.gas_enthalpy_in(0);
             out = self.leaving[stage] * above;
             drawn[0] = drawn[0] + out;
             for i in 0..last {
-                let below = self.gas_in(i + 1);
+                let below = self.gas_enthalpy_in(i + 1);
                 let gained = half * self.flows[i] * (below - above);
                 self.second[i] = self.second[i] + gained;
                 self.second[i + 1] = self.second[i + 1] + gained;

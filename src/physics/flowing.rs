@@ -64,17 +64,16 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     fn let_out(&mut self, step: usize, hot_kg_m2_s: R, back_kg_m2_s: R) {
         let length_s = R::of(self.rows.lengths_s[step]);
-        self.pass_out(hot_kg_m2_s * length_s);
-        self.pass_out(back_kg_m2_s * length_s);
+        self.pass_out(hot_kg_m2_s * length_s, back_kg_m2_s * length_s);
         self.recent = [self.recent[1], hot_kg_m2_s];
     }
 
-    /// Add gas that passed a face outward to what went out, or to what came in.
+    /// Add gas that passed the faces outward to what went out, or to what came in.
     #[inline(always)]
-    fn pass_out(&mut self, outward_kg_m2: R) {
+    fn pass_out(&mut self, hot_kg_m2: R, back_kg_m2: R) {
         let zero = R::constant(0.0);
-        self.gas_in = advanced(self.gas_in, (-outward_kg_m2).max(zero));
-        self.gas_out = advanced(self.gas_out, outward_kg_m2.max(zero));
+        self.gas_in = advanced(self.gas_in, (-hot_kg_m2).max(zero) + (-back_kg_m2).max(zero));
+        self.gas_out = advanced(self.gas_out, hot_kg_m2.max(zero) + back_kg_m2.max(zero));
     }
 
     /// Gas in the pores of a cell at `T + Δ₁`.
@@ -140,7 +139,7 @@ impl<R: Real> Member<'_, R> {
             if is_open {
                 let outside = Pair { high: R::of(self.rows.drives[drive].pressure_pa), low: none };
                 let taken = self.pores[cell].storage * difference(self.pressures[cell], outside);
-                self.pass_out(taken);
+                self.pass_out(taken, none);
                 self.pressures[cell] = outside;
             }
         }
