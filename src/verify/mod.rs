@@ -1,13 +1,14 @@
 //! Does the march solve the equation it says it solves?
 //!
 //! Four questions, a group of rows each: does it meet exact solutions, does its error vanish at the order
-//! it claims, does it agree with other people's codes and does heat in less heat out equal heat stored. A
+//! it claims, does it agree with other people's codes and is what comes in, less what goes out, stored? A
 //! row names its reference and where its tolerance comes from; tolerances are those of the references,
 //! never of the march. [`twins`] asks the fifth: do two marches agree with each other?
 //!
 //! The references are closed forms evaluated here ([`exact`]) and published figures re-typed under
 //! `data/verification`. Cylinders and spheres are out of scope, as the march is planar.
 
+mod balances;
 pub mod exact;
 pub mod orders;
 pub mod problem;
@@ -30,7 +31,7 @@ pub enum Group {
     Orders,
     /// Other people's codes and standards.
     Codes,
-    /// Heat in less heat out less heat stored.
+    /// What came in less what went out less what is stored, of heat and of mass.
     Balance,
     /// Marches against each other.
     Twins,
@@ -86,7 +87,7 @@ pub fn rows(march: &mut dyn March, marches: &mut [Box<dyn March>], groups: &[Gro
                 }
             }
             Group::Orders => rows.extend(orders::orders(march)?),
-            Group::Balance => rows.extend(orders::balances(march)?),
+            Group::Balance => rows.extend(balances::balances(march)?),
             Group::Twins => rows.extend(twins::twins(marches)?),
         }
     }

@@ -69,4 +69,10 @@ fn the_exact_solutions_are_met_by_the_binary_as_it_is_shipped() {
     let table = say(&scratch, "verify --group exact --quiet --json").done().json();
     assert!(table["passed"].as_u64().is_some_and(|passed| passed > 10), "{table:#}");
     assert_eq!(table["failed"], 0);
+    for row in table["rows"].as_array().expect("rows") {
+        for key in ["case", "reference", "quantity", "unit", "source_of_tolerance"] {
+            assert!(row[key].as_str().is_some_and(|text| !text.is_empty()), "no {key} in {row:#}");
+        }
+        assert!(row["difference"].is_number() && row["tolerance"].is_number(), "{row:#}");
+    }
 }

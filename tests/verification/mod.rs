@@ -1,10 +1,13 @@
 //! Every row of `bondline verify` passes on the processor in f64, and a row can fail.
 
+use crate::support::case;
+use bondline::case::Case;
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::{Cpu, Reference};
 use bondline::march::{Backend, March, MarchError, Precision};
 use bondline::plan::Plan;
 use bondline::traces::Traces;
+use bondline::verify::problem::Problem;
 use bondline::verify::problems::{all, flexible};
 use bondline::verify::{Group, compare, rows, table};
 use std::ops::Range;
@@ -14,6 +17,11 @@ fn passes(group: Group) {
     let rows = rows(&mut Cpu::new(Precision::F64), &mut [], &[group]).expect("the processor does not fail");
     assert!(!rows.is_empty(), "no rows in {}", group.name());
     assert!(rows.iter().all(|row| row.pass()), "\n{}", table(&rows));
+    for row in &rows {
+        let told = [&row.case, &row.reference, &row.quantity, &row.unit, &row.source_of_tolerance];
+        assert!(told.iter().all(|text| !text.is_empty()), "a row says not all of itself: {row:?}");
+        assert!(row.tolerance.is_finite() && row.tolerance > 0.0, "a row that cannot fail: {row:?}");
+    }
 }
 
 #[test]
@@ -22,7 +30,7 @@ fn the_march_meets_exact_solutions() {
 }
 
 #[test]
-fn the_march_is_second_order_in_space_and_time() {
+fn the_march_is_of_the_order_that_each_row_claims() {
     passes(Group::Orders);
 }
 
@@ -32,7 +40,7 @@ fn the_march_agrees_with_other_codes_and_standards() {
 }
 
 #[test]
-fn heat_in_less_heat_out_is_heat_stored() {
+fn what_comes_in_less_what_goes_out_is_stored_of_heat_and_of_mass() {
     passes(Group::Balance);
 }
 
@@ -47,12 +55,10 @@ fn a_reference_moved_by_twice_its_tolerance_fails_its_row() {
     assert!(rows[1].pass(), "\n{}", table(&rows));
 }
 
-/// A march whose last reading is off by so much.
-struct Spoiled {
-    temperature_k: f64,
-}
+/// A march whose traces are not what they should be.
+struct Spoiled<F>(F);
 
-impl March for Spoiled {
+impl<F: Fn(&Plan, &mut Traces)> March for Spoiled<F> {
     fn backend(&self) -> Backend {
         Reference(Precision::F64).backend()
     }
@@ -62,20 +68,92 @@ impl March for Spoiled {
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        let mut traces = Reference(Precision::F64).march(plan, ensemble, members)?;
-        if let Some(last_k) = traces.temperatures_k.last_mut() {
-            *last_k += self.temperature_k;
-        }
+        let mut traces = Cpu::new(Precision::F64).march(plan, ensemble, members)?;
+        (self.0)(plan, &mut traces);
         Ok(traces)
     }
+}
+
+#[test]
+fn an_error_of_too_low_an_order_in_the_step_fails_every_row_that_claims_a_higher_one() {
+    for (order, is_first) in [(1.0, true), (0.5, false)] {
+        let mut march = Spoiled(|plan: &Plan, traces: &mut Traces| {
+            let share = (plan.steps() as f64).powf(-order);
+            traces.temperatures_k.iter_mut().for_each(|temperature_k| *temperature_k += 1e3 * share);
+            traces.gauges.iter_mut().for_each(|reading| *reading *= 1.0 + share);
+        });
+        let rows = rows(&mut march, &mut [], &[Group::Orders]).expect("the processor does not fail");
+        let of_itself = rows.iter().filter(|row| row.reference.starts_with("itself"));
+        for row in of_itself {
+            let is_pressure = row.quantity.starts_with("pressure");
+            let is_met = row.quantity.contains("Δx") || (is_first && is_pressure);
+            assert_eq!(row.pass(), is_met, "order {order}: {row:?}");
+        }
+        assert!(rows.iter().filter(|row| !row.pass()).count() >= 8, "order {order}\n{}", table(&rows));
+    }
+}
+
+#[test]
+fn heat_and_mass_from_nowhere_fail_every_balance() {
+    let mut march = Spoiled(|_: &Plan, traces: &mut Traces| {
+        for balance in &mut traces.balances {
+            let moved_j_m2 = balance.hot_in_j_m2 + balance.back_in_j_m2 + balance.hot_out_j_m2 + balance.back_out_j_m2;
+            balance.stored_j_m2 += 1e-3 * moved_j_m2;
+            balance.gas_stored_kg_m2 += 1e-7 * (balance.gas_in_kg_m2 + balance.gas_out_kg_m2);
+        }
+    });
+    let rows = rows(&mut march, &mut [], &[Group::Balance]).expect("the processor does not fail");
+    for row in rows.iter().filter(|row| row.quantity.starts_with("residual")) {
+        assert!(!row.pass(), "{row:?}");
+    }
+    assert!(rows.iter().any(|row| row.unit == "of the mass moved"), "no row of mass");
+}
+
+#[test]
+fn the_held_tacot_is_verified_at_the_resolution_that_its_case_states() {
+    let (problem, case) = (held_tacot(), case("tacot-held"));
+    assert_eq!(problem.case.resolution, case.resolution);
+    let march = |case: &Case| {
+        let plan = Plan::new(case);
+        let traces = Cpu::new(Precision::F64).march(&plan, &Ensemble::nominal(&case.factors), 0..1);
+        (plan.instants_s, traces.expect("the processor does not fail"))
+    };
+    let ((verified_s, verified), (shipped_s, shipped)) = (march(&problem.case), march(&case));
+    let mut compared = 0;
+    for (index, sensor) in problem.case.sensors.iter().enumerate() {
+        let twin = case.sensors.iter().position(|other| (other.depth_m - sensor.depth_m).abs() < 1e-9);
+        let twin = twin.unwrap_or_else(|| panic!("the case has no sensor at {}", sensor.name));
+        for (instant, time_s) in verified_s.iter().enumerate() {
+            let Some(other) = shipped_s.iter().position(|other_s| (other_s - time_s).abs() < 1e-6) else { continue };
+            let off_k = (verified.trace(0, index)[instant] - shipped.trace(0, twin)[other]).abs();
+            assert!(off_k < 0.02, "{}, {time_s} s: {off_k} K apart", sensor.name);
+            compared += 1;
+        }
+    }
+    assert!(compared > 8 * 50, "{compared} readings were compared");
+}
+
+#[test]
+fn the_held_tacot_on_fewer_cells_misses_the_converged_curves() {
+    let mut problem = held_tacot();
+    problem.case.resolution.cells = 320;
+    let rows = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail");
+    assert!(!rows[0].pass(), "\n{}", table(&rows[..1]));
+}
+
+fn held_tacot() -> Problem {
+    all().into_iter().find(|problem| problem.case.name == "TACOT held at 1644 K").expect("listed")
 }
 
 #[test]
 fn two_marches_are_compared_reading_by_reading() {
     let plan = Plan::new(&flexible::layup());
     let ensemble = Ensemble::at(0, Vec::new());
-    let off_k = |temperature_k| {
-        compare(&mut Reference(Precision::F64), &mut Spoiled { temperature_k }, &plan, &ensemble).expect("no device")
+    let off_k = |temperature_k: f64| {
+        let mut spoiled = Spoiled(|_: &Plan, traces: &mut Traces| {
+            traces.temperatures_k.last_mut().map(|last_k| *last_k += temperature_k).expect("a trace has instants");
+        });
+        compare(&mut Cpu::new(Precision::F64), &mut spoiled, &plan, &ensemble).expect("no device")
     };
     assert_eq!(off_k(0.0), 0.0);
     assert!((off_k(1e-3) - 1e-3).abs() < 1e-9);
