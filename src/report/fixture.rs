@@ -37,6 +37,7 @@ impl Outcomes {
             uncertainty: (study || command == "uncertainty").then_some(&self.uncertainty),
             sensitivity: (study || command == "sensitivity").then_some(&self.sensitivity),
             estimated: (study || command == "estimate").then_some(&self.estimated),
+            beside: None,
         }
     }
 }

@@ -44,6 +44,9 @@ pub fn screen(story: &Story) -> String {
     if let Some(outcome) = story.estimated {
         lines.extend(estimate(story, outcome, &room));
     }
+    if let Some(outcome) = story.beside {
+        lines.extend(wrapped("", &findings::explained(story, outcome)));
+    }
     let doubts = warnings::all(story);
     let left = LINES.saturating_sub(lines.len());
     let mut told = Vec::new();

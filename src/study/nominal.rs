@@ -74,6 +74,13 @@ impl Nominal {
     }
 }
 
+impl Nominal {
+    /// The temperature of a sensor at the instant nearest a time, K.
+    pub fn at(&self, sensor: usize, time_s: f64) -> f64 {
+        self.temperatures_k[sensor][nearest(&self.instants_s, time_s)]
+    }
+}
+
 impl Peak {
     /// The first highest temperature of a trace.
     pub fn of(trace_k: &[f64], instants_s: &[f64]) -> Self {

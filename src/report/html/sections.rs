@@ -1,10 +1,11 @@
 //! The answers, a section each: tables and figures.
 
 use super::super::figure::Figure;
-use super::super::findings::{ranked, sentence};
+use super::super::findings::{explained, ranked, sentence};
 use super::super::{Story, words};
 use super::table::{escaped, list, paragraph, table};
 use super::{Section, case};
+use crate::study::beside::Beside;
 use crate::study::estimate::Estimated;
 use crate::study::nominal::{Misfit, Nominal};
 use crate::study::sensitivity::{Identifiability, Sensitivity};
@@ -36,6 +37,9 @@ pub(super) fn all(story: &Story, figures: &[Figure], stills: &[String]) -> Vec<S
     if let Some(outcome) = story.estimated {
         add("estimation", "Estimation", estimation(story, outcome) + &shown("estimation"));
     }
+    if let Some(outcome) = story.beside {
+        add("beside", "Beside another case", beside(story, outcome) + &shown("beside"));
+    }
     add("case", "Case", case::described(story.case) + &shown("case"));
     add("method", "Method", case::method(story));
     sections
@@ -52,6 +56,7 @@ fn section_of(figure: &Figure) -> &'static str {
         "nominal" => "nominal",
         "spread" | "shares" | "peaks" => "uncertainty",
         "sensitivity" | "alignment" | "proposed" => "sensitivity",
+        "beside" => "beside",
         "hot" => "case",
         _ => "estimation",
     }
@@ -278,4 +283,40 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
             &misfits,
         )
         + &list(&said)
+}
+
+fn beside(story: &Story, outcome: &Beside) -> String {
+    let kelvin = |off_k: f64| if off_k.is_nan() { "-".to_owned() } else { words::grouped(off_k, 1) };
+    let rows: Vec<Vec<String>> = (outcome.left.iter())
+        .map(|left| {
+            let mut row = vec![story.case.sensors[left.sensor].name.clone()];
+            row.extend(left.heating_k.into_iter().chain(left.cooling_k).map(kelvin));
+            row.push(if left.explained().is_finite() {
+                format!("{:.0}", 100.0 * left.explained())
+            } else {
+                "-".into()
+            });
+            row
+        })
+        .collect();
+    let estimates = outcome.factors.iter().zip(&outcome.estimated.values).zip(&outcome.estimated.standard_errors);
+    let estimates: Vec<Vec<String>> = estimates
+        .map(|((name, value), error)| vec![name.clone(), format!("{value:.4}"), words::significant(*error, 2)])
+        .collect();
+    let (first, other) = (&story.case.id, &outcome.id);
+    let heads = [
+        "Sensor".to_owned(),
+        format!("Heating, {first}, K"),
+        format!("Heating, {other}, K"),
+        format!("Cool-down, {first}, K"),
+        format!("Cool-down, {other}, K"),
+        "Explained in cool-down, %".to_owned(),
+    ];
+    paragraph(&explained(story, outcome))
+        + &table(
+            "Prediction less measurement at the estimates of each (root mean square)",
+            &heads.each_ref().map(String::as_str),
+            &rows,
+        )
+        + &table(&format!("Estimates of {other}"), &["Factor", "Estimate", "± (1 σ)"], &estimates)
 }
