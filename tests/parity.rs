@@ -9,7 +9,7 @@ use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::Device;
 use bondline::march::{Backend, March, MarchError, Precision, march_all};
 use bondline::plan::Plan;
-use bondline::plan::layout::TABLE_STEP_K;
+use bondline::plan::layout::{TABLE_NODES, TABLE_STEP_K};
 use bondline::traces::{Arrival, Traces};
 use std::ops::Range;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
@@ -112,12 +112,15 @@ fn spoiled(plan: &Plan, share: f64) -> Plan {
     plan
 }
 
-/// A plan with one number of it one f32 away: the conductivity of the first ply at the node under a temperature.
+/// A plan with one number of it one f32 away (one a level of pressure): the conductivity of the first ply at the node
+/// under a temperature.
 fn spoiled_in_the_last_bit(plan: &Plan, temperature_k: f64) -> Plan {
     let mut plan = plan.clone();
     let node = (temperature_k / TABLE_STEP_K) as usize;
-    let place = plan.plies[0].table as usize + node * plan.table_columns();
-    plan.rows.tables[place] = f64::from((plan.rows.tables[place] as f32).next_up());
+    for level in 0..plan.levels {
+        let place = plan.plies[0].table as usize + (level * TABLE_NODES + node) * plan.table_columns();
+        plan.rows.tables[place] = f64::from((plan.rows.tables[place] as f32).next_up());
+    }
     plan
 }
 
