@@ -5,6 +5,7 @@
 //! drives, and 22–25 twin fit, 26–28 spread, shares and sensitivities of TC4, 29–31 fit when TC3 drives.
 
 mod estimate;
+mod gas;
 mod nominal;
 mod sensitivity;
 mod uncertainty;
@@ -21,6 +22,7 @@ pub fn all(story: &Story) -> Vec<Figure> {
     let case = story.case;
     let mut figures = Vec::new();
     figures.extend(story.nominal.map(|outcome| nominal::figures(case, outcome)).unwrap_or_default());
+    figures.extend(story.nominal.map(|outcome| gas::figures(case, outcome)).unwrap_or_default());
     figures.extend(
         story.uncertainty.map(|outcome| uncertainty::figures(case, outcome, story.nominal)).unwrap_or_default(),
     );
