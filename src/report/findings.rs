@@ -1,7 +1,7 @@
 //! What was found, in sentences: the same for the page and, shortened, for the screen.
 
 use super::figures::nearest;
-use super::{Story, words};
+use super::{Story, gas, words};
 use crate::case::Case;
 use crate::study::beside::Beside;
 use crate::study::estimate::Estimated;
@@ -45,6 +45,9 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
                 ),
             );
         }
+    }
+    if let Some(said) = story.nominal.and_then(|nominal| gas::found(story.case, nominal)) {
+        say("Gas", said);
     }
     if let (Some(outcome), Some(sensor)) = (story.uncertainty, bondline) {
         say("Spread", spread(story.case, outcome, sensor));

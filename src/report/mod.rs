@@ -10,6 +10,7 @@ pub mod files;
 mod findings;
 #[cfg(test)]
 mod fixture;
+mod gas;
 mod html;
 pub mod materials;
 pub mod summary;

@@ -6,6 +6,7 @@
 
 mod beside;
 mod estimate;
+mod gas;
 mod nominal;
 mod sensitivity;
 mod uncertainty;
@@ -22,6 +23,7 @@ pub fn all(story: &Story) -> Vec<Figure> {
     let case = story.case;
     let mut figures = Vec::new();
     figures.extend(story.nominal.map(|outcome| nominal::figures(case, outcome)).unwrap_or_default());
+    figures.extend(story.nominal.map(|outcome| gas::figures(case, outcome)).unwrap_or_default());
     figures.extend(
         story.uncertainty.map(|outcome| uncertainty::figures(case, outcome, story.nominal)).unwrap_or_default(),
     );

@@ -2,7 +2,7 @@
 
 use super::super::figure::Figure;
 use super::super::findings::{explained, ranked, sentence};
-use super::super::{Story, words};
+use super::super::{Story, gas, words};
 use super::table::{escaped, list, paragraph, table};
 use super::{Section, case};
 use crate::study::beside::Beside;
@@ -27,6 +27,10 @@ pub(super) fn all(story: &Story, figures: &[Figure], stills: &[String]) -> Vec<S
     let mut add = |anchor, title, content| sections.push(Section { anchor, title, content });
     if let Some(outcome) = story.nominal {
         add("nominal", "Nominal", nominal(story, outcome) + &shown("nominal"));
+    }
+    let moving = shown("gas");
+    if !moving.is_empty() {
+        add("gas", if gas::decomposes(story.case) { "Decomposition and gas" } else { "Gas" }, moving);
     }
     if let Some(outcome) = story.uncertainty {
         add("uncertainty", "Uncertainty", uncertainty(story, outcome) + &shown("uncertainty"));
@@ -54,6 +58,7 @@ struct Drawn {
 fn section_of(figure: &Figure) -> &'static str {
     match figure.id.split('-').next().unwrap_or_default() {
         "nominal" => "nominal",
+        "gas" => "gas",
         "spread" | "shares" | "peaks" => "uncertainty",
         "sensitivity" | "alignment" | "proposed" => "sensitivity",
         "beside" => "beside",
@@ -68,12 +73,15 @@ fn drawn(index: usize, figure: &Figure, still: &str) -> String {
     } else {
         format!(" <span class=\"tag\">{}</span>", escaped(&figure.number))
     };
-    format!(
-        "<figure>\n<h3>{title}{tag}</h3>\n<div class=\"chart\" data-chart=\"{index}\" role=\"img\" aria-label=\"{title}\"></div>\n\
-         <div class=\"still\">{still}</div>\n<figcaption>{caption}</figcaption>\n</figure>\n",
-        title = escaped(&figure.title),
-        caption = escaped(&figure.caption),
-    )
+    let title = escaped(&figure.title);
+    let chart = format!(
+        "<div class=\"chart\" data-chart=\"{index}\" role=\"img\" aria-label=\"{title}\"></div>\n\
+         <div class=\"still\">{still}</div>\n",
+    );
+    let caption = format!("<figcaption>{}</figcaption>\n", escaped(&figure.caption));
+    // No table says in numbers what the charts of gas show: there the sentence comes first.
+    let content = if section_of(figure) == "gas" { caption + &chart } else { chart + &caption };
+    format!("<figure>\n<h3>{title}{tag}</h3>\n{content}</figure>\n")
 }
 
 fn nominal(story: &Story, outcome: &Nominal) -> String {
@@ -133,6 +141,7 @@ fn nominal(story: &Story, outcome: &Nominal) -> String {
             ],
             &balances,
         )
+        + &if outcome.readings.is_empty() { String::new() } else { paragraph(&gas::balance(&balance)) }
 }
 
 fn misfit_cells(misfit: &Misfit) -> [String; 5] {
