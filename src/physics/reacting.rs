@@ -253,6 +253,7 @@ impl<R: Real> Member<'_, R> {
 
     /// Heat that the reactions of a cell take up at a stage, and what they give to the enthalpies of solid and gas
     /// beyond what they take from them, W/m²; by how much the first rises with temperature, W/m²/K.
+    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
     pub(super) fn reaction_heat(&self, ply: usize, cell: usize) -> [R; 3] {
         let row = &self.plan.plies[ply];

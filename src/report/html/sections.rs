@@ -313,19 +313,9 @@ fn beside(story: &Story, outcome: &Beside) -> String {
         .map(|((name, value), error)| vec![name.clone(), format!("{value:.4}"), words::significant(*error, 2)])
         .collect();
     let (first, other) = (&story.case.id, &outcome.id);
-    let heads = [
-        "Sensor".to_owned(),
-        format!("Heating, {first}, K"),
-        format!("Heating, {other}, K"),
-        format!("Cool-down, {first}, K"),
-        format!("Cool-down, {other}, K"),
-        "Explained in cool-down, %".to_owned(),
-    ];
+    let title = format!("Root mean square of prediction less measurement, K: {first}, and {other} beside it");
+    let heads = ["Sensor", "Heating", "beside", "Cool-down", "beside", "Explained, %"];
     paragraph(&explained(story, outcome))
-        + &table(
-            "Prediction less measurement at the estimates of each (root mean square)",
-            &heads.each_ref().map(String::as_str),
-            &rows,
-        )
+        + &table(&title, &heads, &rows)
         + &table(&format!("Estimates of {other}"), &["Factor", "Estimate", "± (1 σ)"], &estimates)
 }
