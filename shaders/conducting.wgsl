@@ -10,7 +10,9 @@ fn properties(step: u32, stage: u32) {
             }
             let at = spot(temperatures[i].high + first[i]);
             conductivities[i] = conductivity(at, ply.table, ply_scales[p]);
-            slopes[i] = conductivity_slope(at, ply.table, ply_scales[p]);
+            if stage == 0u {
+                slopes[i] = conductivity_slope(at, ply.table, ply_scales[p]);
+            }
             evaluated[i] = cells[i].width_m * heat_capacity(at, ply.table, ply_scales[p]);
         }
         if DARCY {

@@ -1,8 +1,7 @@
 // How far a reaction goes in a step: twin of src/physics/decomposition.rs.
 
-fn rate(reaction: Reaction, temperature_k: real, kinetics: real, activation: real) -> real {
-    let exponent = -(activation * reaction.activation_k) / temperature_k;
-    let constant = kinetics * reaction.rate_1_s * exponential(exponent);
+fn rate(reaction: Reaction, temperature_k: real, kinetics: real, steepness: real) -> real {
+    let constant = kinetics * reaction.rate_1_s * exponential(-steepness);
     return constant * reached(temperature_k, reaction.onset_k);
 }
 
@@ -36,7 +35,7 @@ fn logarithm_over_one(x: real) -> real {
 
 fn consumed(reactant: real, exposure: real, order: real) -> real {
     if order == 1.0 {
-        return reactant * exposure * mean_decay(exposure);
+        return reactant * decay(exposure);
     }
     if order == 2.0 {
         let gone = exposure * reactant;

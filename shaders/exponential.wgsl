@@ -6,7 +6,12 @@ const LN_2_HIGH = 0.693145751953125;
 const LN_2_LOW = 1.4286068203094172e-6;
 const LARGEST = 80.0;
 
-fn exponential(x: real) -> real {
+struct Power {
+    two_to: real,
+    part: real,
+}
+
+fn power_of_e(x: real) -> Power {
     let bounded = min(max(x, real(-LARGEST)), real(LARGEST));
     let twos = nearest(bounded * real(LOG2_E));
     let rest = keep(bounded - twos * real(LN_2_HIGH)) - twos * real(LN_2_LOW);
@@ -23,7 +28,17 @@ fn exponential(x: real) -> real {
     sum = keep(sum * rest) + real(1.0 / 6.0);
     sum = keep(sum * rest) + 0.5;
     sum = keep(sum * rest) + 1.0;
-    return (keep(sum * rest) + 1.0) * two_to(twos);
+    return Power(two_to(twos), keep(sum * rest));
+}
+
+fn exponential(x: real) -> real {
+    let power = power_of_e(x);
+    return (power.part + 1.0) * power.two_to;
+}
+
+fn decay(x: real) -> real {
+    let power = power_of_e(-x);
+    return (1.0 - power.two_to) - power.two_to * power.part;
 }
 
 fn logarithm(x: real) -> real {

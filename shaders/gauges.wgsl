@@ -26,6 +26,8 @@ fn gauges(step: u32) -> array<real, GAUGES> {
             depth_m = depth_m + width_m;
         }
     }
+    virgin_m = max(virgin_m, crossing(before, before_m, 0.0, depth_m, real(VIRGIN_LOST)));
+    char_m = max(char_m, crossing(before, before_m, 0.0, depth_m, real(CHAR_LOST)));
     var peak = outside;
     var back = outside;
     if DARCY {

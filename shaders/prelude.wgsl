@@ -13,7 +13,7 @@ fn reached(value: real, mark: real) -> real {
 }
 
 fn nearest(value: real) -> real {
-    return real(i32(value + select(real(-0.5), real(0.5), value >= 0.0)));
+    return keep(value + real(WHOLE)) - real(WHOLE);
 }
 
 fn two_to(whole: real) -> real {

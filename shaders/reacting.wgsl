@@ -39,10 +39,10 @@ fn mass_left(ply: u32, phases: Phases) -> real {
 fn weights_of(ply: u32, phases: Phases) -> Phases {
     let by_volume = bulks[ply].by_volume;
     let by_mass = 1.0 - by_volume;
-    let density = mass_left(ply, phases);
+    let per_density = 1.0 / mass_left(ply, phases);
     var weights = phases;
     for (var state = 0u; state < plies[ply].states; state++) {
-        weights[state] = weights[state] * (by_volume + by_mass * (remains_of(ply, state) / density));
+        weights[state] = weights[state] * (by_volume + by_mass * (remains_of(ply, state) * per_density));
     }
     return weights;
 }
@@ -81,7 +81,7 @@ fn blend(p: u32, i: u32, step: u32, stage: u32) {
     let at = spot(temperatures[i].high + first[i]);
     var phases = phases_of(p, i);
     var weights = weights_of(p, phases);
-    let stretch = stretch_of(p, mass_left(p, phases));
+    let per_stretch = 1.0 / stretch_of(p, mass_left(p, phases));
     let here = pressure_level(i, step, stage);
     var conducts = real(0.0);
     var slope = real(0.0);
@@ -93,18 +93,22 @@ fn blend(p: u32, i: u32, step: u32, stage: u32) {
             let low = conductivity(spots[0], block, scale);
             let high = conductivity(spots[1], block, scale);
             conducts = conducts + weights[state] * (low + here.share * (high - low));
-            let low_slope = conductivity_slope(spots[0], block, scale);
-            let high_slope = conductivity_slope(spots[1], block, scale);
-            slope = slope + weights[state] * (low_slope + here.share * (high_slope - low_slope));
+            if stage == 0u {
+                let low_slope = conductivity_slope(spots[0], block, scale);
+                let high_slope = conductivity_slope(spots[1], block, scale);
+                slope = slope + weights[state] * (low_slope + here.share * (high_slope - low_slope));
+            }
         } else {
             conducts = conducts + weights[state] * conductivity(at, block, scale);
-            slope = slope + weights[state] * conductivity_slope(at, block, scale);
+            if stage == 0u {
+                slope = slope + weights[state] * conductivity_slope(at, block, scale);
+            }
         }
         let stored = heat_capacity(at, block, scale);
         stores = stores + phases[state] * remains_of(p, state) * stored;
     }
-    conductivities[i] = conducts / stretch;
-    slopes[i] = slope / stretch;
+    conductivities[i] = conducts * per_stretch;
+    slopes[i] = slope * per_stretch;
     evaluated[i] = cells[i].width_m * stores;
 }
 
@@ -145,13 +149,15 @@ fn react(step: u32, stage: u32) {
 fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: real, stage: u32) {
     let temperature_k = temperatures[i].high + 0.5 * first[i];
     let mass_kg_m2 = ply_scales[p].mass_kg_m3 * cells[i].width_m * ply_scales[p].loss;
+    let flux_kg_m2_s = mass_kg_m2 / length_s;
+    let per_kelvin = 1.0 / temperature_k;
     var before = real(1.0);
     var fed = real(0.0);
     for (var j = first_reaction; j < end_reaction; j++) {
         let place = i * REACTIONS + j - first_reaction;
         let reaction = reactions[j];
-        let activation_k = ply_scales[p].activation * reaction.activation_k;
-        let now_1_s = rate(reaction, temperature_k, ply_scales[p].kinetics, ply_scales[p].activation);
+        let steepness = ply_scales[p].activation * reaction.activation_k * per_kelvin;
+        let now_1_s = rate(reaction, temperature_k, ply_scales[p].kinetics, steepness);
         let exposure = length_s * now_1_s;
         let chained = reaction.chained;
         let ahead = 1.0 + chained * (before - 1.0);
@@ -159,14 +165,13 @@ fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: 
         let left = keep(keep(ahead - done.high) - done.low);
         let reactant = max(left + chained * 0.5 * fed, 0.0);
         let spent = consumed(reactant, exposure, reaction.order);
-        let release = spent * reaction.loss * mass_kg_m2 / length_s;
+        let release = spent * reaction.loss * flux_kg_m2_s;
         before = done.high;
         fed = spent;
         if stage == 0u {
             releases[place] = release;
             let spared = (reactant - spent) / max(reactant, 1e-30);
-            let steepness_1_k = activation_k / (temperature_k * temperature_k);
-            responses[place] = release * spared * steepness_1_k;
+            responses[place] = release * spared * steepness * per_kelvin;
         } else {
             releases[place] = 2.0 * release - releases[place];
             advancements[place] = advanced(done, spent);
@@ -198,6 +203,10 @@ fn reaction_heat(ply: u32, cell: u32) -> array<real, 3> {
     let at = spot(temperatures[cell].high + first[cell]);
     let gas_j_kg = gas_enthalpy_at(at);
     let absolute = bulks[ply].absolute;
+    var held_j_kg: Phases;
+    for (var state = 0u; state < row.states; state++) {
+        held_j_kg[state] = remains_of(ply, state) * enthalpy_of(ply, state, at);
+    }
     var absorbed = real(0.0);
     var given = real(0.0);
     var rises = real(0.0);
@@ -205,8 +214,7 @@ fn reaction_heat(ply: u32, cell: u32) -> array<real, 3> {
         let reaction = reactions[j];
         let from_state = paths[j].source;
         let to_state = paths[j].product;
-        let lost = remains_of(ply, from_state) * enthalpy_of(ply, from_state, at)
-            - remains_of(ply, to_state) * enthalpy_of(ply, to_state, at);
+        let lost = held_j_kg[from_state] - held_j_kg[to_state];
         let solid_j_kg = reaction.share * lost / (ply_scales[ply].loss * reaction.loss);
         let rise = gas_j_kg - solid_j_kg;
         let of_reaction = reaction.heat_j_kg;

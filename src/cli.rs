@@ -46,6 +46,9 @@ pub(crate) enum Command {
         data: Trusted,
         #[command(flatten)]
         fit: Fit,
+        /// Fit this case to the same observations too, and tell what its physics explains
+        #[arg(long, value_name = "CASE")]
+        beside: Option<PathBuf>,
     },
     /// Predict, uncertainty, sensitivity and estimate in one report
     Study {

@@ -10,6 +10,7 @@ use bondline::march::{Precision, choose};
 use bondline::plan::Plan;
 use bondline::report::files::{MembersFile, OutputFolder, Row, TracesFile};
 use bondline::report::{self, Seconds, Story, materials, summary};
+use bondline::study::beside::{Beside, BesideError, beside};
 use bondline::study::estimate::{EstimateError, Estimated, estimate, options};
 use bondline::study::nominal::{Nominal, Peak, nominal};
 use bondline::study::sensitivity::{Sensitivity, difference_step, sensitivity};
@@ -44,9 +45,14 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
                 desk.differentiate(step)
             })
         }
-        Command::Estimate { ask, data, fit } => {
+        Command::Estimate { ask, data, fit, beside } => {
             let prepare = |case: &mut Case| asked::trust(case, &data).and_then(|()| asked::fit(case, &fit));
-            Desk::open("estimate", ask, 16, prepare)?.answer(|desk| desk.fit(fit.patience))
+            let mut other = beside.map(|path| load(&path, &ask.on)).transpose()?;
+            other.as_mut().map_or(Ok(()), prepare)?;
+            Desk::open("estimate", ask, 16, prepare)?.answer(|desk| {
+                desk.fit(fit.patience)?;
+                other.map_or(Ok(()), |other| desk.hold_beside(&other, fit.patience))
+            })
         }
         Command::Study { ask, sweep, data, fit } => {
             let prepare = |case: &mut Case| asked::trust(case, &data).and_then(|()| asked::fit(case, &fit));
@@ -84,6 +90,7 @@ struct Desk {
     uncertainty: Option<Uncertainty>,
     sensitivity: Option<Sensitivity>,
     estimated: Option<Estimated>,
+    beside: Option<Beside>,
     /// Failed members beyond what is put up with.
     failed: Option<String>,
 }
@@ -118,6 +125,7 @@ impl Desk {
             uncertainty: None,
             sensitivity: None,
             estimated: None,
+            beside: None,
             failed: None,
         })
     }
@@ -145,6 +153,7 @@ impl Desk {
             uncertainty: self.uncertainty.as_ref(),
             sensitivity: self.sensitivity.as_ref(),
             estimated: self.estimated.as_ref(),
+            beside: self.beside.as_ref(),
         };
         let files = report::write(&story, &self.folder)?;
         let last = files.last().ok_or_else(|| input("the report wrote no file"))?;
@@ -269,6 +278,17 @@ impl Desk {
         let outcome = estimate(&self.case, &self.plan, &mut self.march, &options);
         self.estimated = Some(outcome.map_err(|error| match error {
             EstimateError::March(error) => error.into(),
+            other => input(other),
+        })?);
+        Ok(())
+    }
+
+    fn hold_beside(&mut self, other: &Case, patience: usize) -> Result<(), Failure> {
+        let options = Options { patience, ..options(self.march.precision()) };
+        let Some(first) = &self.estimated else { return Ok(()) };
+        let outcome = beside((&self.case, first), other, &mut self.march, &options);
+        self.beside = Some(outcome.map_err(|error| match error {
+            BesideError::Estimate(EstimateError::March(error)) => error.into(),
             other => input(other),
         })?);
         Ok(())

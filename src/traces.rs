@@ -39,6 +39,18 @@ impl Gauge {
     pub const ALL: [Self; 6] =
         [Self::GasFlux, Self::MassLost, Self::VirginFront, Self::CharFront, Self::PeakPressure, Self::BackPressure];
 
+    /// What it is called in files, its unit last.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::GasFlux => "gas_flux_kg_m2_s",
+            Self::MassLost => "mass_lost_kg_m2",
+            Self::VirginFront => "virgin_front_m",
+            Self::CharFront => "char_front_m",
+            Self::PeakPressure => "peak_pressure_pa",
+            Self::BackPressure => "back_pressure_pa",
+        }
+    }
+
     pub fn unit(self) -> &'static str {
         match self {
             Self::GasFlux => "kg/m²/s",

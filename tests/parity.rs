@@ -9,6 +9,7 @@ use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::Device;
 use bondline::march::{Backend, March, MarchError, Precision, march_all};
 use bondline::plan::Plan;
+use bondline::plan::layout::{TABLE_NODES, TABLE_STEP_K};
 use bondline::traces::{Arrival, Traces};
 use std::ops::Range;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
@@ -111,11 +112,15 @@ fn spoiled(plan: &Plan, share: f64) -> Plan {
     plan
 }
 
-/// A plan with one number of it one f32 away: the conductivity of the first ply at the node under 300 K.
-fn spoiled_in_the_last_bit(plan: &Plan) -> Plan {
+/// A plan with one number of it one f32 away (one a level of pressure): the conductivity of the first ply at the node
+/// under a temperature.
+fn spoiled_in_the_last_bit(plan: &Plan, temperature_k: f64) -> Plan {
     let mut plan = plan.clone();
-    let place = plan.plies[0].table as usize + 60 * plan.table_columns();
-    plan.rows.tables[place] = f64::from((plan.rows.tables[place] as f32).next_up());
+    let node = (temperature_k / TABLE_STEP_K) as usize;
+    for level in 0..plan.levels {
+        let place = plan.plies[0].table as usize + (level * TABLE_NODES + node) * plan.table_columns();
+        plan.rows.tables[place] = f64::from((plan.rows.tables[place] as f32).next_up());
+    }
     plan
 }
 
@@ -132,7 +137,9 @@ fn the_device_in_single_precision_equals_the_processor_bit_for_bit() {
 #[test]
 fn a_table_one_bit_off_in_one_place_is_caught() {
     for marched in MARCHED.iter() {
-        let cpu = on_cpu(Precision::F32, &spoiled_in_the_last_bit(&marched.plan), &marched.ensemble);
+        let (coldest_k, hottest_k) = marched.single.extremes_k[0];
+        let spoiled = spoiled_in_the_last_bit(&marched.plan, 0.5 * (coldest_k + hottest_k));
+        let cpu = on_cpu(Precision::F32, &spoiled, &marched.ensemble);
         assert_ne!(differing(&marched.single, &cpu), 0, "{}", marched.case.id);
     }
 }

@@ -1,6 +1,6 @@
 //! The page as an analyst's browser sees it.
 
-use crate::cli::{CASE, OBSERVED, say};
+use crate::cli::{CASE, OBSERVED, charring, say};
 use crate::support::Scratch;
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
@@ -103,8 +103,8 @@ fn faults(scratch: &Scratch, width: u32) -> Vec<String> {
 }
 
 /// The page of a study of a small case.
-fn studied(scratch: &Scratch) -> String {
-    scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
+fn studied(scratch: &Scratch, case: &str) -> String {
+    scratch.write("c/case.toml", case.to_owned() + OBSERVED);
     say(scratch, "study c -n 60 --factors f_k,f_q --quiet").done();
     scratch.read("out/c/study/report.html")
 }
@@ -112,9 +112,11 @@ fn studied(scratch: &Scratch) -> String {
 #[test]
 fn the_page_opens_without_an_error_draws_every_chart_asks_for_nothing_and_fits_a_phone() {
     let scratch = Scratch::new("page");
-    scratch.write("page.html", studied(&scratch));
-    for width in [DESK, PHONE] {
-        assert_eq!(faults(&scratch, width), Vec::<String>::new(), "at {width} pixels");
+    for case in [CASE, &charring()] {
+        scratch.write("page.html", studied(&scratch, case));
+        for width in [DESK, PHONE] {
+            assert_eq!(faults(&scratch, width), Vec::<String>::new(), "at {width} pixels of {case}");
+        }
     }
 }
 
@@ -122,7 +124,7 @@ fn the_page_opens_without_an_error_draws_every_chart_asks_for_nothing_and_fits_a
 #[test]
 fn a_spoiled_page_is_caught() {
     let scratch = Scratch::new("spoiled");
-    let page = studied(&scratch);
+    let page = studied(&scratch, CASE);
     let wide = "<div style=\"width:2000px\">wide</div>";
     let asking = "<img src=\"http://127.0.0.1:9/picture.png\" alt=\"\">";
     for (from, to, caught) in [

@@ -1,12 +1,13 @@
 //! Each WGSL function against its Rust twin on thousands of inputs, in both precisions, bit for bit.
 
 use crate::support::{Uniform, device};
+use bondline::march::Precision;
 use bondline::march::gpu::device::Device;
 use bondline::march::gpu::shader;
 use bondline::physics::Real;
 use bondline::physics::compensated::{Pair, advanced, difference, two_sum};
 use bondline::physics::decomposition::{consumed, mean_decay, rate};
-use bondline::physics::exponential::{exponential, logarithm, power};
+use bondline::physics::exponential::{decay, exponential, logarithm, power};
 use bondline::physics::faces::{FaceScale, face_flux};
 use bondline::physics::holder::flux_sideways;
 use bondline::physics::material::{
@@ -48,12 +49,12 @@ fn tables<W: Real<Scalar = W>>() -> Vec<W> {
 }
 
 /// Bits of the outputs that differ between the device and the twin.
-fn differing<W>(device: &Device, real: &str, probe: &Probe<'_, W>) -> usize
+fn differing<W>(device: &Device, precision: Precision, probe: &Probe<'_, W>) -> usize
 where
     W: Pod + Real<Scalar = W> + PartialEq,
 {
     let (ins, outs) = (probe.inputs.len(), probe.outputs);
-    let mut text = format!("alias real = {real};\n");
+    let mut text = shader::head(precision);
     for (name, value) in [
         ("CELLS", CELLS as u32),
         ("PLIES", 3),
@@ -260,9 +261,10 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             body: "y[0] = exponential(x[0]); y[1] = logarithm(x[1]); y[2] = power(x[1], x[2]); y[3] = mean_decay(x[3]);
                    y[4] = consumed(x[4], x[3], 1.0); y[5] = consumed(x[4], x[3], 2.0);
                    y[6] = consumed(x[4], x[3], 3.0); y[7] = consumed(x[4], x[3], x[7]);
-                   y[8] = rate(Reaction(1e9, x[5], 1.0, 500.0, 0.1, 1.0, 0.0, 0.0), x[6], 1.1, 0.9);",
-            inputs: vec![(-90.0, 90.0), (1e-3, 1e3), (-2.0, 2.0), (0.0, 3.0), (0.0, 1.0), (5e3, 3e4), hot, (0.3, 0.9)],
-            outputs: 9,
+                   y[8] = rate(Reaction(1e9, x[5], 1.0, 500.0, 0.1, 1.0, 0.0, 0.0), x[6], 1.1, x[8]);
+                   y[9] = decay(x[3]);",
+            inputs: vec![(-90.0, 90.0), (1e-3, 1e3), (-2.0, 2.0), (0.0, 3.0), (0.0, 1.0), (5e3, 3e4), hot, (0.3, 0.9), (5.0, 50.0)],
+            outputs: 10,
             twin: &|x, _, y| {
                 let of = |value: f64| W::scalar(value);
                 let reaction = Reaction {
@@ -287,7 +289,8 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
                         gone(2.0),
                         gone(3.0),
                         consumed(x[4], x[3], x[7]),
-                        rate(reaction, x[6], of(1.1), of(0.9)),
+                        rate(reaction, x[6], of(1.1), x[8]),
+                        decay(x[3]),
                     ],
                 );
             },
@@ -353,11 +356,11 @@ fn every_function_on_the_device_equals_its_twin_bit_for_bit() {
     let device = device();
     let mut report = vec![];
     for probe in probes::<f32>() {
-        report.push((probe.body, "f32", differing(&device, "f32", &probe)));
+        report.push((probe.body, "f32", differing(&device, Precision::F32, &probe)));
     }
     if device.has_f64 {
         for probe in probes::<f64>() {
-            report.push((probe.body, "f64", differing(&device, "f64", &probe)));
+            report.push((probe.body, "f64", differing(&device, Precision::F64, &probe)));
         }
     }
     let wrong: Vec<_> = report.iter().filter(|(_, _, count)| *count > 0).collect();
@@ -374,7 +377,7 @@ fn a_spoiled_twin_is_caught() {
             y[0] = f32::from_bits(y[0].to_bits() ^ 1);
         };
         probe.twin = &spoiled;
-        let count = differing(&device, "f32", &probe);
+        let count = differing(&device, Precision::F32, &probe);
         assert!(count >= SAMPLES / 2, "a twin one bit off passed {count} of {SAMPLES} times as: {}", probe.body);
     }
 }

@@ -28,7 +28,9 @@ impl<R: Real> Member<'_, R> {
                 let at = spot(self.temperatures[i].high + self.first[i]);
                 let (parts, table) = (self.plan.parts, ply.table as usize);
                 self.conductivities[i] = conductivity(&rows.tables, at, parts, table, self.plies[p]);
-                self.slopes[i] = conductivity_slope(&rows.tables, at, parts, table, self.plies[p]);
+                if stage == 0 {
+                    self.slopes[i] = conductivity_slope(&rows.tables, at, parts, table, self.plies[p]);
+                }
                 self.evaluated[i] =
                     R::of(rows.cells[i].width_m) * heat_capacity(&rows.tables, at, parts, table, self.plies[p]);
             }

@@ -7,14 +7,13 @@
 
 use super::Real;
 use super::compensated::keep;
-use super::exponential::{exponential, logarithm, power};
+use super::exponential::{decay, exponential, logarithm, power};
 use crate::plan::layout::Reaction;
 
-/// `A exp(−E/RT)` above the onset, 1/s, as a member scales A and E.
+/// `A exp(−E/RT)` above the onset, 1/s, as a member scales A; `steepness` is E/RT.
 #[inline(always)]
-pub fn rate<R: Real>(reaction: Reaction<R::Scalar>, temperature_k: R, kinetics: R, activation: R) -> R {
-    let exponent = -(activation * R::of(reaction.activation_k)) / temperature_k;
-    let constant = kinetics * R::of(reaction.rate_1_s) * exponential(exponent);
+pub fn rate<R: Real>(reaction: Reaction<R::Scalar>, temperature_k: R, kinetics: R, steepness: R) -> R {
+    let constant = kinetics * R::of(reaction.rate_1_s) * exponential(-steepness);
     constant * temperature_k.reached(R::of(reaction.onset_k))
 }
 
@@ -49,7 +48,7 @@ pub fn logarithm_over_one<R: Real>(x: R) -> R {
 pub fn consumed<R: Real>(reactant: R, exposure: R, order: R::Scalar) -> R {
     let one = R::constant(1.0);
     if order == R::scalar(1.0) {
-        return reactant * exposure * mean_decay(exposure);
+        return reactant * decay(exposure);
     }
     if order == R::scalar(2.0) {
         let gone = exposure * reactant;

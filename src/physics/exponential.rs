@@ -29,10 +29,17 @@ const SERIES: [f64; 13] = [
     1.0,
 ];
 
-/// eˣ for x within ±80, and at the nearer end beyond.
+/// A power of e as `2ⁿ (1 + part)` with the part within ±0.42.
+#[derive(Clone, Copy)]
+pub struct Power<R> {
+    pub two_to: R,
+    pub part: R,
+}
+
+/// eˣ for x within ±80, and at the nearer end beyond, in its two parts.
 #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
 #[inline(always)]
-pub fn exponential<R: Real>(x: R) -> R {
+pub fn power_of_e<R: Real>(x: R) -> Power<R> {
     let bounded = x.max(R::constant(-LARGEST)).min(R::constant(LARGEST));
     let twos = (bounded * R::constant(LOG2_E)).nearest();
     let rest = keep(bounded - twos * R::constant(LN_2_HIGH)) - twos * R::constant(LN_2_LOW);
@@ -40,7 +47,21 @@ pub fn exponential<R: Real>(x: R) -> R {
     for n in 1..13 {
         sum = keep(sum * rest) + R::constant(SERIES[n]);
     }
-    (keep(sum * rest) + R::constant(1.0)) * twos.two_to()
+    Power { two_to: twos.two_to(), part: keep(sum * rest) }
+}
+
+/// eˣ.
+#[inline(always)]
+pub fn exponential<R: Real>(x: R) -> R {
+    let power = power_of_e(x);
+    (power.part + R::constant(1.0)) * power.two_to
+}
+
+/// `1 − e⁻ˣ`, as exact where x is small.
+#[inline(always)]
+pub fn decay<R: Real>(x: R) -> R {
+    let power = power_of_e(-x);
+    (R::constant(1.0) - power.two_to) - power.two_to * power.part
 }
 
 /// ln x for x over the least normal f32: a series about the nearest power of two, and one step of Halley's on

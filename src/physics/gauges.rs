@@ -38,6 +38,9 @@ impl<R: Real> Member<'_, R> {
                 depth_m = depth_m + width_m;
             }
         }
+        // A front that has passed the last node ends at the back face.
+        virgin_m = virgin_m.max(crossing(before, before_m, zero, depth_m, R::constant(VIRGIN_LOST)));
+        char_m = char_m.max(crossing(before, before_m, zero, depth_m, R::constant(CHAR_LOST)));
         let mut peak = outside;
         let mut back = outside;
         if self.plan.gas == Some(GasPath::Darcy) {

@@ -80,7 +80,7 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// One where it is not below `mark`, else zero.
     fn reached(self, mark: Self) -> Self;
-    /// The whole number nearest.
+    /// The whole number nearest, of two as near the even one.
     fn nearest(self) -> Self;
     /// Two to the power of a whole number within ±126.
     fn two_to(self) -> Self;
@@ -98,7 +98,7 @@ pub trait Real:
 }
 
 macro_rules! scalar {
-    ($real:ty) => {
+    ($real:ty, $whole:expr, $bias:expr, $digits:expr) => {
         impl Real for $real {
             type Scalar = $real;
             type Row = u32;
@@ -142,11 +142,12 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn nearest(self) -> Self {
-                (if self >= 0.0 { self + 0.5 } else { self - 0.5 }) as i32 as $real
+                (self + $whole) - $whole
             }
             #[inline(always)]
             fn two_to(self) -> Self {
-                f32::from_bits(((self as i32 + 127) as u32) << 23).into()
+                // The last bits of the sum are the exponent.
+                <$real>::from_bits((self + ($whole + $bias)).to_bits() << $digits)
             }
             #[inline(always)]
             fn twos(self) -> Self {
@@ -178,5 +179,6 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f32);
-scalar!(f64);
+// So large that the next number is one more: adding it rounds to a whole number, halves to the even one.
+scalar!(f32, 12_582_912.0, 127.0, 23);
+scalar!(f64, 6_755_399_441_055_744.0, 1023.0, 52);

@@ -55,10 +55,10 @@ impl<R: Real> Member<'_, R> {
     pub(super) fn weights_of(&self, ply: usize, phases: [R; STATES_MAX]) -> [R; STATES_MAX] {
         let by_volume = R::of(self.rows.bulks[ply].by_volume);
         let by_mass = R::constant(1.0) - by_volume;
-        let density = self.mass_left(ply, phases);
+        let per_density = R::constant(1.0) / self.mass_left(ply, phases);
         let mut weights = phases;
         for state in 0..self.plan.plies[ply].states as usize {
-            weights[state] = phases[state] * (by_volume + by_mass * (self.remains_of(ply, state) / density));
+            weights[state] = phases[state] * (by_volume + by_mass * (self.remains_of(ply, state) * per_density));
         }
         weights
     }
@@ -114,7 +114,7 @@ impl<R: Real> Member<'_, R> {
         let at = spot(self.temperatures[i].high + self.first[i]);
         let phases = self.phases_of(p, i);
         let weights = self.weights_of(p, phases);
-        let stretch = self.stretch_of(p, self.mass_left(p, phases));
+        let per_stretch = R::constant(1.0) / self.stretch_of(p, self.mass_left(p, phases));
         let level = self.pressure_level(i, step, stage);
         let zero = R::constant(0.0);
         let (mut conducts, mut slope, mut stores) = (zero, zero, zero);
@@ -125,18 +125,22 @@ impl<R: Real> Member<'_, R> {
                 let low = conductivity(tables, under, parts, block, scale);
                 let high = conductivity(tables, over, parts, block, scale);
                 conducts = conducts + weights[state] * (low + level.share * (high - low));
-                let low = conductivity_slope(tables, under, parts, block, scale);
-                let high = conductivity_slope(tables, over, parts, block, scale);
-                slope = slope + weights[state] * (low + level.share * (high - low));
+                if stage == 0 {
+                    let low = conductivity_slope(tables, under, parts, block, scale);
+                    let high = conductivity_slope(tables, over, parts, block, scale);
+                    slope = slope + weights[state] * (low + level.share * (high - low));
+                }
             } else {
                 conducts = conducts + weights[state] * conductivity(tables, at, parts, block, scale);
-                slope = slope + weights[state] * conductivity_slope(tables, at, parts, block, scale);
+                if stage == 0 {
+                    slope = slope + weights[state] * conductivity_slope(tables, at, parts, block, scale);
+                }
             }
             let stored = heat_capacity(tables, at, parts, block, scale);
             stores = stores + phases[state] * self.remains_of(p, state) * stored;
         }
-        self.conductivities[i] = conducts / stretch;
-        self.slopes[i] = slope / stretch;
+        self.conductivities[i] = conducts * per_stretch;
+        self.slopes[i] = slope * per_stretch;
         self.evaluated[i] = R::of(self.rows.cells[i].width_m) * stores;
     }
 
@@ -191,13 +195,15 @@ impl<R: Real> Member<'_, R> {
         let (zero, one) = (R::constant(0.0), R::constant(1.0));
         let temperature_k = self.temperatures[i].high + R::constant(0.5) * self.first[i];
         let mass_kg_m2 = self.plies[p].mass_kg_m3 * R::of(self.rows.cells[i].width_m) * self.plies[p].loss;
+        let flux_kg_m2_s = mass_kg_m2 / length_s;
+        let per_kelvin = one / temperature_k;
         let mut before = one;
         let mut fed = zero;
         for j in first..end {
             let place = i * self.plan.reactions + j - first;
             let reaction = self.rows.reactions[j];
-            let activation_k = self.plies[p].activation * R::of(reaction.activation_k);
-            let now_1_s = rate(reaction, temperature_k, self.plies[p].kinetics, self.plies[p].activation);
+            let steepness = self.plies[p].activation * R::of(reaction.activation_k) * per_kelvin;
+            let now_1_s = rate(reaction, temperature_k, self.plies[p].kinetics, steepness);
             let exposure = length_s * now_1_s;
             // In a chain what comes in over the step is there for half of it.
             let chained = R::of(reaction.chained);
@@ -206,14 +212,13 @@ impl<R: Real> Member<'_, R> {
             let left = keep(keep(ahead - done.high) - done.low);
             let reactant = (left + chained * R::constant(0.5) * fed).max(zero);
             let spent = consumed(reactant, exposure, reaction.order);
-            let release = spent * R::of(reaction.loss) * mass_kg_m2 / length_s;
+            let release = spent * R::of(reaction.loss) * flux_kg_m2_s;
             before = done.high;
             fed = spent;
             if stage == 0 {
                 self.releases[place] = release;
                 let spared = (reactant - spent) / reactant.max(R::constant(1e-30));
-                let steepness_1_k = activation_k / (temperature_k * temperature_k);
-                self.responses[place] = release * spared * steepness_1_k;
+                self.responses[place] = release * spared * steepness * per_kelvin;
             } else {
                 self.releases[place] = R::constant(2.0) * release - self.releases[place];
                 self.advancements[place] = advanced(done, spent);
@@ -248,19 +253,23 @@ impl<R: Real> Member<'_, R> {
 
     /// Heat that the reactions of a cell take up at a stage, and what they give to the enthalpies of solid and gas
     /// beyond what they take from them, W/m²; by how much the first rises with temperature, W/m²/K.
+    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
     pub(super) fn reaction_heat(&self, ply: usize, cell: usize) -> [R; 3] {
         let row = &self.plan.plies[ply];
         let at = spot(self.temperatures[cell].high + self.first[cell]);
         let gas_j_kg = self.gas_enthalpy_at(at);
         let absolute = R::of(self.rows.bulks[ply].absolute);
+        let mut held_j_kg = [R::constant(0.0); STATES_MAX];
+        for state in 0..row.states as usize {
+            held_j_kg[state] = self.remains_of(ply, state) * self.enthalpy_of(ply, state, at);
+        }
         let (mut absorbed, mut given, mut rises) = (R::constant(0.0), R::constant(0.0), R::constant(0.0));
         for j in row.first_reaction as usize..row.end_reaction as usize {
             let reaction = self.rows.reactions[j];
             let path = self.plan.paths[j];
             let (from, to) = (path.source as usize, path.product as usize);
-            let lost = self.remains_of(ply, from) * self.enthalpy_of(ply, from, at)
-                - self.remains_of(ply, to) * self.enthalpy_of(ply, to, at);
+            let lost = held_j_kg[from] - held_j_kg[to];
             // Enthalpy that the solid gives up per mass of gas.
             let solid_j_kg = R::of(reaction.share) * lost / (self.plies[ply].loss * R::of(reaction.loss));
             let rise = gas_j_kg - solid_j_kg;

@@ -1,8 +1,9 @@
 //! What was found, in sentences: the same for the page and, shortened, for the screen.
 
 use super::figures::nearest;
-use super::{Story, words};
+use super::{Story, gas, words};
 use crate::case::Case;
+use crate::study::beside::Beside;
 use crate::study::estimate::Estimated;
 use crate::study::sensitivity::Sensitivity;
 use crate::study::uncertainty::Uncertainty;
@@ -45,6 +46,9 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
             );
         }
     }
+    if let Some(said) = story.nominal.and_then(|nominal| gas::found(story.case, nominal)) {
+        say("Gas", said);
+    }
     if let (Some(outcome), Some(sensor)) = (story.uncertainty, bondline) {
         say("Spread", spread(story.case, outcome, sensor));
         if let Some(said) = blame(story.case, outcome, sensor) {
@@ -53,6 +57,9 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
     }
     if let Some(outcome) = story.sensitivity {
         say("Estimable", estimable(story.case, outcome));
+    }
+    if let Some(outcome) = story.beside {
+        say("Beside", explained(story, outcome));
     }
     if let Some(outcome) = story.estimated {
         say("Estimate", estimate(story.case, outcome));
@@ -155,4 +162,30 @@ fn estimate(case: &Case, outcome: &Estimated) -> String {
 /// A clause without its closing point, to be put into a sentence.
 pub(super) fn sentence(text: &str) -> &str {
     text.trim().trim_end_matches('.')
+}
+
+/// What the physics of the case beside explains of the misfit in cool-down, at the deepest thermocouple observed.
+pub(super) fn explained(story: &Story, outcome: &Beside) -> String {
+    let Some(left) = outcome.left.last() else { return "Nothing is observed.".to_owned() };
+    let [first_k, other_k] = left.cooling_k.map(words::misfit);
+    let head = format!(
+        "From {} on, when the hot face is heated no more, {} is off by {first_k} (root mean square) as {} fits and by \
+         {other_k} as {} does",
+        words::seconds(outcome.cooling_s),
+        story.case.sensors[left.sensor].name,
+        story.case.id,
+        outcome.id
+    );
+    let share = left.explained();
+    if !share.is_finite() {
+        return format!("{head}.");
+    }
+    if share > 0.0 {
+        format!(
+            "{head}: what the latter has and the former has not explains {:.0} % of the mean square misfit.",
+            100.0 * share
+        )
+    } else {
+        format!("{head}: what the latter has explains none of the misfit.")
+    }
 }

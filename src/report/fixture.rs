@@ -13,6 +13,8 @@ use crate::traces::{Arrival, Balance};
 use std::sync::Arc;
 use std::time::Instant;
 
+mod charring;
+
 /// A case and an answer to every question about it.
 pub(super) struct Outcomes {
     pub case: Case,
@@ -37,6 +39,7 @@ impl Outcomes {
             uncertainty: (study || command == "uncertainty").then_some(&self.uncertainty),
             sensitivity: (study || command == "sensitivity").then_some(&self.sensitivity),
             estimated: (study || command == "estimate").then_some(&self.estimated),
+            beside: None,
         }
     }
 }
@@ -75,6 +78,7 @@ fn nominal(strength: f64) -> Nominal {
         instants_s: instants(),
         peaks: temperatures_k.iter().map(|trace| peak(trace)).collect(),
         temperatures_k,
+        readings: Vec::new(),
         arrival: Arrival::Done,
         balance: Balance {
             hot_in_j_m2: 9.1e6,

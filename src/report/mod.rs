@@ -10,6 +10,7 @@ pub mod files;
 mod findings;
 #[cfg(test)]
 mod fixture;
+mod gas;
 mod html;
 pub mod materials;
 pub mod summary;
@@ -19,6 +20,7 @@ mod words;
 
 use crate::case::{Case, Observation};
 use crate::march::{Backend, Precision};
+use crate::study::beside::Beside;
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
 use crate::study::sensitivity::Sensitivity;
@@ -42,6 +44,7 @@ pub struct Story<'a> {
     pub uncertainty: Option<&'a Uncertainty>,
     pub sensitivity: Option<&'a Sensitivity>,
     pub estimated: Option<&'a Estimated>,
+    pub beside: Option<&'a Beside>,
 }
 
 /// Where the time went before the report, s.

@@ -1,6 +1,6 @@
 //! The outcome on one screen: at most 24 lines of 80 columns.
 
-use super::{Story, backend_words, findings, warnings, words};
+use super::{Story, backend_words, findings, gas, warnings, words};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
 use crate::study::sensitivity::Sensitivity;
@@ -28,13 +28,19 @@ pub fn screen(story: &Story) -> String {
     ];
     // A study tells on the screen what four commands tell on four.
     let all = story.nominal.is_some() && story.estimated.is_some();
-    let room =
-        if all { Room { sensors: 6, factors: 4, fitted: 3 } } else { Room { sensors: 8, factors: 8, fitted: 4 } };
+    let gas = story.nominal.and_then(|outcome| gas::found(story.case, outcome));
+    let gas = gas.map_or(Vec::new(), |said| wrapped("", &said));
+    let room = if all {
+        Room { sensors: 6 - gas.len().min(2), factors: 4, fitted: 3 }
+    } else {
+        Room { sensors: 8, factors: 8, fitted: 4 }
+    };
     match (story.uncertainty, story.nominal) {
         (Some(outcome), nominal) => lines.extend(uncertainty(story, outcome, nominal, &room)),
         (None, Some(outcome)) => lines.extend(nominal(story, outcome, &room)),
         (None, None) => {}
     }
+    lines.extend(gas);
     if let Some(outcome) = story.sensitivity {
         if story.uncertainty.is_none() {
             lines.extend(sensitivity(story, outcome, &room));
@@ -43,6 +49,9 @@ pub fn screen(story: &Story) -> String {
     }
     if let Some(outcome) = story.estimated {
         lines.extend(estimate(story, outcome, &room));
+    }
+    if let Some(outcome) = story.beside {
+        lines.extend(wrapped("", &findings::explained(story, outcome)));
     }
     let doubts = warnings::all(story);
     let left = LINES.saturating_sub(lines.len());
@@ -214,6 +223,23 @@ mod tests {
             assert!(screen.lines().count() <= LINES, "{command}:\n{screen}");
             assert!(screen.lines().all(|line| line.chars().count() <= COLUMNS), "{command}:\n{screen}");
         }
+    }
+
+    #[test]
+    fn a_march_that_chars_says_what_was_lost_and_how_deep_and_still_how_the_estimate_ended() {
+        let charring = fixture::outcomes().charring();
+        for command in ["predict", "study"] {
+            let screen = screen(&charring.story(command));
+            let told = screen.replace('\n', " ");
+            assert!(
+                told.contains("Mass lost 0.360 kg/m²") && told.contains("char front ended at 2.50 mm."),
+                "{screen}"
+            );
+            assert!(screen.lines().count() <= LINES, "{command}:\n{screen}");
+            assert_eq!(told.contains("converged after"), command == "study", "{screen}");
+        }
+        let still = screen(&fixture::outcomes().story("study"));
+        assert!(!still.contains("Mass lost") && !still.contains("gas flux"), "{still}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
 use crate::traces::Arrival;
 
-/// A march whose heat in, out and stored differ by more than this share of what moved is not trusted.
+/// A march whose heat, or mass, in, out and stored differ by more than this share of what moved is not trusted.
 const BALANCE: f64 = 1e-3;
 /// Tables that begin at room temperature are often left by a few kelvin, over which no property changes.
 const EXCURSION_K: f64 = 10.0;
@@ -83,6 +83,15 @@ fn march(case: &Case, outcome: &Nominal, which: &str, doubts: &mut Vec<String>) 
         doubts.push(format!(
             "The energy of the {which} march does not balance: {} of the heat that moved is unaccounted for, where \
              {} is the limit. Refine the steps or the cells.",
+            words::significant(residual, 2),
+            words::significant(BALANCE, 1)
+        ));
+    }
+    let residual = outcome.balance.mass_residual();
+    if residual.abs() > BALANCE {
+        doubts.push(format!(
+            "The mass of the {which} march does not balance: {} of what moved is unaccounted for, where {} is the limit. \
+             Refine the steps or the cells.",
             words::significant(residual, 2),
             words::significant(BALANCE, 1)
         ));
@@ -282,6 +291,15 @@ mod tests {
             after.rms_k = 1e-6;
         }
         assert_eq!(saying(&outcomes, "not noise"), 0);
+    }
+
+    #[test]
+    fn gas_that_is_lost_on_its_way_is_doubted() {
+        let mut outcomes = fixture::outcomes().charring();
+        assert_eq!(saying(&outcomes, "The mass of the nominal march does not balance"), 0);
+        outcomes.estimated.before.balance.gas_out_kg_m2 *= 0.99;
+        outcomes.nominal.balance = outcomes.estimated.before.balance;
+        assert_eq!(saying(&outcomes, "The mass of the nominal march does not balance"), 1);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use crate::case::{Case, Observation};
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
-use crate::traces::{Arrival, Balance, Traces};
+use crate::traces::{Arrival, Balance, Gauge, Traces};
 
 /// The march at the nominal factors.
 #[derive(Clone, Debug)]
@@ -14,6 +14,8 @@ pub struct Nominal {
     pub temperatures_k: Vec<Vec<f64>>,
     /// One a sensor.
     pub peaks: Vec<Peak>,
+    /// One a gauge, in the order of [`Gauge::ALL`]; none where nothing decomposes and no gas flows.
+    pub readings: Vec<Reading>,
     pub arrival: Arrival,
     pub balance: Balance,
     /// Coldest and hottest temperature of each ply, K.
@@ -29,6 +31,18 @@ pub struct Nominal {
 pub struct Peak {
     pub temperature_k: f64,
     pub time_s: f64,
+}
+
+/// One gauge through the march, in its own unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    pub gauge: Gauge,
+    /// One an instant.
+    pub values: Vec<f64>,
+    /// The value farthest from zero, with its sign: a flux that only goes in has no other peak.
+    pub peak: f64,
+    pub peak_time_s: f64,
+    pub end: f64,
 }
 
 /// Prediction less measurement, over the trusted window.
@@ -59,6 +73,10 @@ impl Nominal {
         Self {
             instants_s: plan.instants_s.clone(),
             peaks: temperatures_k.iter().map(|trace| Peak::of(trace, &plan.instants_s)).collect(),
+            readings: Gauge::ALL
+                .into_iter()
+                .filter_map(|gauge| Some(Reading::of(gauge, traces.gauge(member, gauge)?, &plan.instants_s)))
+                .collect(),
             arrival: traces.arrivals[member].clone(),
             balance: traces.balances[member],
             extremes_k: traces.extremes_k[member * plies..(member + 1) * plies].to_vec(),
@@ -71,6 +89,31 @@ impl Nominal {
             cells: plan.cells(),
             temperatures_k,
         }
+    }
+
+    /// What a gauge read, where gauges were read.
+    pub fn reading(&self, gauge: Gauge) -> Option<&Reading> {
+        self.readings.iter().find(|reading| reading.gauge == gauge)
+    }
+}
+
+impl Reading {
+    /// The first value farthest from zero, and the last.
+    pub fn of(gauge: Gauge, values: &[f64], instants_s: &[f64]) -> Self {
+        let (peak, peak_time_s) =
+            values.iter().zip(instants_s).fold((0.0, 0.0), |peak: (f64, f64), (&value, &time_s)| {
+                if value.abs() > peak.0.abs() { (value, time_s) } else { peak }
+            });
+        // A front that is nowhere may be a negative zero, which nobody wants to read.
+        let values: Vec<f64> = values.iter().map(|value| value + 0.0).collect();
+        Self { gauge, peak, peak_time_s, end: values.last().copied().unwrap_or(f64::NAN), values }
+    }
+}
+
+impl Nominal {
+    /// The temperature of a sensor at the instant nearest a time, K.
+    pub fn at(&self, sensor: usize, time_s: f64) -> f64 {
+        self.temperatures_k[sensor][nearest(&self.instants_s, time_s)]
     }
 }
 
@@ -113,4 +156,24 @@ fn misfit(case: &Case, seen: &Observation, instants_s: &[f64], trace_k: &[f64]) 
     sum.rms_k = (sum.rms_k / samples).sqrt();
     sum.bias_k /= samples;
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gas_that_only_flows_in_has_its_peak_where_most_flows_in() {
+        let instants_s = [0.0, 1.0, 2.0, 3.0];
+        let inwards = Reading::of(Gauge::GasFlux, &[0.0, -0.3, -0.3, -0.1], &instants_s);
+        assert_eq!((inwards.peak, inwards.peak_time_s, inwards.end), (-0.3, 1.0, -0.1));
+        let outwards = Reading::of(Gauge::GasFlux, &[0.0, -0.3, 0.4, 0.2], &instants_s);
+        assert_eq!((outwards.peak, outwards.peak_time_s, outwards.end), (0.4, 2.0, 0.2));
+    }
+
+    #[test]
+    fn no_reading_is_a_negative_zero() {
+        let nowhere = Reading::of(Gauge::CharFront, &[-0.0, -0.0], &[0.0, 1.0]);
+        assert!(nowhere.values.iter().chain([&nowhere.peak, &nowhere.end]).all(|value| value.is_sign_positive()));
+    }
 }

@@ -66,6 +66,11 @@ sigma = "2 K"
 TC2 = [["0 s", "300 K"], ["10 s", "320 K"], ["20 s", "420 K"], ["30 s", "500 K"]]
 "#;
 
+/// The case with an insulator that decomposes.
+pub(crate) fn charring() -> String {
+    "decomposition = true\n".to_owned() + CASE
+}
+
 /// What a run of the binary left.
 pub(crate) struct Ran {
     code: i32,

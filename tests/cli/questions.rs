@@ -1,6 +1,6 @@
 //! The questions about a case: what is printed, what is written, and that it is the same again.
 
-use super::{CASE, OBSERVED, say};
+use super::{CASE, OBSERVED, charring, say};
 use crate::support::Scratch;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use serde_json::Value;
@@ -217,4 +217,40 @@ fn what_is_set_on_the_command_line_takes_the_place_of_what_the_file_says() {
     assert!(more > plain + 10.0, "{more} K after {plain} K");
     let shorter = say(&scratch, "predict c --json --set duration=20s").done().json();
     assert_eq!(shorter["sensors"]["TC1"]["peak_time_s"], 20.0);
+}
+
+/// What the nominal march of the case leaves: the screen, the summary, and the first and the last row of its traces.
+fn predicted(scratch: &Scratch) -> (String, Value, String, String) {
+    let screen = say(scratch, "predict c").done().stdout;
+    let summary = serde_json::from_str(&scratch.read("out/c/predict/summary.json")).expect("JSON");
+    let traces = scratch.read("out/c/predict/traces.csv");
+    let row = |line: Option<&str>| line.expect("a row").to_owned();
+    (screen, summary, row(traces.lines().next()), row(traces.lines().last()))
+}
+
+#[test]
+fn screen_summary_and_traces_agree_on_what_a_layup_lost_and_say_nothing_where_nothing_decomposes() {
+    let scratch = with_case("still");
+    let (screen, summary, head, _) = predicted(&scratch);
+    assert!(!screen.contains("Mass lost"), "{screen}");
+    assert!(summary.get("gauges").is_none() && summary["balance"]["mass"].is_null(), "{summary:#}");
+    assert_eq!(head, "time_s,TC1_K,TC2_K");
+
+    scratch.write("c/case.toml", charring());
+    let (screen, summary, head, end) = predicted(&scratch);
+    let columns: Vec<&str> = head.split(',').collect();
+    let values: Vec<f64> = end.split(',').map(|value| value.parse().expect("a number")).collect();
+    let gauges = summary["gauges"].as_object().expect("gauges");
+    assert_eq!((columns.len(), gauges.len()), (9, 6), "{head}");
+    for (gauge, reading) in gauges {
+        let column =
+            columns.iter().position(|column| column == gauge).unwrap_or_else(|| panic!("no {gauge} in {head}"));
+        let end = reading["end"].as_f64().expect("an end");
+        assert!((values[column] - end).abs() <= 1e-8 * end.abs(), "{gauge} ends at {end}, in {}", values[column]);
+    }
+    let lost_kg_m2 = gauges["mass_lost_kg_m2"]["end"].as_f64().expect("a loss");
+    assert!(lost_kg_m2 > 0.01 && screen.contains(&format!("Mass lost {lost_kg_m2:.3}")), "{lost_kg_m2} in {screen}");
+    assert!(summary["balance"]["mass"].as_f64().is_some_and(|off| off.abs() < 1e-9), "{summary:#}");
+    let page = scratch.read("out/c/predict/report.html");
+    assert!(page.contains("Decomposition and gas</h2>") && page.contains("<p>Mass: "));
 }

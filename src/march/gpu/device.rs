@@ -275,9 +275,9 @@ impl Device {
     /// # Errors
     /// When a test kernel does not compile or the device is lost.
     pub fn self_tests(&self) -> Result<SelfTests, MarchError> {
-        let mut transforms = vec![(Precision::F32, self.test_transforms::<f32>("f32")?, PAIRS)];
+        let mut transforms = vec![(Precision::F32, self.test_transforms::<f32>(Precision::F32)?, PAIRS)];
         if self.has_f64 {
-            transforms.push((Precision::F64, self.test_transforms::<f64>("f64")?, PAIRS));
+            transforms.push((Precision::F64, self.test_transforms::<f64>(Precision::F64)?, PAIRS));
         }
         let text = "@group(0) @binding(0) var<storage, read> asked: array<u32>;\n\
              @group(0) @binding(1) var<storage, read_write> turned: array<u32>;\n\
@@ -292,10 +292,13 @@ impl Device {
     }
 
     /// Sum pairs of very different sizes and count the error terms that are not exact.
-    fn test_transforms<W: Pod + Real<Scalar = W> + PartialEq>(&self, real: &str) -> Result<usize, MarchError> {
+    fn test_transforms<W: Pod + Real<Scalar = W> + PartialEq>(
+        &self,
+        precision: Precision,
+    ) -> Result<usize, MarchError> {
         let part = |name: &str| shader::PARTS.iter().find(|part| part.0 == name).map_or("", |part| part.1);
         let text = format!(
-            "alias real = {real};\n{}\n{}\n\
+            "{}{}\n{}\n\
              @group(0) @binding(0) var<storage, read> ones: array<real>;\n\
              @group(0) @binding(1) var<storage, read> pairs: array<real>;\n\
              @group(0) @binding(2) var<storage, read_write> sums: array<real>;\n\
@@ -303,6 +306,7 @@ impl Device {
              one = ones[0];\n\
              let sum = two_sum(pairs[2u * id.x], pairs[2u * id.x + 1u]);\n\
              sums[2u * id.x] = sum.high; sums[2u * id.x + 1u] = sum.low; }}",
+            shader::head(precision),
             part("prelude"),
             part("compensated"),
         );

@@ -44,13 +44,18 @@ pub const PARTS: &[(&str, &str)] = &[
 /// The entry point that carries one member in an invocation.
 pub const MARCH: (&str, &str) = part!("march");
 
+/// What all parts lean on: the real number, and one so large that the next is one more.
+pub fn head(precision: Precision) -> String {
+    let (real, whole) = match precision {
+        Precision::F32 => ("f32", "12582912.0"),
+        Precision::F64 => ("f64", "6755399441055744.0"),
+    };
+    format!("alias real = {real};\nconst WHOLE = {whole};\n")
+}
+
 /// The text of a kernel: the parts for a plan, and an entry point.
 pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String {
-    let mut text = String::new();
-    let real = match precision {
-        Precision::F32 => "f32",
-        Precision::F64 => "f64",
-    };
+    let mut text = head(precision);
     let sizes = [
         ("CELLS", plan.cells() as u32),
         ("PLIES", plan.plies.len() as u32),
@@ -75,7 +80,6 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
         text.write_fmt(words).expect("writing to a string cannot fail");
         text.push('\n');
     };
-    line(format_args!("alias real = {real};"));
     for (name, value) in sizes {
         line(format_args!("const {name} = {value}u;"));
     }

@@ -4,7 +4,9 @@
 //! its figures 6–7 nominal, 8 and 21 fits, 9–12 spreads, 13–16 shares, 17–20 sensitivities when the heat flux
 //! drives, and 22–25 twin fit, 26–28 spread, shares and sensitivities of TC4, 29–31 fit when TC3 drives.
 
+mod beside;
 mod estimate;
+mod gas;
 mod nominal;
 mod sensitivity;
 mod uncertainty;
@@ -21,11 +23,15 @@ pub fn all(story: &Story) -> Vec<Figure> {
     let case = story.case;
     let mut figures = Vec::new();
     figures.extend(story.nominal.map(|outcome| nominal::figures(case, outcome)).unwrap_or_default());
+    figures.extend(story.nominal.map(|outcome| gas::figures(case, outcome)).unwrap_or_default());
     figures.extend(
         story.uncertainty.map(|outcome| uncertainty::figures(case, outcome, story.nominal)).unwrap_or_default(),
     );
     figures.extend(story.sensitivity.map(|outcome| sensitivity::figures(case, outcome)).unwrap_or_default());
     figures.extend(story.estimated.map(|outcome| estimate::figures(case, outcome)).unwrap_or_default());
+    if let (Some(first), Some(outcome)) = (story.estimated, story.beside) {
+        figures.extend(beside::figures(case, first, outcome));
+    }
     tell_apart(&mut figures);
     figures
 }

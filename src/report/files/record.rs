@@ -2,6 +2,7 @@
 
 use super::super::{ReportError, Story, findings, precision_words};
 use crate::study::estimate::{Combination, Estimated};
+use crate::study::nominal::Reading;
 use crate::study::sensitivity::Identifiability;
 use crate::traces::Arrival;
 use serde::Serialize;
@@ -21,6 +22,8 @@ struct Record<'a> {
     /// s.
     seconds: Seconds,
     sensors: Named<'a, PeakRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gauges: Option<Named<'a, ReadingRecord>>,
     balance: Balance,
     #[serde(skip_serializing_if = "Option::is_none")]
     factors: Option<Named<'a, FactorRecord>>,
@@ -78,7 +81,16 @@ struct PeakRecord {
     peak_time_s: f64,
 }
 
-/// Relative residuals; mass is not marched.
+/// In the unit that ends the gauge's name.
+#[derive(Serialize)]
+struct ReadingRecord {
+    /// Farthest from zero.
+    peak: f64,
+    peak_time_s: f64,
+    end: f64,
+}
+
+/// Relative residuals; mass where gas moves.
 #[derive(Serialize)]
 struct Balance {
     energy: Option<f64>,
@@ -147,6 +159,7 @@ impl<T: Serialize> Serialize for Named<'_, T> {
 /// When JSON cannot be written.
 pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String, ReportError> {
     let march = story.nominal_march();
+    let readings = march.filter(|outcome| !outcome.readings.is_empty());
     let estimated = story.estimated;
     let record = Record {
         command: story.command,
@@ -169,7 +182,11 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
             total: story.seconds.began.elapsed().as_secs_f64(),
         },
         sensors: sensors(story),
-        balance: Balance { energy: march.map(|outcome| outcome.balance.residual()), mass: None },
+        gauges: readings.map(|outcome| gauges(&outcome.readings)),
+        balance: Balance {
+            energy: march.map(|outcome| outcome.balance.residual()),
+            mass: readings.map(|outcome| outcome.balance.mass_residual()),
+        },
         factors: estimated.map(|outcome| factors(story, outcome)),
         objective: estimated.map(|outcome| Objective { start: outcome.objective_k2.0, end: outcome.objective_k2.1 }),
         iterations: estimated.map(|outcome| outcome.path.len().saturating_sub(1)),
@@ -208,6 +225,11 @@ fn sensors<'a>(story: &Story<'a>) -> Named<'a, PeakRecord> {
         |peak: crate::study::nominal::Peak| PeakRecord { peak_k: peak.temperature_k, peak_time_s: peak.time_s };
     let named = story.case.sensors.iter().zip(peaks);
     Named(named.map(|(sensor, peak)| (sensor.name.as_str(), record(peak))).collect())
+}
+
+fn gauges(readings: &[Reading]) -> Named<'static, ReadingRecord> {
+    let record = |of: &Reading| ReadingRecord { peak: of.peak, peak_time_s: of.peak_time_s, end: of.end };
+    Named(readings.iter().map(|reading| (reading.gauge.name(), record(reading))).collect())
 }
 
 fn factors<'a>(story: &Story<'a>, outcome: &Estimated) -> Named<'a, FactorRecord> {
@@ -286,6 +308,28 @@ mod tests {
         let read: Value = serde_json::from_str(&text).expect("it is JSON");
         assert!(read["factors"]["f_cp_INS"]["standard_error"].is_null());
         assert!(read["factors"]["f_k_INS"]["standard_error"].is_number());
+    }
+
+    #[test]
+    fn where_gas_moves_the_summary_says_how_much_when_and_whether_mass_is_kept_and_elsewhere_nothing() {
+        let read = |outcomes: &fixture::Outcomes, command: &str| -> Value {
+            let text = summary(&outcomes.story(command), 0.4, &[]).expect("it serialises");
+            serde_json::from_str(&text).expect("it is JSON")
+        };
+        let still = read(&fixture::outcomes(), "predict");
+        assert!(still.get("gauges").is_none() && still["balance"]["mass"].is_null());
+        for command in ["predict", "study", "estimate"] {
+            let charring = read(&fixture::outcomes().charring(), command);
+            let flux = &charring["gauges"]["gas_flux_kg_m2_s"];
+            assert_eq!((&flux["peak"], &flux["peak_time_s"]), (&0.009.into(), &40.0.into()), "{command}");
+            assert!(flux["end"].as_f64().is_some_and(|end| end < 1e-6), "{command}");
+            let ends = |gauge: &str| charring["gauges"][gauge]["end"].as_f64().expect("an end");
+            assert!((ends("mass_lost_kg_m2") - 0.36).abs() < 1e-6 && (ends("char_front_m") - 2.5e-3).abs() < 1e-6);
+            for gauge in ["virgin_front_m", "peak_pressure_pa", "back_pressure_pa"] {
+                assert!(ends(gauge) > 0.0, "{command}: {gauge}");
+            }
+            assert!(charring["balance"]["mass"].as_f64().is_some_and(|off| off.abs() < 1e-12), "{command}");
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //!
 //! | file | columns |
 //! |---|---|
-//! | `traces.csv` | `time_s`, then `TC1_K` … of the nominal march, and of an estimate `TC1_fitted_K` … too |
+//! | `traces.csv` | `time_s`, then `TC1_K` … of the nominal march, of an estimate `TC1_fitted_K` … too, and where gas moves the gauges of the nominal march |
 //! | `percentiles.csv` | `sensor`, `time_s`, mean, deviation, extremes and percentiles of the members |
 //! | `shares.csv` | `sensor`, `time_s`, each factor's share of the spread, each factor's correlation |
 //! | `sensitivities.csv` | `sensor`, `time_s`, K per unit of each factor |
@@ -98,11 +98,14 @@ fn traces(story: &Story, nominal: &Nominal, fitted: Option<&Nominal>) -> Result<
         story.case.sensors.iter().map(|sensor| format!("{}{ending}", sensor.name)).collect()
     };
     let after = if fitted.is_some() { names("_fitted_K") } else { Vec::new() };
-    let mut table = Table::new("traces.csv", head(&["time_s"], names("_K").into_iter().chain(after)))?;
+    let gauges = nominal.readings.iter().map(|reading| reading.gauge.name().to_owned());
+    let columns = names("_K").into_iter().chain(after).chain(gauges);
+    let mut table = Table::new("traces.csv", head(&["time_s"], columns))?;
     for (instant, &time_s) in nominal.instants_s.iter().enumerate() {
         let before = nominal.temperatures_k.iter().map(|trace| trace[instant]);
         let after = fitted.into_iter().flat_map(|march| &march.temperatures_k).map(|trace| trace[instant]);
-        table.row(None, std::iter::once(time_s).chain(before).chain(after))?;
+        let gauges = nominal.readings.iter().map(|reading| reading.values[instant]);
+        table.row(None, std::iter::once(time_s).chain(before).chain(after).chain(gauges))?;
     }
     table.close()
 }
@@ -200,6 +203,23 @@ mod tests {
         let read: f64 = rows[120][4].parse().expect("a number");
         assert!((read - outcomes.nominal.temperatures_k[3][120]).abs() < 1e-6);
         assert_ne!(rows[120][4], rows[120][8], "fitted and nominal cannot be the same trace");
+    }
+
+    #[test]
+    fn gauges_stand_behind_the_sensors_where_gas_moves_and_nowhere_else() {
+        let outcomes = fixture::outcomes();
+        let of = |outcomes: &fixture::Outcomes| {
+            let (_, bytes) = traces(&outcomes.story("predict"), &outcomes.nominal, None).expect("a table");
+            String::from_utf8(bytes).expect("text")
+        };
+        assert!(of(&outcomes).starts_with("time_s,TC1_K,TC2_K,TC3_K,TC4_K\n"));
+        let charring = of(&outcomes.charring());
+        let mut lines = charring.lines();
+        let ending =
+            "TC4_K,gas_flux_kg_m2_s,mass_lost_kg_m2,virgin_front_m,char_front_m,peak_pressure_pa,back_pressure_pa";
+        assert!(lines.next().is_some_and(|head| head.ends_with(ending)));
+        let at_40_s = lines.find(|line| line.starts_with("40,")).expect("a row for 40 s");
+        assert!(at_40_s.ends_with(",0.009,0.18,0.0035,0.00175,9010,8260"), "{at_40_s}");
     }
 
     #[test]

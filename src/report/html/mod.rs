@@ -156,6 +156,21 @@ mod tests {
     }
 
     #[test]
+    fn a_page_has_a_section_on_gas_where_gas_moves_each_chart_behind_its_sentence_and_elsewhere_no_word_of_it() {
+        let still = own(&fixture::outcomes());
+        assert!(!still.contains("id=\"gas\"") && !still.contains("Mass:") && !still.contains("gas flux"));
+        let page = own(&fixture::outcomes().charring());
+        let (_, section) = page.split_once("<section id=\"gas\">\n<h2>Decomposition and gas</h2>").expect("a section");
+        let (section, _) = section.split_once("</section>").expect("it ends");
+        assert_eq!(section.matches("</figcaption>\n<div class=\"chart\"").count(), 4);
+        assert!(section.contains("By the end 0.360\u{a0}kg/m² of solid has turned into gas."));
+        let (_, nominal) = page.split_once("<section id=\"nominal\">").expect("a section");
+        assert!(
+            nominal.contains("<p>Mass: 0.360\u{a0}kg/m² of solid turned into gas, 0.00200\u{a0}kg/m² of gas came in")
+        );
+    }
+
+    #[test]
     fn synthetic_data_and_warnings_are_said_at_the_top() {
         let page = own(&fixture::outcomes());
         let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text:?} on the page"));

@@ -1,10 +1,11 @@
 //! The answers, a section each: tables and figures.
 
 use super::super::figure::Figure;
-use super::super::findings::{ranked, sentence};
-use super::super::{Story, words};
+use super::super::findings::{explained, ranked, sentence};
+use super::super::{Story, gas, words};
 use super::table::{escaped, list, paragraph, table};
 use super::{Section, case};
+use crate::study::beside::Beside;
 use crate::study::estimate::Estimated;
 use crate::study::nominal::{Misfit, Nominal};
 use crate::study::sensitivity::{Identifiability, Sensitivity};
@@ -27,6 +28,10 @@ pub(super) fn all(story: &Story, figures: &[Figure], stills: &[String]) -> Vec<S
     if let Some(outcome) = story.nominal {
         add("nominal", "Nominal", nominal(story, outcome) + &shown("nominal"));
     }
+    let moving = shown("gas");
+    if !moving.is_empty() {
+        add("gas", if gas::decomposes(story.case) { "Decomposition and gas" } else { "Gas" }, moving);
+    }
     if let Some(outcome) = story.uncertainty {
         add("uncertainty", "Uncertainty", uncertainty(story, outcome) + &shown("uncertainty"));
     }
@@ -35,6 +40,9 @@ pub(super) fn all(story: &Story, figures: &[Figure], stills: &[String]) -> Vec<S
     }
     if let Some(outcome) = story.estimated {
         add("estimation", "Estimation", estimation(story, outcome) + &shown("estimation"));
+    }
+    if let Some(outcome) = story.beside {
+        add("beside", "Beside another case", beside(story, outcome) + &shown("beside"));
     }
     add("case", "Case", case::described(story.case) + &shown("case"));
     add("method", "Method", case::method(story));
@@ -50,8 +58,10 @@ struct Drawn {
 fn section_of(figure: &Figure) -> &'static str {
     match figure.id.split('-').next().unwrap_or_default() {
         "nominal" => "nominal",
+        "gas" => "gas",
         "spread" | "shares" | "peaks" => "uncertainty",
         "sensitivity" | "alignment" | "proposed" => "sensitivity",
+        "beside" => "beside",
         "hot" => "case",
         _ => "estimation",
     }
@@ -63,12 +73,15 @@ fn drawn(index: usize, figure: &Figure, still: &str) -> String {
     } else {
         format!(" <span class=\"tag\">{}</span>", escaped(&figure.number))
     };
-    format!(
-        "<figure>\n<h3>{title}{tag}</h3>\n<div class=\"chart\" data-chart=\"{index}\" role=\"img\" aria-label=\"{title}\"></div>\n\
-         <div class=\"still\">{still}</div>\n<figcaption>{caption}</figcaption>\n</figure>\n",
-        title = escaped(&figure.title),
-        caption = escaped(&figure.caption),
-    )
+    let title = escaped(&figure.title);
+    let chart = format!(
+        "<div class=\"chart\" data-chart=\"{index}\" role=\"img\" aria-label=\"{title}\"></div>\n\
+         <div class=\"still\">{still}</div>\n",
+    );
+    let caption = format!("<figcaption>{}</figcaption>\n", escaped(&figure.caption));
+    // No table says in numbers what the charts of gas show: there the sentence comes first.
+    let content = if section_of(figure) == "gas" { caption + &chart } else { chart + &caption };
+    format!("<figure>\n<h3>{title}{tag}</h3>\n{content}</figure>\n")
 }
 
 fn nominal(story: &Story, outcome: &Nominal) -> String {
@@ -128,6 +141,7 @@ fn nominal(story: &Story, outcome: &Nominal) -> String {
             ],
             &balances,
         )
+        + &if outcome.readings.is_empty() { String::new() } else { paragraph(&gas::balance(&balance)) }
 }
 
 fn misfit_cells(misfit: &Misfit) -> [String; 5] {
@@ -278,4 +292,30 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
             &misfits,
         )
         + &list(&said)
+}
+
+fn beside(story: &Story, outcome: &Beside) -> String {
+    let kelvin = |off_k: f64| if off_k.is_nan() { "-".to_owned() } else { words::grouped(off_k, 1) };
+    let rows: Vec<Vec<String>> = (outcome.left.iter())
+        .map(|left| {
+            let mut row = vec![story.case.sensors[left.sensor].name.clone()];
+            row.extend(left.heating_k.into_iter().chain(left.cooling_k).map(kelvin));
+            row.push(if left.explained().is_finite() {
+                format!("{:.0}", 100.0 * left.explained())
+            } else {
+                "-".into()
+            });
+            row
+        })
+        .collect();
+    let estimates = outcome.factors.iter().zip(&outcome.estimated.values).zip(&outcome.estimated.standard_errors);
+    let estimates: Vec<Vec<String>> = estimates
+        .map(|((name, value), error)| vec![name.clone(), format!("{value:.4}"), words::significant(*error, 2)])
+        .collect();
+    let (first, other) = (&story.case.id, &outcome.id);
+    let title = format!("Root mean square of prediction less measurement, K: {first}, and {other} beside it");
+    let heads = ["Sensor", "Heating", "beside", "Cool-down", "beside", "Explained, %"];
+    paragraph(&explained(story, outcome))
+        + &table(&title, &heads, &rows)
+        + &table(&format!("Estimates of {other}"), &["Factor", "Estimate", "± (1 σ)"], &estimates)
 }

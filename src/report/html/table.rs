@@ -20,7 +20,8 @@ pub(super) fn escaped(text: &str) -> String {
 /// Whether a text begins with a unit.
 fn is_unit(text: &str) -> bool {
     let word = text.split(|c: char| !c.is_alphanumeric() && !"°%²³/".contains(c)).next().unwrap_or_default();
-    ["K", "s", "°C", "%", "mm", "K²", "kPa", "MJ/kg", "W/cm²", "W/m²/K", "kg/m³"].contains(&word)
+    ["K", "s", "°C", "%", "mm", "K²", "kPa", "MJ/kg", "W/cm²", "W/m²/K", "kg/m³", "kg/m²", "kg/m²/s", "MJ/m²"]
+        .contains(&word)
 }
 
 /// A paragraph.
