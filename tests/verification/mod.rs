@@ -136,7 +136,7 @@ fn the_held_tacot_is_verified_at_the_resolution_that_its_case_states() {
 #[test]
 fn the_held_tacot_on_fewer_cells_misses_the_converged_curves() {
     let mut problem = held_tacot();
-    problem.case.resolution.cells = 320;
+    problem.case.resolution.cells = 240;
     let rows = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail");
     assert!(!rows[0].pass(), "\n{}", table(&rows[..1]));
 }
