@@ -11,8 +11,9 @@
 //!
 //! with S mass over pressure and B what a pressure drives out of its cell. Then `S*p' − Sp` is exactly what
 //! flowed in and was made. Both stages take the mobilities midway: in a stiff flow whose mobility changes
-//! from stage to stage the scheme would answer a disturbance by −4 times that change. Heat takes the mean flux of the step, its first stage that of the step before:
-//! a flux at an instant would magnify what little a pressure is off its balance by all the ease of the flow.
+//! from stage to stage the scheme would answer a disturbance by −4 times that change. Heat takes the mean flux of
+//! the step, its first stage that of the step before: a flux at an instant would magnify what little a pressure is
+//! off its balance by all the ease of the flow.
 
 use super::Real;
 use super::compensated::{Pair, advanced, difference};

@@ -27,6 +27,32 @@ fn holds(summary: &Value, paths: &[&str]) {
 }
 
 #[test]
+fn a_case_beside_explains_what_its_physics_does_and_other_observations_are_refused() {
+    let scratch = with_case("beside");
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
+    // Of the same case with a face that is heated for ten seconds alone: there is a cool-down.
+    let short = r#"flux = [["0 s", "5 W/cm^2"], ["10 s", "5 W/cm^2"], ["10 s", "0 W/cm^2"]]"#;
+    let cooled = CASE.replace(r#"flux = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]]"#, short) + OBSERVED;
+    assert!(cooled.contains(short));
+    scratch.write("same/case.toml", &cooled);
+    scratch.write("hotter/case.toml", cooled.replace("5 W/cm^2", "8 W/cm^2"));
+    scratch.write("colder/case.toml", cooled.replace("5 W/cm^2", "4 W/cm^2"));
+    scratch.write("other/case.toml", cooled.replace("500 K", "501 K"));
+    let summary = |beside: &str| {
+        let ran = say(&scratch, &format!("estimate same --beside {beside} --json --quiet --force")).done();
+        serde_json::from_str::<Value>(&ran.stdout).expect("JSON alone")["beside"].clone()
+    };
+    let explained = |beside: &Value| beside["sensors"]["TC2"]["explained"].as_f64().expect("a share");
+    let (same, hotter, colder) = (summary("same"), summary("hotter"), summary("colder"));
+    assert_eq!(explained(&same), 0.0, "a case explains nothing beside itself");
+    assert_eq!(same["cooling_s"], 10.0);
+    // It is predicted too hot as it is.
+    assert!(explained(&colder) > 0.1, "less heating explains {}", explained(&colder));
+    assert!(explained(&hotter) < -0.1, "more heating explains {}", explained(&hotter));
+    say(&scratch, "estimate same --beside other --quiet").ended(2).saying(&["TC2", "are others"]);
+}
+
+#[test]
 fn every_command_gives_its_summary_as_json_alone_with_the_keys_promised() {
     let scratch = Scratch::new("json");
     scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);

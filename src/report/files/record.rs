@@ -1,6 +1,8 @@
 //! `summary.json`: the outcome for a program. Numbers that are unbounded or unknown are `null`.
 
 use super::super::{ReportError, Story, findings, precision_words};
+use crate::case::Case;
+use crate::study::beside::{Beside, Left};
 use crate::study::estimate::{Combination, Estimated};
 use crate::study::nominal::Reading;
 use crate::study::sensitivity::Identifiability;
@@ -43,6 +45,8 @@ struct Record<'a> {
     correlation: Option<&'a [Vec<f64>]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     determined: Option<Vec<Determined<'a>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beside: Option<BesideRecord<'a>>,
     /// Sensor → factor → share of the spread at the sensor's nominal peak.
     #[serde(skip_serializing_if = "Option::is_none")]
     shares: Option<Named<'a, Named<'a, f64>>>,
@@ -115,6 +119,22 @@ struct Determined<'a> {
     relative_standard_error: f64,
 }
 
+/// A second case fitted to the same observations: root mean squares of the first and of it, K.
+#[derive(Serialize)]
+struct BesideRecord<'a> {
+    case: &'a str,
+    cooling_s: f64,
+    factors: Named<'a, f64>,
+    sensors: Named<'a, LeftRecord>,
+}
+
+#[derive(Serialize)]
+struct LeftRecord {
+    heating_k: [f64; 2],
+    cooling_k: [f64; 2],
+    explained: f64,
+}
+
 /// Sum of squared residuals, K².
 #[derive(Serialize)]
 struct Objective {
@@ -150,6 +170,21 @@ impl<T: Serialize> Serialize for Named<'_, T> {
             map.serialize_entry(name, value)?;
         }
         map.end()
+    }
+}
+
+fn beside<'a>(case: &'a Case, outcome: &'a Beside) -> BesideRecord<'a> {
+    let estimates = outcome.factors.iter().map(String::as_str).zip(outcome.estimated.values.iter().copied());
+    let left = outcome.left.iter().map(|left| {
+        let Left { heating_k, cooling_k, .. } = *left;
+        let record = LeftRecord { heating_k, cooling_k, explained: left.explained() };
+        (case.sensors[left.sensor].name.as_str(), record)
+    });
+    BesideRecord {
+        case: &outcome.id,
+        cooling_s: outcome.cooling_s,
+        factors: Named(estimates.collect()),
+        sensors: Named(left.collect()),
     }
 }
 
@@ -196,6 +231,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         condition_number: estimated.map(|outcome| outcome.identifiability.condition_number),
         correlation: estimated.map(|outcome| outcome.identifiability.correlation.as_slice()),
         determined: estimated.map(|outcome| determined(story, outcome)),
+        beside: story.beside.map(|outcome| beside(story.case, outcome)),
         shares: story.uncertainty.map(|_| shares(story)),
         estimable: story.sensitivity.map(|outcome| estimable(story, &outcome.proposed, &outcome.all)),
         files,
