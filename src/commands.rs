@@ -218,23 +218,16 @@ impl Desk {
             &asked::sampling(sweep),
             sweep.members,
             &mut |ensemble, traces| {
-                let factors: Vec<Vec<f64>> =
-                    (0..traces.members()).map(|member| ensemble.member(traces.first + member)).collect();
-                let peaks: Vec<Vec<Peak>> = (0..traces.members())
-                    .map(|member| {
-                        (0..traces.sensors).map(|sensor| Peak::of(traces.trace(member, sensor), &instants_s)).collect()
-                    })
-                    .collect();
                 if let (Some(file), Ok(())) = (&mut kept_members, &trouble) {
-                    let rows: Vec<Row<'_>> = (0..traces.members())
-                        .map(|member| Row {
+                    trouble = (0..traces.members()).try_for_each(|member| {
+                        let peak = |sensor| Peak::of(traces.trace(member, sensor), &instants_s);
+                        file.append(&Row {
                             member: traces.first + member,
                             arrived: traces.arrivals[member] == Arrival::Done,
-                            factors: &factors[member],
-                            peaks: &peaks[member],
+                            factors: &ensemble.member(traces.first + member),
+                            peaks: &(0..traces.sensors).map(peak).collect::<Vec<Peak>>(),
                         })
-                        .collect();
-                    trouble = file.append(&rows);
+                    });
                 }
                 if let (Some(file), Ok(())) = (&mut kept_traces, &trouble) {
                     trouble = file.append(traces);

@@ -33,10 +33,11 @@ impl March for Cpu {
         Backend { name, kind: "cpu", precision: self.precision }
     }
 
-    /// Members whose traces take some 64 MiB: progress is shown between runs, and memory stays small.
+    /// Members whose traces take some 8 MiB, so that progress is shown between runs and memory stays small; but four
+    /// groups of lanes for every thread at least, or threads would wait for the last group of a run.
     fn capacity(&self, plan: &Plan) -> usize {
         let reals = (plan.places.len() + plan.gauges()) * plan.instants_s.len();
-        (8 * 1024 * 1024 / reals.max(1)).clamp(64, 4096)
+        (1024 * 1024 / reals.max(1)).min(4096).max(4 * LANES_F32 * self.threads)
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {

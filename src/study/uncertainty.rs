@@ -67,6 +67,9 @@ pub struct PeakSpread {
 /// The percentiles of every spread.
 const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
 
+/// Members counted together: enough to busy every thread, few enough that their copy stays small beside their traces.
+const BLOCK: usize = 256;
+
 /// March `members` drawn between the side constraints. Each run of members is shown to `watch` as it
 /// arrives, with the ensemble that it belongs to; nothing of it is kept here but its statistics.
 ///
@@ -92,9 +95,8 @@ pub fn uncertainty(
     // The first member to fail so, and how many did, by reason.
     let mut failures: BTreeMap<String, (usize, usize)> = BTreeMap::new();
 
+    let (mut outputs, mut factors, mut arrived) = (Vec::new(), Vec::new(), Vec::new());
     march_all(march, plan, &ensemble, &mut |traces| {
-        let (mut outputs, mut factors) = (Vec::new(), Vec::new());
-        let arrived: Vec<bool> = traces.arrivals.iter().map(|arrival| *arrival == Arrival::Done).collect();
         for member in 0..traces.members() {
             outputs.extend(traces.member(member));
             let peaks = (0..traces.sensors).map(|sensor| Peak::of(traces.trace(member, sensor), &plan.instants_s));
@@ -102,12 +104,18 @@ pub fn uncertainty(
             outputs.extend(peaks.iter().map(|peak| peak.temperature_k));
             outputs.extend(peaks.iter().map(|peak| peak.time_s));
             factors.extend(ensemble.member(traces.first + member));
+            arrived.push(traces.arrivals[member] == Arrival::Done);
             if let Some(reason) = reason(case, &traces.arrivals[member]) {
                 let failure = failures.entry(reason).or_insert((traces.first + member, 0));
                 failure.1 += 1;
             }
+            if arrived.len() == BLOCK || member + 1 == traces.members() {
+                tally.add_block(&outputs, &factors, &arrived);
+                outputs.clear();
+                factors.clear();
+                arrived.clear();
+            }
         }
-        tally.add_block(&outputs, &factors, &arrived);
         watch(&ensemble, &traces);
     })?;
 

@@ -64,22 +64,19 @@ impl MembersFile {
         Ok(Self { columns: Columns::create(path, &names, whole)?, sensors: sensors.len() })
     }
 
-    /// Add members, in any number at a time.
+    /// Add a member.
     ///
     /// # Errors
     /// When a row group cannot be written.
-    pub fn append(&mut self, rows: &[Row]) -> Result<(), ReportError> {
-        for row in rows {
-            let known = |value: f64| if row.arrived { value } else { f64::NAN };
-            let peaks = (0..self.sensors).flat_map(|sensor| {
-                let peak = row.peaks.get(sensor).copied().unwrap_or(Peak { temperature_k: f64::NAN, time_s: f64::NAN });
-                [known(peak.temperature_k), known(peak.time_s)]
-            });
-            let status = if row.arrived { 0.0 } else { 1.0 };
-            let leading = [row.member as f64, status];
-            self.columns.row(leading.into_iter().chain(row.factors.iter().copied()).chain(peaks))?;
-        }
-        Ok(())
+    pub fn append(&mut self, row: &Row) -> Result<(), ReportError> {
+        let known = |value: f64| if row.arrived { value } else { f64::NAN };
+        let peaks = (0..self.sensors).flat_map(|sensor| {
+            let peak = row.peaks.get(sensor).copied().unwrap_or(Peak { temperature_k: f64::NAN, time_s: f64::NAN });
+            [known(peak.temperature_k), known(peak.time_s)]
+        });
+        let status = if row.arrived { 0.0 } else { 1.0 };
+        let leading = [row.member as f64, status];
+        self.columns.row(leading.into_iter().chain(row.factors.iter().copied()).chain(peaks))
     }
 
     /// Write what is left and give the file its name.
@@ -235,7 +232,7 @@ mod tests {
             let peaks = [Peak { temperature_k: 600.0 + member as f64, time_s: 78.0 }];
             let factors = [1.0 + 1e-6 * member as f64];
             let row = Row { member, arrived: member != 3, factors: &factors, peaks: &peaks };
-            file.append(&[row]).expect("it takes a row");
+            file.append(&row).expect("it takes a row");
         }
         assert!(!path.exists(), "the file has its name before it is whole");
         file.close().expect("it closes");
