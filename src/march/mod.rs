@@ -63,10 +63,24 @@ pub fn march_all(
     ensemble: &Ensemble,
     take: &mut dyn FnMut(Traces),
 ) -> Result<(), MarchError> {
+    march_some(march, plan, ensemble, 0..ensemble.len(), take)
+}
+
+/// Carry some members of an ensemble as [`march_all`] carries all.
+///
+/// # Errors
+/// As [`March::march`].
+pub fn march_some(
+    march: &mut dyn March,
+    plan: &Plan,
+    ensemble: &Ensemble,
+    members: Range<usize>,
+    take: &mut dyn FnMut(Traces),
+) -> Result<(), MarchError> {
     let capacity = march.capacity(plan).max(1);
-    let mut first = 0;
-    while first < ensemble.len() {
-        let next = (first + capacity).min(ensemble.len());
+    let mut first = members.start;
+    while first < members.end {
+        let next = (first + capacity).min(members.end);
         take(march.march(plan, ensemble, first..next)?);
         first = next;
     }

@@ -54,6 +54,9 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
         if let Some(said) = blame(story.case, outcome, sensor) {
             say("Cause", said);
         }
+        if let Some(said) = alone(story.case, outcome, sensor) {
+            say("Alone", said);
+        }
     }
     if let Some(outcome) = story.sensitivity {
         say("Estimable", estimable(story.case, outcome));
@@ -120,6 +123,30 @@ fn blame(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
         .collect();
     let name = &case.sensors[sensor].name;
     (!said.is_empty()).then(|| format!("At its peak the spread of {name} is mostly due to {}.", words::listed(&said)))
+}
+
+/// How much of the variance of a sensor at its nominal peak the factors explain one by one.
+fn alone(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
+    let explained: f64 = indices(outcome, sensor)?.iter().sum();
+    let rest = if explained < 0.98 {
+        format!("; the other {} they make together", words::percent(1.0 - explained))
+    } else {
+        String::new()
+    };
+    (explained > 0.0).then(|| {
+        format!(
+            "One by one the factors explain {} of the variance of {} at its peak (the sum of their first-order Sobol \
+             indices){rest}.",
+            words::percent(explained.min(1.0)),
+            case.sensors[sensor].name,
+        )
+    })
+}
+
+/// First-order Sobol index of each factor at a sensor's nominal peak.
+pub(super) fn indices(outcome: &Uncertainty, sensor: usize) -> Option<Vec<f64>> {
+    let instant = nearest(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s)?;
+    Some(outcome.spreads[sensor].indices.iter().map(|curve| curve[instant]).collect())
 }
 
 /// Factors by their share of a sensor's spread at its nominal peak, largest first.

@@ -247,6 +247,7 @@ fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
             high_k: at(3.5),
             percentiles_k: [at(-1.96), at(-0.674), at(0.0), at(0.674), at(1.96)],
             shares: correlations.iter().map(|row| row.iter().map(|r| r * r).collect()).collect(),
+            indices: correlations.iter().map(|row| row.iter().map(|r| r * r).collect()).collect(),
             correlations,
             deviation_k,
         }

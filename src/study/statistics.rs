@@ -6,12 +6,19 @@
 //! Compensated or pairwise summation would only make the differences small.
 //!
 //! With `d` the deviation of an output and `x` that of a factor, a tally holds `Σd, Σd², Σx, Σx², Σxd`, the extremes,
-//! and for the percentiles a histogram of `d`. Its memory does not grow with the members.
+//! for the percentiles a histogram of `d`, and for the Sobol indices `Σd` in each class of `x`. Its memory has a bound
+//! that does not depend on the members.
 
+mod classes;
 mod histogram;
+mod numbers;
+mod output;
 mod sums;
 
-use histogram::Histogram;
+pub use classes::Span;
+
+use classes::{CLASSES, index};
+use output::{Output, Shift};
 use rayon::prelude::*;
 use sums::{Sums, centred};
 
@@ -33,41 +40,27 @@ const STRETCH: usize = 16;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tally {
     reference: Vec<f64>,
-    factor_reference: Vec<f64>,
+    spans: Vec<Span>,
     members: usize,
     left_out: usize,
     outputs: Vec<Output>,
     factors: Vec<Sums>,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-struct Output {
-    sums: Sums,
-    /// Σxd, one a factor.
-    crossed: Vec<i128>,
-    low: f64,
-    high: f64,
-    histogram: Histogram,
+    /// Members in each class of each factor.
+    classes: Vec<[u64; CLASSES]>,
 }
 
 impl Tally {
-    /// An empty tally. The references, one an output and one a factor, are what deviations are counted from: the
-    /// nominal march and the nominal factors.
-    pub fn new(reference: &[f64], factor_reference: &[f64]) -> Self {
-        let output = Output {
-            sums: Sums::default(),
-            crossed: vec![0; factor_reference.len()],
-            low: f64::INFINITY,
-            high: f64::NEG_INFINITY,
-            histogram: Histogram::default(),
-        };
+    /// An empty tally. The references, one an output, and the nominal values of the spans, one a factor, are what
+    /// deviations are counted from.
+    pub fn new(reference: &[f64], spans: &[Span]) -> Self {
         Self {
             reference: reference.to_vec(),
-            factor_reference: factor_reference.to_vec(),
+            spans: spans.to_vec(),
             members: 0,
             left_out: 0,
-            outputs: vec![output; reference.len()],
-            factors: vec![Sums::default(); factor_reference.len()],
+            outputs: vec![Output::new(spans.len()); reference.len()],
+            factors: vec![Sums::default(); spans.len()],
+            classes: vec![[0; CLASSES]; spans.len()],
         }
     }
 
@@ -88,17 +81,16 @@ impl Tally {
     /// # Panics
     /// When the lengths do not fit the references and the number of members.
     pub fn add_block(&mut self, outputs: &[f64], factors: &[f64], arrived: &[bool]) {
-        let (width, breadth) = (self.reference.len(), self.factor_reference.len());
+        let (width, breadth) = (self.reference.len(), self.spans.len());
         assert_eq!(outputs.len(), arrived.len() * width, "outputs are not member × output");
         assert_eq!(factors.len(), arrived.len() * breadth, "factors are not member × factor");
 
         let arrivals: Vec<usize> = (0..arrived.len()).filter(|&member| arrived[member]).collect();
-        let near = |values: &[f64], reference: &[f64], reach: f64| {
-            values.iter().zip(reference).all(|(value, reference)| (value - reference).abs() <= reach)
-        };
         let counted = |member: &usize| {
-            near(&outputs[member * width..][..width], &self.reference, OUTPUT_REACH)
-                && near(&factors[member * breadth..][..breadth], &self.factor_reference, FACTOR_REACH)
+            let (outputs, factors) = (&outputs[member * width..][..width], &factors[member * breadth..][..breadth]);
+            let near = |value: &f64, reference: f64, reach: f64| (value - reference).abs() <= reach;
+            outputs.iter().zip(&self.reference).all(|(value, reference)| near(value, *reference, OUTPUT_REACH))
+                && factors.iter().zip(&self.spans).all(|(value, span)| near(value, span.nominal, FACTOR_REACH))
         };
         let members: Vec<usize> = arrivals.par_iter().copied().filter(counted).collect();
         self.members += members.len();
@@ -106,11 +98,13 @@ impl Tally {
 
         let mut shifts = Vec::with_capacity(members.len() * breadth);
         for member in &members {
-            let row = factors[member * breadth..].iter().zip(&self.factor_reference).zip(&mut self.factors);
-            for ((value, reference), sums) in row {
-                let shift = ((value - reference) * FACTOR_QUANTA).round() as i64;
-                sums.add(shift);
-                shifts.push(shift);
+            let row = factors[member * breadth..].iter().zip(&self.spans);
+            for ((value, span), (sums, counts)) in row.zip(self.factors.iter_mut().zip(&mut self.classes)) {
+                let quanta = ((value - span.nominal) * FACTOR_QUANTA).round() as i64;
+                let class = span.class(*value);
+                sums.add(quanta);
+                counts[usize::from(class)] += 1;
+                shifts.push(Shift { quanta, class });
             }
         }
 
@@ -120,7 +114,7 @@ impl Tally {
                 let row = &outputs[member * width + stretch * STRETCH..];
                 let shifts = &shifts[place * breadth..][..breadth];
                 for ((output, reference), value) in tallied.iter_mut().zip(reference).zip(row) {
-                    output.add(*value, *reference, shifts);
+                    output.add(*value, ((value - reference) * OUTPUT_QUANTA).round() as i64, shifts);
                 }
             }
         });
@@ -132,7 +126,7 @@ impl Tally {
     /// When the two do not count from the same references.
     pub fn merge(&mut self, other: &Self) {
         assert!(
-            self.reference == other.reference && self.factor_reference == other.factor_reference,
+            self.reference == other.reference && self.spans == other.spans,
             "tallies count from different references"
         );
         self.members += other.members;
@@ -143,11 +137,19 @@ impl Tally {
         for (mine, theirs) in self.factors.iter_mut().zip(&other.factors) {
             mine.merge(theirs);
         }
+        for (mine, theirs) in self.classes.iter_mut().flatten().zip(other.classes.iter().flatten()) {
+            *mine += theirs;
+        }
     }
 
     /// Members counted.
     pub fn members(&self) -> usize {
         self.members
+    }
+
+    /// Factors that led to the outputs.
+    pub fn factors(&self) -> usize {
+        self.spans.len()
     }
 
     /// Members that arrived but could not be counted.
@@ -178,9 +180,8 @@ impl Tally {
         self.outputs[output].high
     }
 
-    /// The value below which `percent` of the members lie, from bins of 0.25 K around the reference within which
-    /// members are taken as evenly spread: right to a fraction of a bin where a bin holds many members, and never
-    /// beyond the extremes.
+    /// The value below which `percent` of the members lie, from up to 1,024 bins between the extremes within which
+    /// members are taken as evenly spread: right to a fraction of a 512th of their range, and never beyond it.
     pub fn percentile(&self, output: usize, percent: f64) -> f64 {
         let Output { low, high, histogram, .. } = &self.outputs[output];
         match histogram.above(percent / 100.0 * self.members as f64) {
@@ -206,29 +207,13 @@ impl Tally {
         let all: f64 = (0..self.factors.len()).map(square).sum();
         if all > 0.0 { square(factor) / all } else { 0.0 }
     }
-}
 
-impl Output {
-    /// Counts a value that lies within reach of its reference; `shifts` are the member's factors in quanta.
-    fn add(&mut self, value: f64, reference: f64, shifts: &[i64]) {
-        let quanta = ((value - reference) * OUTPUT_QUANTA).round() as i64;
-        self.sums.add(quanta);
-        for (crossed, &shift) in self.crossed.iter_mut().zip(shifts) {
-            *crossed += i128::from(shift) * i128::from(quanta);
-        }
-        self.low = self.low.min(value);
-        self.high = self.high.max(value);
-        self.histogram.count(quanta);
-    }
-
-    fn merge(&mut self, other: &Self) {
-        self.sums.merge(&other.sums);
-        for (mine, theirs) in self.crossed.iter_mut().zip(&other.crossed) {
-            *mine += theirs;
-        }
-        self.low = self.low.min(other.low);
-        self.high = self.high.max(other.high);
-        self.histogram.merge(&other.histogram);
+    /// First-order Sobol index of an output by a factor: the share of the output's variance that would be gone were the
+    /// factor known, whatever the form of the dependence. Right to about √(2·32)/members by chance; zero where nothing
+    /// varies or members are no more than the factor's classes.
+    pub fn index(&self, output: usize, factor: usize) -> f64 {
+        let Output { sums, in_class, .. } = &self.outputs[output];
+        index(self.members, sums, &self.classes[factor], &in_class[factor])
     }
 }
 
@@ -239,7 +224,8 @@ mod tests {
     use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 
     const REFERENCE: [f64; 3] = [900.0, 300.0, 79.0];
-    const FACTORS: [f64; 2] = [1.0, 1.0];
+    const FACTORS: [Span; 2] =
+        [Span { nominal: 1.0, low: 0.75, high: 1.25 }, Span { nominal: 1.0, low: 0.9, high: 1.1 }];
 
     /// Members of a small law: one output that follows both factors, one that never varies, one that is a time.
     fn members(count: usize) -> (Vec<f64>, Vec<f64>) {
@@ -311,12 +297,42 @@ mod tests {
                 merged.merge(&piece(cuts[place].0, cuts[place].1));
             }
             assert_eq!(merged, whole);
+            assert_eq!(Tally::restored(&REFERENCE, &FACTORS, &merged.numbers()), Some(merged));
         }
         let mut one_by_one = Tally::new(&REFERENCE, &FACTORS);
         for member in (0..1000).rev() {
             one_by_one.add(&outputs[member * 3..][..3], &factors[member * 2..][..2]);
         }
         assert_eq!(one_by_one, whole);
+    }
+
+    #[test]
+    fn a_tally_of_a_thousand_million_members_is_as_large_as_one_of_a_thousand() {
+        let (outputs, factors) = members(1000);
+        let mut tally = tallied(&outputs, &factors);
+        let few = tally.clone();
+        (0..20).for_each(|_| tally.merge(&tally.clone()));
+        assert_eq!((tally.members(), tally.numbers().len()), (1000 << 20, few.numbers().len()));
+        assert!(
+            (tally.mean(0) - few.mean(0)).abs() < 1e-9 && (tally.deviation(0) / few.deviation(0) - 1.0).abs() < 1e-3
+        );
+        assert_eq!(tally.percentile(0, 97.5), few.percentile(0, 97.5));
+    }
+
+    #[test]
+    fn numbers_that_do_not_add_up_are_no_tally() {
+        let (outputs, factors) = members(50);
+        let tally = tallied(&outputs, &factors);
+        let restored = |numbers: &[i128]| Tally::restored(&REFERENCE, &FACTORS, numbers);
+        let numbers = tally.numbers();
+        assert_eq!(restored(&numbers), Some(tally));
+        assert_eq!(restored(&numbers[..numbers.len() - 1]), None);
+        assert_eq!(restored(&[&numbers[..], &[0]].concat()), None);
+        for wrong in [0, 4, numbers.len() - 1] {
+            let mut numbers = numbers.clone();
+            numbers[wrong] += 1;
+            assert_eq!(restored(&numbers), None, "number {wrong}");
+        }
     }
 
     #[test]
@@ -362,7 +378,7 @@ mod tests {
 
     #[test]
     fn the_furthest_members_that_are_counted_do_not_overflow() {
-        let mut tally = Tally::new(&[0.0], &[0.0]);
+        let mut tally = Tally::new(&[0.0], &[Span { nominal: 0.0, low: -1.0, high: 1.0 }]);
         let far: Vec<f64> = (0..20_000).map(|i| if i % 2 == 0 { OUTPUT_REACH } else { -OUTPUT_REACH }).collect();
         let factors: Vec<f64> = far.iter().map(|value| -value / OUTPUT_REACH * FACTOR_REACH).collect();
         tally.add_block(&far, &factors, &vec![true; far.len()]);

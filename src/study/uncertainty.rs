@@ -1,13 +1,14 @@
 //! How far may the prediction be off, and which factor is to blame?
 
 use super::nominal::{Nominal, Peak};
-use super::statistics::Tally;
+use super::statistics::{Span, Tally};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling};
-use crate::march::{March, MarchError, march_all};
+use crate::march::{March, MarchError, march_some};
 use crate::plan::Plan;
 use crate::traces::{Arrival, Traces};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// What a Monte Carlo over the factors says.
 #[derive(Clone, Debug)]
@@ -48,6 +49,8 @@ pub struct Spread {
     pub correlations: Vec<Vec<f64>>,
     /// Factor × instant: squared correlations over their sum; zero where nothing varies.
     pub shares: Vec<Vec<f64>>,
+    /// Factor × instant: first-order Sobol indices, the shares of the variance that go if the factor is known.
+    pub indices: Vec<Vec<f64>>,
 }
 
 /// The distribution of a sensor's peak.
@@ -70,6 +73,15 @@ const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
 /// Members counted together: enough to busy every thread, few enough that their copy stays small beside their traces.
 const BLOCK: usize = 256;
 
+/// What has been counted of some members of an ensemble. Parts that were gathered apart merge to what the whole would
+/// have been, to the last bit, in any order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gathered {
+    tally: Tally,
+    /// How many failed so, and the first of them, by reason.
+    failures: BTreeMap<String, (usize, usize)>,
+}
+
 /// March `members` drawn between the side constraints. Each run of members is shown to `watch` as it
 /// arrives, with the ensemble that it belongs to; nothing of it is kept here but its statistics.
 ///
@@ -87,73 +99,160 @@ pub fn uncertainty(
     watch: &mut dyn FnMut(&Ensemble, &Traces),
 ) -> Result<Uncertainty, MarchError> {
     let ensemble = Ensemble::sample(&case.factors, bounds, sampling, members);
+    let mut gathered = Gathered::new(case, nominal, bounds);
+    gathered.march(case, plan, march, &ensemble, 0..members, watch)?;
+    Ok(gathered.answer(nominal, sampling, members))
+}
+
+impl Gathered {
+    /// Nothing yet, of members drawn between these side constraints about this nominal march.
+    pub fn new(case: &Case, nominal: &Nominal, bounds: Bounds) -> Self {
+        let (reference, spans) = references(case, nominal, bounds);
+        Self { tally: Tally::new(&reference, &spans), failures: BTreeMap::new() }
+    }
+
+    /// March some members of an ensemble and count them; `watch` is shown each run of them as [`uncertainty`] says.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn march(
+        &mut self,
+        case: &Case,
+        plan: &Plan,
+        march: &mut dyn March,
+        ensemble: &Ensemble,
+        members: Range<usize>,
+        watch: &mut dyn FnMut(&Ensemble, &Traces),
+    ) -> Result<(), MarchError> {
+        let (mut outputs, mut factors, mut arrived) = (Vec::new(), Vec::new(), Vec::new());
+        march_some(march, plan, ensemble, members, &mut |traces| {
+            for member in 0..traces.members() {
+                outputs.extend(traces.member(member));
+                let peaks = (0..traces.sensors).map(|sensor| Peak::of(traces.trace(member, sensor), &plan.instants_s));
+                let peaks: Vec<Peak> = peaks.collect();
+                outputs.extend(peaks.iter().map(|peak| peak.temperature_k));
+                outputs.extend(peaks.iter().map(|peak| peak.time_s));
+                factors.extend(ensemble.member(traces.first + member));
+                arrived.push(traces.arrivals[member] == Arrival::Done);
+                if let Some(reason) = reason(case, &traces.arrivals[member]) {
+                    self.fail(reason, 1, traces.first + member);
+                }
+                if arrived.len() == BLOCK || member + 1 == traces.members() {
+                    self.tally.add_block(&outputs, &factors, &arrived);
+                    outputs.clear();
+                    factors.clear();
+                    arrived.clear();
+                }
+            }
+            watch(ensemble, &traces);
+        })
+    }
+
+    /// Counts what another has counted, of other members about the same nominal march.
+    ///
+    /// # Panics
+    /// When the nominal marches or the side constraints differ.
+    pub fn merge(&mut self, other: &Self) {
+        self.tally.merge(&other.tally);
+        for (reason, &(members, first)) in &other.failures {
+            self.fail(reason.clone(), members, first);
+        }
+    }
+
+    fn fail(&mut self, reason: String, members: usize, first: usize) {
+        let failure = self.failures.entry(reason).or_insert((0, first));
+        *failure = (failure.0 + members, failure.1.min(first));
+    }
+
+    /// Members that arrived and were counted.
+    pub fn ok(&self) -> usize {
+        self.tally.members()
+    }
+
+    /// Members that are accounted for: counted, left out of the count, or failed.
+    pub fn members(&self) -> usize {
+        self.tally.members() + self.tally.left_out() + self.failures.values().map(|(members, _)| members).sum::<usize>()
+    }
+
+    /// Why members failed.
+    pub fn failures(&self) -> Vec<Failure> {
+        let failure = |(reason, &(members, first)): (&String, _)| Failure { reason: reason.clone(), members, first };
+        self.failures.iter().map(failure).collect()
+    }
+
+    /// What has been counted, as whole numbers, to be put by beside [`failures`](Self::failures).
+    pub fn numbers(&self) -> Vec<i128> {
+        self.tally.numbers()
+    }
+
+    /// From what was put by; `None` where the numbers do not belong to such a case.
+    pub fn restored(
+        case: &Case,
+        nominal: &Nominal,
+        bounds: Bounds,
+        numbers: &[i128],
+        failures: &[Failure],
+    ) -> Option<Self> {
+        let (reference, spans) = references(case, nominal, bounds);
+        let tally = Tally::restored(&reference, &spans, numbers)?;
+        let mut restored = Self { tally, failures: BTreeMap::new() };
+        failures.iter().for_each(|failure| restored.fail(failure.reason.clone(), failure.members, failure.first));
+        Some(restored)
+    }
+
+    /// What so many members, drawn so, say.
+    pub fn answer(&self, nominal: &Nominal, sampling: &Sampling, asked: usize) -> Uncertainty {
+        let Self { tally, .. } = self;
+        let (sensors, instants) = (nominal.temperatures_k.len(), nominal.instants_s.len());
+        let factors = tally.factors();
+        let over = |sensor: usize, each: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            (sensor * instants..(sensor + 1) * instants).map(each).collect()
+        };
+        let spreads = (0..sensors).map(|sensor| Spread {
+            mean_k: over(sensor, &|output| tally.mean(output)),
+            deviation_k: over(sensor, &|output| tally.deviation(output)),
+            low_k: over(sensor, &|output| tally.low(output)),
+            high_k: over(sensor, &|output| tally.high(output)),
+            percentiles_k: PERCENTS.map(|percent| over(sensor, &|output| tally.percentile(output, percent))),
+            correlations: (0..factors).map(|f| over(sensor, &|output| tally.correlation(output, f))).collect(),
+            shares: (0..factors).map(|f| over(sensor, &|output| tally.share(output, f))).collect(),
+            indices: (0..factors).map(|f| over(sensor, &|output| tally.index(output, f))).collect(),
+        });
+        let peaks = (0..sensors).map(|sensor| {
+            let (hot, late) = (sensors * instants + sensor, sensors * instants + sensors + sensor);
+            PeakSpread {
+                nominal: nominal.peaks[sensor],
+                mean_k: tally.mean(hot),
+                deviation_k: tally.deviation(hot),
+                percentiles_k: PERCENTS.map(|percent| tally.percentile(hot, percent)),
+                percentiles_s: PERCENTS.map(|percent| tally.percentile(late, percent)),
+                correlations: (0..factors).map(|factor| tally.correlation(hot, factor)).collect(),
+            }
+        });
+        Uncertainty {
+            seed: sampling.seed,
+            sampling: sampling.kind.name(),
+            asked,
+            ok: tally.members(),
+            failures: self.failures(),
+            instants_s: nominal.instants_s.clone(),
+            spreads: spreads.collect(),
+            peaks: peaks.collect(),
+        }
+    }
+}
+
+/// What members are counted from: every temperature, then every peak and its time, of the nominal march; and the
+/// factors' nominal values with the ends of their ranges.
+fn references(case: &Case, nominal: &Nominal, bounds: Bounds) -> (Vec<f64>, Vec<Span>) {
     let mut reference: Vec<f64> = nominal.temperatures_k.concat();
     reference.extend(nominal.peaks.iter().map(|peak| peak.temperature_k));
     reference.extend(nominal.peaks.iter().map(|peak| peak.time_s));
-    let centre: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
-    let mut tally = Tally::new(&reference, &centre);
-    // The first member to fail so, and how many did, by reason.
-    let mut failures: BTreeMap<String, (usize, usize)> = BTreeMap::new();
-
-    let (mut outputs, mut factors, mut arrived) = (Vec::new(), Vec::new(), Vec::new());
-    march_all(march, plan, &ensemble, &mut |traces| {
-        for member in 0..traces.members() {
-            outputs.extend(traces.member(member));
-            let peaks = (0..traces.sensors).map(|sensor| Peak::of(traces.trace(member, sensor), &plan.instants_s));
-            let peaks: Vec<Peak> = peaks.collect();
-            outputs.extend(peaks.iter().map(|peak| peak.temperature_k));
-            outputs.extend(peaks.iter().map(|peak| peak.time_s));
-            factors.extend(ensemble.member(traces.first + member));
-            arrived.push(traces.arrivals[member] == Arrival::Done);
-            if let Some(reason) = reason(case, &traces.arrivals[member]) {
-                let failure = failures.entry(reason).or_insert((traces.first + member, 0));
-                failure.1 += 1;
-            }
-            if arrived.len() == BLOCK || member + 1 == traces.members() {
-                tally.add_block(&outputs, &factors, &arrived);
-                outputs.clear();
-                factors.clear();
-                arrived.clear();
-            }
-        }
-        watch(&ensemble, &traces);
-    })?;
-
-    let (sensors, instants) = (case.sensors.len(), plan.instants_s.len());
-    let factors = case.factors.len();
-    let over = |sensor: usize, each: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        (sensor * instants..(sensor + 1) * instants).map(each).collect()
-    };
-    let spreads = (0..sensors).map(|sensor| Spread {
-        mean_k: over(sensor, &|output| tally.mean(output)),
-        deviation_k: over(sensor, &|output| tally.deviation(output)),
-        low_k: over(sensor, &|output| tally.low(output)),
-        high_k: over(sensor, &|output| tally.high(output)),
-        percentiles_k: PERCENTS.map(|percent| over(sensor, &|output| tally.percentile(output, percent))),
-        correlations: (0..factors).map(|f| over(sensor, &|output| tally.correlation(output, f))).collect(),
-        shares: (0..factors).map(|f| over(sensor, &|output| tally.share(output, f))).collect(),
+    let spans = case.factors.iter().map(|factor| {
+        let (low, high) = factor.bounds(bounds);
+        Span { nominal: factor.nominal, low, high }
     });
-    let peaks = (0..sensors).map(|sensor| {
-        let (hot, late) = (sensors * instants + sensor, sensors * instants + sensors + sensor);
-        PeakSpread {
-            nominal: nominal.peaks[sensor],
-            mean_k: tally.mean(hot),
-            deviation_k: tally.deviation(hot),
-            percentiles_k: PERCENTS.map(|percent| tally.percentile(hot, percent)),
-            percentiles_s: PERCENTS.map(|percent| tally.percentile(late, percent)),
-            correlations: (0..factors).map(|factor| tally.correlation(hot, factor)).collect(),
-        }
-    });
-    Ok(Uncertainty {
-        seed: sampling.seed,
-        sampling: sampling.kind.name(),
-        asked: members,
-        ok: tally.members(),
-        failures: failures.into_iter().map(|(reason, (first, members))| Failure { reason, members, first }).collect(),
-        instants_s: plan.instants_s.clone(),
-        spreads: spreads.collect(),
-        peaks: peaks.collect(),
-    })
+    (reference, spans.collect())
 }
 
 /// Why a member failed, in words that do not depend on the member; `None` of one that arrived.

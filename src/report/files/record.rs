@@ -6,6 +6,7 @@ use crate::study::beside::{Beside, Left};
 use crate::study::estimate::{Combination, Estimated};
 use crate::study::nominal::Reading;
 use crate::study::sensitivity::Identifiability;
+use crate::study::uncertainty::Uncertainty;
 use crate::traces::Arrival;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -50,6 +51,9 @@ struct Record<'a> {
     /// Sensor → factor → share of the spread at the sensor's nominal peak.
     #[serde(skip_serializing_if = "Option::is_none")]
     shares: Option<Named<'a, Named<'a, f64>>>,
+    /// Sensor → factor → first-order Sobol index at the sensor's nominal peak.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    indices: Option<Named<'a, Named<'a, f64>>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     estimable: Option<Estimable<'a>>,
     /// The files of this report, so that the next one of the case can clear them.
@@ -233,6 +237,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         determined: estimated.map(|outcome| determined(story, outcome)),
         beside: story.beside.map(|outcome| beside(story.case, outcome)),
         shares: story.uncertainty.map(|_| shares(story)),
+        indices: story.uncertainty.map(|outcome| indices(story, outcome)),
         estimable: story.sensitivity.map(|outcome| estimable(story, &outcome.proposed, &outcome.all)),
         files,
     };
@@ -295,6 +300,14 @@ fn shares<'a>(story: &Story<'a>) -> Named<'a, Named<'a, f64>> {
         let ranked = story.uncertainty.and_then(|outcome| findings::ranked(story.case, outcome, sensor));
         let named = ranked.into_iter().flatten();
         Named(named.map(|(factor, share)| (story.case.factors[factor].name.as_str(), share)).collect())
+    };
+    Named(story.case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
+}
+
+fn indices<'a>(story: &Story<'a>, outcome: &Uncertainty) -> Named<'a, Named<'a, f64>> {
+    let of = |sensor: usize| {
+        let known = findings::indices(outcome, sensor).unwrap_or_default();
+        Named(story.case.factors.iter().map(|factor| factor.name.as_str()).zip(known).collect())
     };
     Named(story.case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
 }

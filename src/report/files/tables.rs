@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `traces.csv` | `time_s`, then `TC1_K` … of the nominal march, of an estimate `TC1_fitted_K` … too, and where gas moves the gauges of the nominal march |
 //! | `percentiles.csv` | `sensor`, `time_s`, mean, deviation, extremes and percentiles of the members |
-//! | `shares.csv` | `sensor`, `time_s`, each factor's share of the spread, each factor's correlation |
+//! | `shares.csv` | `sensor`, `time_s`, each factor's share of the spread, correlation, and first-order Sobol index |
 //! | `sensitivities.csv` | `sensor`, `time_s`, K per unit of each factor |
 //! | `residuals.csv` | `sensor`, `time_s`, measured less predicted over the fitted window |
 //! | `path.csv` | `iteration`, the factors, the objective, the damping |
@@ -124,11 +124,11 @@ fn percentiles(story: &Story, outcome: &Uncertainty) -> Result<(String, Vec<u8>)
 }
 
 fn shares(story: &Story, outcome: &Uncertainty) -> Result<(String, Vec<u8>), ReportError> {
-    let columns = factor_columns(story, "_share").chain(factor_columns(story, "_correlation"));
+    let columns = ["_share", "_correlation", "_index"].into_iter().flat_map(|ending| factor_columns(story, ending));
     let mut table = Table::new("shares.csv", head(&["sensor", "time_s"], columns))?;
     for (sensor, spread) in story.case.sensors.iter().zip(&outcome.spreads) {
         for (at, &time_s) in outcome.instants_s.iter().enumerate() {
-            let values = spread.shares.iter().chain(&spread.correlations).map(|curve| curve[at]);
+            let values = spread.shares.iter().chain(&spread.correlations).chain(&spread.indices).map(|curve| curve[at]);
             table.row(Some(&sensor.name), std::iter::once(time_s).chain(values))?;
         }
     }
