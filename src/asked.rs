@@ -7,6 +7,7 @@ use bondline::case::{Bounds, Case};
 use bondline::ensemble::{self, Sampling};
 use bondline::march::Precision;
 use bondline::march::choose::{Choice, Kind};
+use std::ops::Range;
 
 pub(crate) fn choice(on: &On) -> Choice {
     Choice {
@@ -38,6 +39,21 @@ pub(crate) fn sampling(sweep: &Sweep) -> Sampling {
         SamplingKind::Sobol => ensemble::SamplingKind::Sobol,
     };
     Sampling { kind, seed: sweep.seed }
+}
+
+/// `A..B`, members of so many drawn.
+pub(crate) fn piece(text: &str, drawn: usize) -> Result<Range<usize>, Failure> {
+    let ends = text.split_once("..").map(|(first, end)| (first.trim().parse(), end.trim().parse()));
+    match ends {
+        Some((Ok(first), Ok(end))) if first < end && end <= drawn => Ok(first..end),
+        Some((Ok::<usize, _>(first), Ok::<usize, _>(end))) => Err(input(format!(
+            "--members {text}: expected a first member before the end, and an end no higher than the {drawn} drawn \
+             (-n), found {first} and {end}"
+        ))),
+        _ => {
+            Err(input(format!("--members {text:?}: expected FIRST..END such as 0..2500, which ends with member 2499")))
+        }
+    }
 }
 
 /// `NAME=VALUE` in two.

@@ -24,7 +24,12 @@ pub(crate) enum Command {
         /// What to keep of every member: factors and peaks, or the traces too
         #[arg(long, value_enum)]
         keep: Option<Keep>,
+        /// March a piece, members A to B less one of the -n drawn, and leave its statistics for `merge`
+        #[arg(long = "members", value_name = "A..B", conflicts_with = "json")]
+        piece: Option<String>,
     },
+    /// Put the pieces that `uncertainty --members` left together: the report of the whole sweep
+    Merge(Merge),
     /// Derivatives of every temperature by every factor, and which factors can be estimated together
     Sensitivity {
         #[command(flatten)]
@@ -135,6 +140,29 @@ pub(crate) struct Ask {
     pub on: On,
 }
 
+/// Pieces of one sweep.
+#[derive(Debug, Args)]
+pub(crate) struct Merge {
+    /// Files that `uncertainty --members` left, in any order
+    #[arg(required = true)]
+    pub pieces: Vec<PathBuf>,
+    /// Where the case lies now [default: where it lay when it was marched]
+    #[arg(long)]
+    pub case: Option<PathBuf>,
+    /// Folder for the report [default: out/<case>/merge]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Overwrite a folder that holds another case
+    #[arg(long)]
+    pub force: bool,
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Failed members that are put up with before the exit code says so [default: one in a hundred]
+    #[arg(long)]
+    pub max_failed: Option<usize>,
+}
+
 /// What marches, and with which changes to the case.
 #[derive(Debug, Args)]
 pub(crate) struct On {
@@ -159,7 +187,7 @@ pub(crate) struct On {
 #[derive(Debug, Args)]
 pub(crate) struct Sweep {
     /// Members to draw and march
-    #[arg(short = 'n', long, default_value_t = 5000)]
+    #[arg(short = 'n', value_name = "MEMBERS", default_value_t = 5000)]
     pub members: usize,
     /// How members are drawn within the side constraints
     #[arg(long, value_enum, default_value = "normal")]

@@ -1,22 +1,25 @@
 //! What each command does: a study, a report, an ending.
 
 use crate::asked;
-use crate::cli::{Ask, Cli, Command, Keep, Materials, On};
+use crate::cli::{Ask, Cli, Command, Keep, Materials, On, Sweep};
 use crate::ending::{Ending, Failure, input};
+use crate::kept::Kept;
 use crate::watch::Watched;
 use bondline::case::{Bounds, Case};
+use bondline::ensemble::Ensemble;
 use bondline::fit::Options;
 use bondline::march::{Precision, choose};
 use bondline::plan::Plan;
-use bondline::report::files::{MembersFile, OutputFolder, Row, TracesFile};
+use bondline::report::files::OutputFolder;
+use bondline::report::files::piece::{CaseMark, Draw, Piece, fingerprint};
 use bondline::report::{self, Seconds, Story, materials, summary};
 use bondline::study::beside::{Beside, BesideError, beside};
 use bondline::study::estimate::{EstimateError, Estimated, estimate, options};
-use bondline::study::nominal::{Nominal, Peak, nominal};
+use bondline::study::nominal::{Nominal, nominal};
 use bondline::study::sensitivity::{Sensitivity, difference_step, sensitivity};
 use bondline::study::twin::{TwinError, twin};
-use bondline::study::uncertainty::{Uncertainty, reason, uncertainty};
-use bondline::traces::Arrival;
+use bondline::study::uncertainty::{Gathered, Uncertainty, reason};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -33,12 +36,17 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
             desk.predict()?;
             Ok(())
         }),
-        Command::Uncertainty { ask, sweep, keep } => {
+        Command::Uncertainty { ask, sweep, keep, piece: None } => {
             Desk::open("uncertainty", ask, sweep.members, |_| Ok(()))?.answer(|desk| {
                 desk.predict()?;
                 desk.doubt(&sweep, keep)
             })
         }
+        Command::Uncertainty { ask, sweep, keep, piece: Some(piece) } => {
+            let members = asked::piece(&piece, sweep.members)?;
+            Desk::open("uncertainty", ask, members.len(), |_| Ok(()))?.leave_piece(&sweep, keep, members)
+        }
+        Command::Merge(merge) => crate::merge::merge(&merge),
         Command::Sensitivity { ask, data, step, method: _ } => {
             Desk::open("sensitivity", ask, 16, |case| asked::trust(case, &data))?.answer(|desk| {
                 desk.predict()?;
@@ -155,14 +163,7 @@ impl Desk {
             estimated: self.estimated.as_ref(),
             beside: self.beside.as_ref(),
         };
-        let files = report::write(&story, &self.folder)?;
-        let last = files.last().ok_or_else(|| input("the report wrote no file"))?;
-        let text = if self.ask.json {
-            std::fs::read_to_string(last).map_err(|error| input(format!("reading {last:?} back: {error}")))?
-        } else {
-            let page = files.iter().find(|path| path.ends_with("report.html")).unwrap_or(last);
-            format!("{}\nreport: {}\n", summary::screen(&story).trim_end(), page.display())
-        };
+        let text = tell(&story, &self.folder, self.ask.json)?;
         let strayed = self.nominal.as_ref().and_then(|nominal| reason(&self.case, &nominal.arrival));
         let unconverged = self.estimated.as_ref().filter(|estimated| !estimated.converged);
         let why = match (strayed, unconverged) {
@@ -184,74 +185,75 @@ impl Desk {
         Ok(())
     }
 
-    fn doubt(&mut self, sweep: &crate::cli::Sweep, keep: Option<Keep>) -> Result<(), Failure> {
-        let Some(nominal) = &self.nominal else { return self.predict().and_then(|()| self.doubt(sweep, keep)) };
+    fn doubt(&mut self, sweep: &Sweep, keep: Option<Keep>) -> Result<(), Failure> {
+        let Some(nominal) = self.nominal.clone() else { return Ok(()) };
+        let gathered = self.gather(sweep, keep, 0..sweep.members, &nominal)?;
+        let outcome = gathered.answer(&nominal, &asked::sampling(sweep), sweep.members);
+        self.failed = too_many_failed(&outcome, sweep.max_failed);
+        self.seed = Some(sweep.seed);
+        self.uncertainty = Some(outcome);
+        Ok(())
+    }
+
+    /// March some members of a sweep and leave their statistics. There is no report: figures of a part would pass for
+    /// those of the whole, and whether too many failed is told of the whole as well.
+    fn leave_piece(mut self, sweep: &Sweep, keep: Option<Keep>, members: Range<usize>) -> Result<Ending, Failure> {
+        let nominal = nominal(&self.case, &self.plan, &mut self.march)?;
+        if let Some(reason) = reason(&self.case, &nominal.arrival) {
+            return Err(input(format!("nothing to count members from: the nominal march did not arrive: {reason}")));
+        }
+        let gathered = self.gather(sweep, keep, members.clone(), &nominal)?;
+        self.march.done();
+        let path = std::path::absolute(&self.ask.case).unwrap_or(self.ask.case);
+        let mark = CaseMark {
+            id: self.case.id.clone(),
+            path,
+            sets: asked::sets(&self.ask.on.sets)?,
+            fingerprint: fingerprint(&self.case),
+        };
+        let draw = Draw {
+            members: sweep.members,
+            sampling: asked::sampling(sweep).kind.name().to_owned(),
+            seed: sweep.seed,
+            bounds: sweep.spread.map_or(Bounds::Small, asked::bounds).name().to_owned(),
+        };
+        let backend = self.march.backend_now();
+        let piece = Piece::new(mark, draw, &backend, members.clone(), &nominal, &gathered).write(&self.folder)?;
+        let text = format!(
+            "members {}..{} of {} drawn, {} of them arrived: {}\n",
+            members.start,
+            members.end,
+            sweep.members,
+            gathered.ok(),
+            piece.display()
+        );
+        Ok(Ending { text, why: None })
+    }
+
+    /// March some members of a sweep and count them, keeping what is asked for.
+    fn gather(
+        &mut self,
+        sweep: &Sweep,
+        keep: Option<Keep>,
+        members: Range<usize>,
+        nominal: &Nominal,
+    ) -> Result<Gathered, Failure> {
         if self.case.factors.is_empty() {
             return Err(input("the case has no factors to vary"));
         }
         if sweep.members < 2 {
             return Err(input(format!("a spread needs at least 2 members, not {}", sweep.members)));
         }
-        self.march.expect(sweep.members);
-        let names: Vec<&str> = self.case.factors.iter().map(|factor| factor.name.as_str()).collect();
-        let sensors: Vec<&str> = self.case.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
-        let mut kept_members = match keep {
-            Some(_) => Some(MembersFile::create(&self.folder.claim("members.parquet")?, &names, &sensors)?),
-            None => None,
-        };
-        let mut kept_traces = match keep {
-            Some(Keep::Traces) => {
-                let path = self.folder.claim("traces.parquet")?;
-                Some(TracesFile::create(&path, &sensors, &self.plan.instants_s)?)
-            }
-            _ => None,
-        };
-        let mut trouble = Ok(());
-        let instants_s = self.plan.instants_s.clone();
+        self.march.expect(members.len());
+        let mut kept = Kept::open(&mut self.folder, &self.case, &self.plan, keep)?;
         let bounds = sweep.spread.map_or(Bounds::Small, asked::bounds);
-        let outcome = uncertainty(
-            &self.case,
-            &self.plan,
-            &mut self.march,
-            nominal,
-            bounds,
-            &asked::sampling(sweep),
-            sweep.members,
-            &mut |ensemble, traces| {
-                if let (Some(file), Ok(())) = (&mut kept_members, &trouble) {
-                    trouble = (0..traces.members()).try_for_each(|member| {
-                        let peak = |sensor| Peak::of(traces.trace(member, sensor), &instants_s);
-                        file.append(&Row {
-                            member: traces.first + member,
-                            arrived: traces.arrivals[member] == Arrival::Done,
-                            factors: &ensemble.member(traces.first + member),
-                            peaks: &(0..traces.sensors).map(peak).collect::<Vec<Peak>>(),
-                        })
-                    });
-                }
-                if let (Some(file), Ok(())) = (&mut kept_traces, &trouble) {
-                    trouble = file.append(traces);
-                }
-            },
-        )?;
-        trouble?;
-        if let Some(file) = kept_members {
-            file.close()?;
-        }
-        if let Some(file) = kept_traces {
-            file.close()?;
-        }
-        let failed = outcome.asked - outcome.ok;
-        let most = sweep.max_failed.unwrap_or(sweep.members / 100);
-        if failed > most {
-            let reasons: Vec<String> =
-                outcome.failures.iter().map(|failure| format!("{}: {}", failure.members, failure.reason)).collect();
-            self.failed =
-                Some(format!("{failed} members failed, more than the {most} put up with ({})", reasons.join("; ")));
-        }
-        self.seed = Some(sweep.seed);
-        self.uncertainty = Some(outcome);
-        Ok(())
+        let ensemble = Ensemble::sample(&self.case.factors, bounds, &asked::sampling(sweep), sweep.members);
+        let mut gathered = Gathered::new(&self.case, nominal, bounds);
+        gathered.march(&self.case, &self.plan, &mut self.march, &ensemble, members, &mut |ensemble, traces| {
+            kept.take(ensemble, traces);
+        })?;
+        kept.close()?;
+        Ok(gathered)
     }
 
     fn differentiate(&mut self, step: Option<f64>) -> Result<(), Failure> {
@@ -286,6 +288,27 @@ impl Desk {
         })?);
         Ok(())
     }
+}
+
+/// Write the report and say it: the screen, or the summary as JSON.
+pub(crate) fn tell(story: &Story, folder: &OutputFolder, json: bool) -> Result<String, Failure> {
+    let files = report::write(story, folder)?;
+    let last = files.last().ok_or_else(|| input("the report wrote no file"))?;
+    if json {
+        return std::fs::read_to_string(last).map_err(|error| input(format!("reading {last:?} back: {error}")));
+    }
+    let page = files.iter().find(|path| path.ends_with("report.html")).unwrap_or(last);
+    Ok(format!("{}\nreport: {}\n", summary::screen(story).trim_end(), page.display()))
+}
+
+/// That more members failed than are put up with, and why.
+pub(crate) fn too_many_failed(outcome: &Uncertainty, most: Option<usize>) -> Option<String> {
+    let (failed, most) = (outcome.asked - outcome.ok, most.unwrap_or(outcome.asked / 100));
+    (failed > most).then(|| {
+        let reasons: Vec<String> =
+            outcome.failures.iter().map(|failure| format!("{}: {}", failure.members, failure.reason)).collect();
+        format!("{failed} members failed, more than the {most} put up with ({})", reasons.join("; "))
+    })
 }
 
 /// The case, with what `--set` changes.

@@ -8,6 +8,8 @@ mod cli;
 mod commands;
 mod devices;
 mod ending;
+mod kept;
+mod merge;
 mod verification;
 mod watch;
 

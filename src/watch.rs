@@ -4,7 +4,9 @@ use bondline::ensemble::Ensemble;
 use bondline::march::{Backend, March, MarchError, Precision};
 use bondline::plan::Plan;
 use bondline::traces::Traces;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::style::ProgressTracker;
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::Write;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -28,8 +30,12 @@ impl Watched {
 
     /// Many members are coming: show how far and how long.
     pub(crate) fn expect(&self, members: usize) {
-        self.bar.set_length(self.bar.position() + members as u64);
-        self.bar.set_style(style("{bar:30} {human_pos} of {human_len} members, {per_sec}, {eta} left"));
+        let before = self.bar.position();
+        self.bar.set_length(before + members as u64);
+        let began = Instant::now();
+        let left = Left { began, before, marched: 0, last: began };
+        let shown = "{bar:30} {human_pos} of {human_len} members in {elapsed}, {left}";
+        self.bar.set_style(style(shown).with_key("left", left));
     }
 
     pub(crate) fn done(&self) {
@@ -43,6 +49,50 @@ impl Watched {
     pub(crate) fn precision(&self) -> Precision {
         self.march.backend().precision
     }
+}
+
+/// How long the rest takes. Members come in runs of seconds, between which a rate of the last seconds alone would fall
+/// to nothing and the time left rise without end. All members cost the same, so it is told by their mean pace.
+#[derive(Clone)]
+struct Left {
+    began: Instant,
+    /// Members marched before.
+    before: u64,
+    /// Members marched since, and when the last run of them came back.
+    marched: u64,
+    last: Instant,
+}
+
+impl ProgressTracker for Left {
+    fn clone_box(&self) -> Box<dyn ProgressTracker> {
+        Box::new(self.clone())
+    }
+
+    fn tick(&mut self, state: &ProgressState, now: Instant) {
+        let marched = state.pos().saturating_sub(self.before);
+        if marched != self.marched {
+            (self.marched, self.last) = (marched, now);
+        }
+    }
+
+    fn reset(&mut self, _: &ProgressState, now: Instant) {
+        (self.began, self.last, self.marched) = (now, now, 0);
+    }
+
+    fn write(&self, state: &ProgressState, text: &mut dyn Write) {
+        let rest = state.len().unwrap_or_default().saturating_sub(state.pos());
+        // A text that cannot be written is one that is not shown.
+        let _ = match left(self.last - self.began, self.marched, rest, self.last.elapsed()) {
+            Some(left) => write!(text, "{} left", HumanDuration(left)),
+            None => write!(text, "none of them back yet"),
+        };
+    }
+}
+
+/// The time for the rest at the pace of those marched, less what has gone by since the last of them came back; `None`
+/// where none has.
+fn left(took: Duration, marched: u64, rest: u64, since: Duration) -> Option<Duration> {
+    (marched > 0).then(|| took.mul_f64(rest as f64 / marched as f64).saturating_sub(since))
 }
 
 fn style(template: &str) -> ProgressStyle {
@@ -68,5 +118,19 @@ impl March for Watched {
             self.bar.set_style(style("{spinner} {human_pos} members marched, {elapsed}"));
         }
         traces
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_left_follows_the_mean_pace_and_runs_down_between_runs() {
+        let s = Duration::from_secs;
+        assert_eq!(left(s(0), 0, 1000, s(7)), None);
+        assert_eq!(left(s(10), 250, 750, s(0)), Some(s(30)));
+        assert_eq!(left(s(10), 250, 750, s(4)), Some(s(26)));
+        assert_eq!(left(s(10), 250, 750, s(60)), Some(s(0)));
     }
 }

@@ -30,6 +30,10 @@ pub(crate) const MASS_SINGLE_DRIVEN: f64 = 5e-5;
 /// doubles at 1,000 K, a ten-thousandth of what anybody prints.
 pub(crate) const ROUNDING_K: f64 = 1e-9;
 
+/// Memory that a sweep of any number of members may reserve with two threads, KiB: twice what one takes whose program,
+/// stacks and report are all there is, for machines whose libraries take more.
+pub(crate) const MEMORY_KIB: usize = 256 * 1024;
+
 /// Loop turns after which the software rasteriser silently ends every loop of an invocation (LLVM's `gallivm`,
 /// `LP_MAX_TGSI_LOOP_ITERATIONS` = 65,535).
 pub(crate) const LOOPS_ENDED: u32 = 65_535;

@@ -60,6 +60,21 @@ pub enum Bounds {
     Large,
 }
 
+impl Bounds {
+    /// `small` or `large`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Small => "small",
+            Self::Large => "large",
+        }
+    }
+
+    /// The one of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Small, Self::Large].into_iter().find(|bounds| bounds.name() == name)
+    }
+}
+
 impl Factor {
     /// The side constraints, low and high.
     pub fn bounds(&self, bounds: Bounds) -> (f64, f64) {

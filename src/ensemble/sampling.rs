@@ -47,6 +47,11 @@ impl SamplingKind {
             Self::Sobol => "sobol",
         }
     }
+
+    /// The kind of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Normal, Self::Uniform, Self::LatinHypercube, Self::Sobol].into_iter().find(|kind| kind.name() == name)
+    }
 }
 
 /// All that is needed to make any member.

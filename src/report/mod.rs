@@ -72,8 +72,10 @@ pub enum ReportError {
     Table { name: &'static str, message: String },
     #[error("{path:?}: {message}")]
     Parquet { path: PathBuf, message: String },
-    #[error("summary: {0}")]
-    Summary(#[from] serde_json::Error),
+    #[error("{path:?}: {message}")]
+    Piece { path: PathBuf, message: String },
+    #[error("JSON: {0}")]
+    Json(#[from] serde_json::Error),
 }
 
 impl<'a> Story<'a> {

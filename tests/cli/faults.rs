@@ -18,7 +18,7 @@ const FAULTS: &[(&str, &str, &str, &str)] = &[
 
 /// It ended with 2, said these on standard error and nothing on standard output, and left no file but `given`.
 #[track_caller]
-fn refused(scratch: &Scratch, ran: Ran, given: usize, said: &[&str]) {
+pub(crate) fn refused(scratch: &Scratch, ran: Ran, given: usize, said: &[&str]) {
     let ran = ran.ended(2).saying(said);
     assert_eq!(ran.stdout, "");
     assert_eq!(scratch.files().len(), given, "something was written: {:?}", scratch.files());

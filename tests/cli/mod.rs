@@ -2,6 +2,7 @@
 
 mod faults; // exit code 2: wrong input, told with its place, nothing written
 mod machines; // devices, backends that cannot be had, materials, verification
+mod pieces; // a sweep cut into pieces and merged again; memory that does not grow
 mod questions; // predict, uncertainty, sensitivity, estimate, study, twin
 
 use crate::support::Scratch;

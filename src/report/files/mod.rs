@@ -1,10 +1,12 @@
 //! The output folder: whose it is, and files written whole or not at all.
 
 pub mod members;
+pub mod piece;
 pub mod record;
 pub mod tables;
 
 pub use members::{MembersFile, Row, TracesFile};
+pub use piece::Piece;
 
 use super::ReportError;
 use crate::case::Case;
@@ -68,6 +70,16 @@ impl OutputFolder {
         &self.claimed
     }
 
+    /// Write one file beside whatever the folder holds, whole or not at all.
+    ///
+    /// # Errors
+    /// When the file cannot be written or renamed.
+    pub(super) fn put(&self, name: &str, bytes: &[u8]) -> Result<PathBuf, ReportError> {
+        fs::create_dir_all(&self.path).map_err(io("making", &self.path))?;
+        let path = self.path.join(name);
+        put(&path, bytes).map(|()| path)
+    }
+
     /// Write all of these files, names relative to the folder: each under a temporary name first, and given
     /// its own only when all are there. Files of an earlier report that this one has not are removed.
     ///
@@ -119,8 +131,13 @@ pub fn measured(path: &Path, case: &Case, twin: &Twin) -> Result<(), ReportError
         }
         text.push('\n');
     }
+    put(path, text.as_bytes())
+}
+
+/// Write a file whole or not at all.
+fn put(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     let partial = partial(path);
-    fs::write(&partial, text).map_err(io("writing", &partial))?;
+    fs::write(&partial, bytes).map_err(io("writing", &partial))?;
     fs::rename(&partial, path).map_err(io("renaming to", path))
 }
 

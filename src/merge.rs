@@ -1,0 +1,163 @@
+//! Pieces of a sweep, marched apart, put together to what one march of it would have told.
+
+use crate::cli::Merge;
+use crate::commands::{tell, too_many_failed};
+use crate::ending::{Ending, Failure, input};
+use bondline::case::{Bounds, Case};
+use bondline::ensemble::{Sampling, SamplingKind};
+use bondline::march::{Backend, Precision};
+use bondline::plan::Plan;
+use bondline::report::files::OutputFolder;
+use bondline::report::files::piece::{Piece, fingerprint};
+use bondline::report::{Seconds, Story};
+use bondline::study::nominal::Nominal;
+use bondline::study::uncertainty::Gathered;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// A piece and the file it was read from.
+type Read<'a> = (&'a Path, Piece);
+
+pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
+    let began = Instant::now();
+    let mut pieces: Vec<Read> = Vec::with_capacity(merge.pieces.len());
+    for path in &merge.pieces {
+        pieces.push((path, Piece::read(path)?));
+    }
+    pieces.sort_by_key(|(_, piece)| (piece.members.start, piece.members.end));
+    is_of_one_sweep(&pieces)?;
+    is_whole(&pieces)?;
+    let (path, first) = &pieces[0];
+
+    let case = Case::load_with(merge.case.as_ref().unwrap_or(&first.case.path), &first.case.sets)?;
+    if fingerprint(&case) != first.case.fingerprint {
+        let lies = merge.case.as_ref().unwrap_or(&first.case.path);
+        return Err(input(format!(
+            "{}: the case {:?} at {} is not what was marched (fingerprint {}, expected {}): it has changed since, or \
+             --case names another",
+            path.display(),
+            case.id,
+            lies.display(),
+            fingerprint(&case),
+            first.case.fingerprint
+        )));
+    }
+    let plan = Plan::new(&case);
+    let plan_s = began.elapsed().as_secs_f64();
+    let traces = first.nominal(case.sensors.len());
+    if (traces.temperatures_k.len(), traces.gauges.len(), traces.extremes_k.len())
+        != (case.sensors.len() * plan.instants_s.len(), plan.gauges() * plan.instants_s.len(), case.layup.plies.len())
+    {
+        return Err(damaged(path));
+    }
+    let nominal = Nominal::of(&case, &plan, &traces, 0);
+    let bounds = Bounds::named(&first.draw.bounds).ok_or_else(|| damaged(path))?;
+    let kind = SamplingKind::named(&first.draw.sampling).ok_or_else(|| damaged(path))?;
+    let mut whole = Gathered::new(&case, &nominal, bounds);
+    for (path, piece) in &pieces {
+        let part = Gathered::restored(&case, &nominal, bounds, piece.numbers(), &piece.failures());
+        let part = part.filter(|part| part.members() == piece.members.len()).ok_or_else(|| damaged(path))?;
+        whole.merge(&part);
+    }
+    let outcome = whole.answer(&nominal, &Sampling { kind, seed: first.draw.seed }, first.draw.members);
+    let why = too_many_failed(&outcome, merge.max_failed);
+
+    let out = merge.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&case.id).join("merge"));
+    let folder = OutputFolder::open(&out, &case.id, merge.force)?;
+    let story = Story {
+        case: &case,
+        command: "merge",
+        version: env!("CARGO_PKG_VERSION"),
+        backend: &backend(&pieces),
+        seed: Some(first.draw.seed),
+        // Nothing is marched here; what the pieces took is theirs to tell.
+        seconds: Seconds { plan_s, march_s: 0.0, reduce_s: began.elapsed().as_secs_f64() - plan_s, began },
+        nominal: Some(&nominal),
+        uncertainty: Some(&outcome),
+        sensitivity: None,
+        estimated: None,
+        beside: None,
+    };
+    Ok(Ending { text: tell(&story, &folder, merge.json)?, why })
+}
+
+fn damaged(path: &Path) -> Failure {
+    input(format!("{}: damaged: what it holds does not add up to what it says it is", path.display()))
+}
+
+/// All pieces are of this version, one case, one draw, and counted from the same nominal march.
+fn is_of_one_sweep(pieces: &[Read]) -> Result<(), Failure> {
+    let (at, first) = &pieces[0];
+    for (path, piece) in pieces {
+        let version = env!("CARGO_PKG_VERSION");
+        if piece.bondline != version {
+            let (path, made) = (path.display(), &piece.bondline);
+            return Err(input(format!("{path}: made by bondline {made}, expected {version} as this one")));
+        }
+        let differs = |what: &str, found: &str, wanted: &str| {
+            Err(input(format!(
+                "{} and {} are not of one sweep: their {what} differ, {found} and {wanted}",
+                path.display(),
+                at.display()
+            )))
+        };
+        if (&piece.case.id, &piece.case.fingerprint) != (&first.case.id, &first.case.fingerprint) {
+            let word = |piece: &Piece| format!("{} ({})", piece.case.id, piece.case.fingerprint);
+            return differs("cases", &word(piece), &word(first));
+        }
+        if piece.draw != first.draw {
+            let word = |piece: &Piece| {
+                let draw = &piece.draw;
+                format!("{} members by {}, seed {}, {} bounds", draw.members, draw.sampling, draw.seed, draw.bounds)
+            };
+            return differs("draws", &word(piece), &word(first));
+        }
+        let carrier = |piece: &Piece| format!("{} {}", piece.backend.kind, piece.backend.precision);
+        if carrier(piece) != carrier(first) {
+            return differs("backends", &carrier(piece), &carrier(first));
+        }
+        if !piece.has_nominal_of(first) {
+            let word = |piece: &Piece| format!("on {}", piece.backend.name);
+            return differs("nominal marches", &word(piece), &word(first));
+        }
+    }
+    Ok(())
+}
+
+/// The pieces, in order, hold every member once.
+fn is_whole(pieces: &[Read]) -> Result<(), Failure> {
+    let all = pieces[0].1.draw.members;
+    let mut next = 0;
+    for (path, piece) in pieces {
+        let (start, end) = (piece.members.start, piece.members.end);
+        if start >= end || end > all {
+            return Err(damaged(path));
+        }
+        if start < next {
+            let path = path.display();
+            return Err(input(format!("{path}: members {start}..{end} overlap another piece, which ends at {next}")));
+        }
+        if start > next {
+            return Err(missing(next, start, all));
+        }
+        next = end;
+    }
+    if next < all { Err(missing(next, all, all)) } else { Ok(()) }
+}
+
+fn missing(start: usize, end: usize, all: usize) -> Failure {
+    input(format!("no piece holds members {start}..{end} of the {all} drawn"))
+}
+
+/// What marched: the names of all the devices, once each.
+fn backend(pieces: &[Read]) -> Backend {
+    let mut names: Vec<&str> = pieces.iter().map(|(_, piece)| piece.backend.name.as_str()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let first = &pieces[0].1.backend;
+    Backend {
+        name: names.join("; "),
+        kind: if first.kind == "gpu" { "gpu" } else { "cpu" },
+        precision: if first.precision == "f32" { Precision::F32 } else { Precision::F64 },
+    }
+}

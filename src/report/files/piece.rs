@@ -1,0 +1,204 @@
+//! A piece of a sweep: the statistics of some of its members in a file, to be merged with those of the others.
+//!
+//! JSON that says what it is of: the case, by its path and a fingerprint of all it holds, the draw, the backend, and the
+//! nominal march from which members are counted. The counts themselves are whole numbers, in the order that
+//! [`Tally::numbers`](crate::study::statistics::Tally::numbers) tells; numbers with a point are read back to the bit.
+
+use super::super::{ReportError, precision_words};
+use super::OutputFolder;
+use crate::case::Case;
+use crate::march;
+use crate::study::nominal::Nominal;
+use crate::study::uncertainty::{Failure, Gathered};
+use crate::traces::{self, Arrival, Traces};
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// What a piece is of, and what was counted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Piece {
+    /// The version that made it.
+    pub bondline: String,
+    pub case: CaseMark,
+    pub draw: Draw,
+    pub backend: Backend,
+    /// Of the draw, the first and the one behind the last.
+    pub members: Range<usize>,
+    failures: Vec<FailureRecord>,
+    nominal: NominalRecord,
+    numbers: Vec<i128>,
+}
+
+/// Which case, and what it held.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CaseMark {
+    pub id: String,
+    /// Where it lay, as an absolute path.
+    pub path: PathBuf,
+    /// What `--set` changed, as name and value.
+    pub sets: Vec<(String, String)>,
+    /// Of all that the case holds, as [`fingerprint`] takes it.
+    pub fingerprint: String,
+}
+
+/// How the members of the whole sweep are drawn.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Draw {
+    pub members: usize,
+    /// `normal`, `uniform`, `lhs`, `sobol`.
+    pub sampling: String,
+    pub seed: u64,
+    /// `small`, `large`.
+    pub bounds: String,
+}
+
+/// What marched.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Backend {
+    pub name: String,
+    pub kind: String,
+    pub precision: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FailureRecord {
+    reason: String,
+    members: usize,
+    first: usize,
+}
+
+/// The nominal march, as [`Traces`] hold it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NominalRecord {
+    temperatures_k: Vec<f64>,
+    gauges: Vec<f64>,
+    #[serde(with = "Balance")]
+    balance: traces::Balance,
+    extremes_k: Vec<(f64, f64)>,
+}
+
+/// [`traces::Balance`], field by field.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "traces::Balance", deny_unknown_fields)]
+struct Balance {
+    hot_in_j_m2: f64,
+    hot_out_j_m2: f64,
+    back_in_j_m2: f64,
+    back_out_j_m2: f64,
+    holder_in_j_m2: f64,
+    holder_out_j_m2: f64,
+    stored_j_m2: f64,
+    gas_heat_j_m2: f64,
+    reaction_gain_j_m2: f64,
+    solid_lost_kg_m2: f64,
+    gas_in_kg_m2: f64,
+    gas_out_kg_m2: f64,
+    gas_stored_kg_m2: f64,
+}
+
+impl Piece {
+    /// What was gathered of `members`, about a nominal march that arrived.
+    pub fn new(
+        case: CaseMark,
+        draw: Draw,
+        backend: &march::Backend,
+        members: Range<usize>,
+        nominal: &Nominal,
+        gathered: &Gathered,
+    ) -> Self {
+        let record = |failure: Failure| {
+            let Failure { reason, members, first } = failure;
+            FailureRecord { reason, members, first }
+        };
+        Self {
+            bondline: env!("CARGO_PKG_VERSION").to_owned(),
+            case,
+            draw,
+            backend: Backend {
+                name: backend.name.clone(),
+                kind: backend.kind.to_owned(),
+                precision: precision_words(backend.precision).to_owned(),
+            },
+            members,
+            failures: gathered.failures().into_iter().map(record).collect(),
+            nominal: NominalRecord {
+                temperatures_k: nominal.temperatures_k.concat(),
+                gauges: nominal.readings.iter().flat_map(|reading| reading.values.iter().copied()).collect(),
+                balance: nominal.balance,
+                extremes_k: nominal.extremes_k.clone(),
+            },
+            numbers: gathered.numbers(),
+        }
+    }
+
+    /// Write it into a folder as `members-0-2500.json`, whole or not at all.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write(&self, folder: &OutputFolder) -> Result<PathBuf, ReportError> {
+        let name = format!("members-{}-{}.json", self.members.start, self.members.end);
+        folder.put(&name, serde_json::to_string(self)?.as_bytes())
+    }
+
+    /// Read one back.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is no piece.
+    pub fn read(path: &Path) -> Result<Self, ReportError> {
+        let fault = |message: String| ReportError::Piece { path: path.to_owned(), message };
+        let text = fs::read_to_string(path).map_err(|error| fault(error.to_string()))?;
+        serde_json::from_str(&text)
+            .map_err(|error| fault(format!("not a piece that `uncertainty --members` left: {error}")))
+    }
+
+    /// Whether members of both are counted from the same march, to the bit.
+    pub fn has_nominal_of(&self, other: &Self) -> bool {
+        self.nominal == other.nominal
+    }
+
+    /// The nominal march as it came back, of a case with so many sensors.
+    pub fn nominal(&self, sensors: usize) -> Traces {
+        Traces {
+            first: 0,
+            sensors,
+            instants: self.nominal.temperatures_k.len() / sensors.max(1),
+            temperatures_k: self.nominal.temperatures_k.clone(),
+            gauges: self.nominal.gauges.clone(),
+            arrivals: vec![Arrival::Done],
+            balances: vec![self.nominal.balance],
+            extremes_k: self.nominal.extremes_k.clone(),
+        }
+    }
+
+    /// Why members failed.
+    pub fn failures(&self) -> Vec<Failure> {
+        let failure = |record: &FailureRecord| Failure {
+            reason: record.reason.clone(),
+            members: record.members,
+            first: record.first,
+        };
+        self.failures.iter().map(failure).collect()
+    }
+
+    /// What was counted, as whole numbers.
+    pub fn numbers(&self) -> &[i128] {
+        &self.numbers
+    }
+}
+
+/// A hash of all that a case holds, changes of `--set` included: FNV-1a (Fowler, Noll & Vo) of its text for debugging,
+/// which writes every number to the last bit. It tells mistakes apart, not malice.
+pub fn fingerprint(case: &Case) -> String {
+    let hash = format!("{case:?}")
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
+    format!("{hash:016x}")
+}
