@@ -209,8 +209,8 @@ impl Tally {
     }
 
     /// First-order Sobol index of an output by a factor: the share of the output's variance that would be gone were the
-    /// factor known, whatever the form of the dependence. Right to about √(2·32)/members by chance; zero where nothing
-    /// varies or members are no more than the factor's classes.
+    /// factor known, whatever the form of the dependence. Of an index S chance leaves 2 √(S (1 − S)/members) in doubt, and
+    /// some 16/members, twice √(2·32), of none. Zero where nothing varies or members are no more than the factor's classes.
     pub fn index(&self, output: usize, factor: usize) -> f64 {
         let Output { sums, in_class, .. } = &self.outputs[output];
         index(self.members, sums, &self.classes[factor], &in_class[factor])
