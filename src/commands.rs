@@ -44,7 +44,8 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
         }
         Command::Uncertainty { ask, sweep, keep, piece: Some(piece) } => {
             let members = asked::piece(&piece, sweep.members)?;
-            Desk::open("uncertainty", ask, members.len(), |_| Ok(()))?.leave_piece(&sweep, keep, members)
+            // What `auto` takes is told by the whole sweep, or pieces of several sizes would be marched on several backends.
+            Desk::open("uncertainty", ask, sweep.members, |_| Ok(()))?.leave_piece(&sweep, keep, members)
         }
         Command::Merge(merge) => crate::merge::merge(&merge),
         Command::Sensitivity { ask, data, step, method: _ } => {
@@ -186,7 +187,7 @@ impl Desk {
     }
 
     fn doubt(&mut self, sweep: &Sweep, keep: Option<Keep>) -> Result<(), Failure> {
-        let Some(nominal) = self.nominal.clone() else { return Ok(()) };
+        let Some(nominal) = self.nominal.clone() else { return self.predict().and_then(|()| self.doubt(sweep, keep)) };
         let gathered = self.gather(sweep, keep, 0..sweep.members, &nominal)?;
         let outcome = gathered.answer(&nominal, &asked::sampling(sweep), sweep.members);
         self.failed = too_many_failed(&outcome, sweep.max_failed);
@@ -245,7 +246,8 @@ impl Desk {
             return Err(input(format!("a spread needs at least 2 members, not {}", sweep.members)));
         }
         self.march.expect(members.len());
-        let mut kept = Kept::open(&mut self.folder, &self.case, &self.plan, keep)?;
+        let part = if members.len() < sweep.members { Some(&members) } else { None };
+        let mut kept = Kept::open(&mut self.folder, &self.case, &self.plan, keep, part)?;
         let bounds = sweep.spread.map_or(Bounds::Small, asked::bounds);
         let ensemble = Ensemble::sample(&self.case.factors, bounds, &asked::sampling(sweep), sweep.members);
         let mut gathered = Gathered::new(&self.case, nominal, bounds);

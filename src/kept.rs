@@ -9,6 +9,7 @@ use bondline::report::ReportError;
 use bondline::report::files::{MembersFile, OutputFolder, Row, TracesFile};
 use bondline::study::nominal::Peak;
 use bondline::traces::{Arrival, Traces};
+use std::ops::Range;
 
 /// The files that are being written, and the first trouble with them.
 pub(crate) struct Kept {
@@ -19,21 +20,24 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
+    /// Begin the files; those of a part of the members are named after it, as other parts may go to the same folder.
     pub(crate) fn open(
         folder: &mut OutputFolder,
         case: &Case,
         plan: &Plan,
         keep: Option<Keep>,
+        part: Option<&Range<usize>>,
     ) -> Result<Self, Failure> {
+        let part = part.map_or(String::new(), |part| format!("-{}-{}", part.start, part.end));
         let names: Vec<&str> = case.factors.iter().map(|factor| factor.name.as_str()).collect();
         let sensors: Vec<&str> = case.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
         let members = match keep {
-            Some(_) => Some(MembersFile::create(&folder.claim("members.parquet")?, &names, &sensors)?),
+            Some(_) => Some(MembersFile::create(&folder.claim(&format!("members{part}.parquet"))?, &names, &sensors)?),
             None => None,
         };
         let traces = match keep {
             Some(Keep::Traces) => {
-                Some(TracesFile::create(&folder.claim("traces.parquet")?, &sensors, &plan.instants_s)?)
+                Some(TracesFile::create(&folder.claim(&format!("traces{part}.parquet"))?, &sensors, &plan.instants_s)?)
             }
             _ => None,
         };

@@ -12,7 +12,7 @@ fn pieces(scratch: &Scratch, sweep: &str, cuts: &[(usize, usize)]) -> Vec<String
         let mut command = command(scratch);
         command.env("RAYON_NUM_THREADS", (1 + index % 3).to_string());
         let ran = finish(command.args(line.split_whitespace())).done();
-        let file = format!("p/members-{first}-{end}.json");
+        let file = format!("p/c-{first}-{end}.json");
         assert!(
             ran.stdout.contains(&file) && ran.stdout.contains(&format!("members {first}..{end}")),
             "{}",
@@ -55,7 +55,7 @@ fn pieces_merged_in_any_order_tell_what_one_march_of_all_tells_to_the_last_digit
         assert!(page.contains("Where the peaks fall"), "the page has its figures");
     }
     assert!(told(&scratch, "merged").0["members"]["failed"].as_u64().is_some_and(|failed| failed > 10));
-    let files = "p/members-0-1.json p/members-1-40.json p/members-40-80.json";
+    let files = "p/c-0-1.json p/c-1-40.json p/c-40-80.json";
     say(&scratch, &format!("merge {files} --max-failed 5")).ended(1).saying(&["more than the 5 put up with"]);
 }
 
@@ -65,10 +65,10 @@ fn pieces_that_do_not_make_one_sweep_are_refused_in_words_and_nothing_is_written
     scratch.write("c/case.toml", CASE);
     let cuts = [(0, 20), (20, 40), (30, 60), (50, 60)];
     pieces(&scratch, "-n 60", &cuts);
-    let p = |first: usize, end: usize| format!("p/members-{first}-{end}.json");
+    let p = |first: usize, end: usize| format!("p/c-{first}-{end}.json");
     let other = |sweep: &str, name: &str| {
         say(&scratch, &format!("uncertainty c {sweep} --members 20..60 --out q --quiet")).done();
-        std::fs::rename(scratch.path().join("q/members-20-60.json"), scratch.path().join(name)).expect("a piece");
+        std::fs::rename(scratch.path().join("q/c-20-60.json"), scratch.path().join(name)).expect("a piece");
         name.to_owned()
     };
     let version = format!("\"bondline\":{:?}", env!("CARGO_PKG_VERSION"));
@@ -100,13 +100,13 @@ fn a_piece_is_held_against_its_case_and_against_itself() {
     let scratch = Scratch::new("pieces-case");
     scratch.write("c/case.toml", CASE);
     let line = format!("merge {}", pieces(&scratch, "-n 20", &[(0, 20)])[0]);
-    let piece = scratch.read("p/members-0-20.json");
+    let piece = scratch.read("p/c-0-20.json");
     for (from, to) in [("\"numbers\":[20,", "\"numbers\":[19,"), ("\"sampling\":\"normal\"", "\"sampling\":\"dice\"")] {
         assert!(piece.contains(from), "no {from} in the piece");
-        scratch.write("p/members-0-20.json", piece.replacen(from, to, 1));
-        refused(&scratch, say(&scratch, &line), 2, &["p/members-0-20.json: damaged"]);
+        scratch.write("p/c-0-20.json", piece.replacen(from, to, 1));
+        refused(&scratch, say(&scratch, &line), 2, &["p/c-0-20.json: damaged"]);
     }
-    scratch.write("p/members-0-20.json", piece);
+    scratch.write("p/c-0-20.json", piece);
     scratch.write("c/case.toml", CASE.replacen("3 mm", "4 mm", 1));
     refused(&scratch, say(&scratch, &line), 2, &["is not what was marched", "it has changed since"]);
     scratch.write("there/c/case.toml", CASE);

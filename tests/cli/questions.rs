@@ -166,6 +166,13 @@ fn kept_members_read_back_with_a_row_each() {
         assert!(columns.contains(&column), "no {column} among {columns:?}");
     }
     assert!(!scratch.files().iter().any(|path| path.ends_with("traces.parquet")), "traces were not asked for");
+    for piece in ["0..9", "9..20"] {
+        say(&scratch, &format!("uncertainty c -n 20 --keep members --members {piece} --out pieces")).done();
+    }
+    for piece in ["0-9", "9-20"] {
+        let file = format!("pieces/members-{piece}.parquet");
+        assert!(scratch.path().join(&file).exists(), "a piece has its own members: no {file}");
+    }
     say(&scratch, "uncertainty c -n 20 --keep traces").done();
     assert!(scratch.files().iter().any(|path| path.ends_with("traces.parquet")));
 }

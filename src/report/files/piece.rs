@@ -139,12 +139,12 @@ impl Piece {
         }
     }
 
-    /// Write it into a folder as `members-0-2500.json`, whole or not at all.
+    /// Write it into a folder, whole or not at all: members 0 to 2,499 of `slab` as `slab-0-2500.json`.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn write(&self, folder: &OutputFolder) -> Result<PathBuf, ReportError> {
-        let name = format!("members-{}-{}.json", self.members.start, self.members.end);
+        let name = format!("{}-{}-{}.json", self.case.id, self.members.start, self.members.end);
         folder.put(&name, serde_json::to_string(self)?.as_bytes())
     }
 
