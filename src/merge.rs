@@ -12,23 +12,23 @@ use bondline::report::files::piece::{Piece, fingerprint};
 use bondline::report::{Seconds, Story};
 use bondline::study::nominal::Nominal;
 use bondline::study::uncertainty::Gathered;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// A piece and the file it was read from.
-type Read<'a> = (&'a Path, Piece);
+/// What is left of a piece once it is merged: one is read after the other, so that a thousand take no more memory than two.
+struct Merged<'a> {
+    path: &'a Path,
+    members: Range<usize>,
+    device: String,
+}
 
 pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
     let began = Instant::now();
-    let mut pieces: Vec<Read> = Vec::with_capacity(merge.pieces.len());
-    for path in &merge.pieces {
-        pieces.push((path, Piece::read(path)?));
-    }
-    pieces.sort_by_key(|(_, piece)| (piece.members.start, piece.members.end));
-    is_of_one_sweep(&pieces)?;
-    is_whole(&pieces)?;
-    let (path, first) = &pieces[0];
-
+    // There is one at least: the command line asks for it.
+    let path = &merge.pieces[0];
+    let first = Piece::read(path)?;
+    is_of_one_sweep((path, &first), (path, &first))?;
     let case = Case::load_with(merge.case.as_ref().unwrap_or(&first.case.path), &first.case.sets)?;
     if fingerprint(&case) != first.case.fingerprint {
         let lies = merge.case.as_ref().unwrap_or(&first.case.path);
@@ -54,11 +54,17 @@ pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
     let bounds = Bounds::named(&first.draw.bounds).ok_or_else(|| damaged(path))?;
     let kind = SamplingKind::named(&first.draw.sampling).ok_or_else(|| damaged(path))?;
     let mut whole = Gathered::new(&case, &nominal, bounds);
-    for (path, piece) in &pieces {
+    let mut merged = Vec::with_capacity(merge.pieces.len());
+    for at in &merge.pieces {
+        let piece = Piece::read(at)?;
+        is_of_one_sweep((at, &piece), (path, &first))?;
         let part = Gathered::restored(&case, &nominal, bounds, piece.numbers(), &piece.failures());
-        let part = part.filter(|part| part.members() == piece.members.len()).ok_or_else(|| damaged(path))?;
+        let part = part.filter(|part| part.members() == piece.members.len()).ok_or_else(|| damaged(at))?;
         whole.merge(&part);
+        merged.push(Merged { path: at, members: piece.members, device: piece.backend.name });
     }
+    merged.sort_by_key(|piece| (piece.members.start, piece.members.end));
+    is_whole(&merged, first.draw.members)?;
     let outcome = whole.answer(&nominal, &Sampling { kind, seed: first.draw.seed }, first.draw.members);
     let why = too_many_failed(&outcome, merge.max_failed);
 
@@ -68,7 +74,7 @@ pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
         case: &case,
         command: "merge",
         version: env!("CARGO_PKG_VERSION"),
-        backend: &backend(&pieces),
+        backend: &backend(&first, &merged),
         seed: Some(first.draw.seed),
         // Nothing is marched here; what the pieces took is theirs to tell.
         seconds: Seconds { plan_s, march_s: 0.0, reduce_s: began.elapsed().as_secs_f64() - plan_s, began },
@@ -85,51 +91,47 @@ fn damaged(path: &Path) -> Failure {
     input(format!("{}: damaged: what it holds does not add up to what it says it is", path.display()))
 }
 
-/// All pieces are of this version, one case, one draw, and counted from the same nominal march.
-fn is_of_one_sweep(pieces: &[Read]) -> Result<(), Failure> {
-    let (at, first) = &pieces[0];
-    for (path, piece) in pieces {
-        let version = env!("CARGO_PKG_VERSION");
-        if piece.bondline != version {
-            let (path, made) = (path.display(), &piece.bondline);
-            return Err(input(format!("{path}: made by bondline {made}, expected {version} as this one")));
-        }
-        let differs = |what: &str, found: &str, wanted: &str| {
-            Err(input(format!(
-                "{} and {} are not of one sweep: their {what} differ, {found} and {wanted}",
-                path.display(),
-                at.display()
-            )))
+/// A piece is of this version, and of the case, the draw and the nominal march of the first.
+fn is_of_one_sweep((path, piece): (&Path, &Piece), (at, first): (&Path, &Piece)) -> Result<(), Failure> {
+    let version = env!("CARGO_PKG_VERSION");
+    if piece.bondline != version {
+        let (path, made) = (path.display(), &piece.bondline);
+        return Err(input(format!("{path}: made by bondline {made}, expected {version} as this one")));
+    }
+    let differs = |what: &str, found: &str, wanted: &str| {
+        Err(input(format!(
+            "{} and {} are not of one sweep: their {what} differ, {found} and {wanted}",
+            path.display(),
+            at.display()
+        )))
+    };
+    if (&piece.case.id, &piece.case.fingerprint) != (&first.case.id, &first.case.fingerprint) {
+        let word = |piece: &Piece| format!("{} ({})", piece.case.id, piece.case.fingerprint);
+        return differs("cases", &word(piece), &word(first));
+    }
+    if piece.draw != first.draw {
+        let word = |piece: &Piece| {
+            let draw = &piece.draw;
+            format!("{} members by {}, seed {}, {} bounds", draw.members, draw.sampling, draw.seed, draw.bounds)
         };
-        if (&piece.case.id, &piece.case.fingerprint) != (&first.case.id, &first.case.fingerprint) {
-            let word = |piece: &Piece| format!("{} ({})", piece.case.id, piece.case.fingerprint);
-            return differs("cases", &word(piece), &word(first));
-        }
-        if piece.draw != first.draw {
-            let word = |piece: &Piece| {
-                let draw = &piece.draw;
-                format!("{} members by {}, seed {}, {} bounds", draw.members, draw.sampling, draw.seed, draw.bounds)
-            };
-            return differs("draws", &word(piece), &word(first));
-        }
-        let carrier = |piece: &Piece| format!("{} {}", piece.backend.kind, piece.backend.precision);
-        if carrier(piece) != carrier(first) {
-            return differs("backends", &carrier(piece), &carrier(first));
-        }
-        if !piece.has_nominal_of(first) {
-            let word = |piece: &Piece| format!("on {}", piece.backend.name);
-            return differs("nominal marches", &word(piece), &word(first));
-        }
+        return differs("draws", &word(piece), &word(first));
+    }
+    let carrier = |piece: &Piece| format!("{} {}", piece.backend.kind, piece.backend.precision);
+    if carrier(piece) != carrier(first) {
+        return differs("backends", &carrier(piece), &carrier(first));
+    }
+    if !piece.has_nominal_of(first) {
+        let word = |piece: &Piece| format!("on {}", piece.backend.name);
+        return differs("nominal marches", &word(piece), &word(first));
     }
     Ok(())
 }
 
 /// The pieces, in order, hold every member once.
-fn is_whole(pieces: &[Read]) -> Result<(), Failure> {
-    let all = pieces[0].1.draw.members;
+fn is_whole(pieces: &[Merged], all: usize) -> Result<(), Failure> {
     let mut next = 0;
-    for (path, piece) in pieces {
-        let (start, end) = (piece.members.start, piece.members.end);
+    for Merged { path, members, .. } in pieces {
+        let Range { start, end } = *members;
         if start >= end || end > all {
             return Err(damaged(path));
         }
@@ -150,14 +152,13 @@ fn missing(start: usize, end: usize, all: usize) -> Failure {
 }
 
 /// What marched: the names of all the devices, once each.
-fn backend(pieces: &[Read]) -> Backend {
-    let mut names: Vec<&str> = pieces.iter().map(|(_, piece)| piece.backend.name.as_str()).collect();
+fn backend(first: &Piece, pieces: &[Merged]) -> Backend {
+    let mut names: Vec<&str> = pieces.iter().map(|piece| piece.device.as_str()).collect();
     names.sort_unstable();
     names.dedup();
-    let first = &pieces[0].1.backend;
     Backend {
         name: names.join("; "),
-        kind: if first.kind == "gpu" { "gpu" } else { "cpu" },
-        precision: if first.precision == "f32" { Precision::F32 } else { Precision::F64 },
+        kind: if first.backend.kind == "gpu" { "gpu" } else { "cpu" },
+        precision: if first.backend.precision == "f32" { Precision::F32 } else { Precision::F64 },
     }
 }
