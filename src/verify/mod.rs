@@ -10,6 +10,7 @@
 
 mod balances;
 pub mod exact;
+pub mod least_squares;
 pub mod orders;
 pub mod problem;
 pub mod problems;
