@@ -12,6 +12,11 @@ fn main() {
     for (group, problems) in [("nist", nist()), ("classics", classics())] {
         for known in &problems {
             for (start, at) in known.every_start() {
+                if let Ok(only) = std::env::var("ONLY")
+                    && only != format!("{} {start}", known.name)
+                {
+                    continue;
+                }
                 for (method, trials, bends) in
                     [("bondline", 1, false), ("bondline, bent", 1, true), ("bondline, four at once", 4, false)]
                 {

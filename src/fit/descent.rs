@@ -20,7 +20,9 @@ pub(super) struct Descent<'a> {
     taken: Option<Step>,
     /// Where it stands; nowhere before the derivatives at the start are known.
     here: Option<(Neighbourhood, Pace)>,
-    /// Of each column of the Jacobian, the length.
+    /// Of each variable the largest size on the way.
+    largest: DVector<f64>,
+    /// Of each column of the Jacobian the length: the longest on the way, or as the rules say.
     longest: DVector<f64>,
     path: Vec<Turn>,
     ladders: usize,
@@ -44,6 +46,7 @@ impl<'a> Descent<'a> {
             options,
             bounds,
             wish: Wish::Tangent,
+            largest: bounds::inside(start, bounds).abs(),
             next: bounds::inside(start, bounds),
             residuals: None,
             taken: None,
@@ -86,7 +89,7 @@ impl<'a> Descent<'a> {
     }
 
     fn stencil(&self) -> Stencil {
-        Stencil::new(&self.next, self.bounds, self.options.difference_step, self.options.sides)
+        Stencil::new(&self.next, &self.largest, self.bounds, self.options.difference_step, self.options.sides)
     }
 
     /// Takes the derivatives that the problem told.
@@ -132,12 +135,13 @@ impl<'a> Descent<'a> {
             Rules::Radius => lengths.zip_map(&self.longest, f64::max),
             Rules::Paper { .. } => lengths,
         };
-        let near = Neighbourhood::new(self.next.clone(), tangent, self.bounds, &self.longest);
+        let near =
+            Neighbourhood::new(self.next.clone(), tangent, self.bounds, &self.longest, self.options.derivative_error);
         let pace = self.here.take().map_or_else(|| Pace::at_start(&near, &self.options.rules), |(_, pace)| pace);
         let damping = match (&self.taken, pace) {
             (Some(taken), _) => taken.damping,
             (None, Pace::Damping(damping)) => damping,
-            (None, Pace::Radius(_)) => self.options.derivative_error.powi(2),
+            (None, Pace::Radius(_)) => 0.0,
         };
         self.path.push(Turn { point: self.next.clone(), objective: near.objective, damping });
         let verdict = if is_finite {
@@ -180,8 +184,9 @@ impl<'a> Descent<'a> {
         match (0..steps.len()).find(good) {
             Some(place) => {
                 let step = steps[place].clone();
-                pace.after_success(near, &step, gains[place], self.options);
+                pace.after_success(near, &step, gains[place]);
                 self.next = step.target.clone();
+                self.largest.zip_apply(&self.next, |size, value| *size = size.max(value.abs()));
                 self.residuals = Some(computed.column(place).into_owned());
                 self.taken = Some(step);
                 self.wish = Wish::Tangent;

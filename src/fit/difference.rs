@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 /// # Errors
 /// Those of the problem.
 pub fn difference<P: LeastSquares>(problem: &mut P, point: &DVector<f64>, step: f64) -> Result<Tangent, P::Error> {
-    let stencil = Stencil::new(point, problem.bounds(), step, Sides::Both);
+    let stencil = Stencil::new(point, &point.abs(), problem.bounds(), step, Sides::Both);
     let mut points = stencil.points().insert_column(0, 0.0);
     points.set_column(0, point);
     let computed = problem.residuals(&points)?;
@@ -30,9 +30,17 @@ pub(super) struct Stencil {
 }
 
 impl Stencil {
-    pub(super) fn new(point: &DVector<f64>, bounds: &[(f64, f64)], step: f64, sides: Sides) -> Self {
-        let offsets = point.iter().zip(bounds).map(|(&value, &bounds)| {
-            let step = if value == 0.0 { step } else { step * value.abs() };
+    /// The step of a variable is a share of its size, which is not always that of its value: one that happens to pass zero
+    /// keeps the size that it has elsewhere.
+    pub(super) fn new(
+        point: &DVector<f64>,
+        sizes: &DVector<f64>,
+        bounds: &[(f64, f64)],
+        step: f64,
+        sides: Sides,
+    ) -> Self {
+        let offsets = point.iter().zip(sizes).zip(bounds).map(|((&value, &size), &bounds)| {
+            let step = if size == 0.0 { step } else { step * size };
             let offsets = match sides {
                 Sides::Both => offsets(value, step, bounds).to_vec(),
                 Sides::One => vec![offset(value, step, bounds)],

@@ -152,7 +152,7 @@ pub struct Options {
     /// zero, every variable measured by its effect.
     pub tolerance_step: f64,
     pub sides: Sides,
-    /// Step of a difference relative to the variable: large enough that the residuals change by much more than their
+    /// Step of a difference relative to the largest size that the variable had on the way: large enough that the residuals change by much more than their
     /// own error.
     pub difference_step: f64,
     /// Relative error of the derivatives, told or by differences. Directions in which the Jacobian, its columns brought to
@@ -201,7 +201,7 @@ pub struct Turn {
     pub point: DVector<f64>,
     /// S there.
     pub objective: f64,
-    /// μ of the step that led there; at the start, the least or the paper's first.
+    /// μ of the step that led there; at the start, zero or the paper's first.
     pub damping: f64,
 }
 

@@ -15,23 +15,33 @@ pub(super) struct Neighbourhood {
     qr: QR<f64, Dyn, Dyn>,
     r: DMatrix<f64>,
     right: DVector<f64>,
-    /// The lengths of the Jacobian's columns.
+    /// The lengths of the Jacobian's columns; one for a column without.
     lengths: DVector<f64>,
     /// √Ω. A column without length would leave its variable undamped; one stands in for it, and keeps the variable where
     /// it is.
     scale: DVector<f64>,
+    /// The damping of every step, beside μΩ: what the error of the derivatives calls for.
+    floor: DVector<f64>,
     /// Jᵀr.
     slopes: DVector<f64>,
 }
 
 impl Neighbourhood {
-    /// `longest` is the length of each column of the Jacobian, the longest of those that are to count.
-    pub(super) fn new(point: DVector<f64>, tangent: Tangent, bounds: &[(f64, f64)], longest: &DVector<f64>) -> Self {
+    /// `longest` is the length of each column of the Jacobian, the longest of those that are to count; `error` that of the
+    /// derivatives, relative.
+    pub(super) fn new(
+        point: DVector<f64>,
+        tangent: Tangent,
+        bounds: &[(f64, f64)],
+        longest: &DVector<f64>,
+        error: f64,
+    ) -> Self {
         let Tangent { residuals, jacobian } = &tangent;
         let qr = jacobian.clone().qr();
         let mut right = residuals.clone();
         qr.q_tr_mul(&mut right);
-        let r = qr.r();
+        let lengths = lengths(jacobian).map(|length| if length > 0.0 { length } else { 1.0 });
+        let r = without_error(qr.r(), &lengths, error);
         Self {
             point,
             bounds: bounds.to_vec(),
@@ -39,7 +49,8 @@ impl Neighbourhood {
             right: right.rows(0, r.nrows()).into_owned(),
             r,
             qr,
-            lengths: lengths(jacobian),
+            floor: &lengths * error,
+            lengths,
             scale: longest.map(|length| if length > 0.0 { length } else { 1.0 }),
             slopes: jacobian.tr_mul(residuals),
             tangent,
@@ -51,12 +62,16 @@ impl Neighbourhood {
         (0..self.point.len()).filter(|&j| !bounds::holds_back(self.point[j], self.slopes[j], self.bounds[j]))
     }
 
+    /// Whether the residuals are no larger than what the rounding of the variables makes of them.
+    pub(super) fn is_rounding(&self) -> bool {
+        self.objective.sqrt() <= f64::EPSILON * self.point.component_mul(&self.lengths).norm()
+    }
+
     /// The largest cosine of the angle between the residuals and a column of the Jacobian, over the variables that no
     /// bound holds back: zero at a minimum, whatever the units.
     pub(super) fn steepness(&self) -> f64 {
         let norm = self.objective.sqrt();
-        let along = self.free().filter(|&j| self.lengths[j] > 0.0);
-        along.map(|j| self.slopes[j].abs() / (self.lengths[j] * norm)).fold(0.0, f64::max)
+        self.free().map(|j| self.slopes[j].abs() / (self.lengths[j] * norm)).fold(0.0, f64::max)
     }
 
     /// The length of `Jᵀr` over the variables that no bound holds back.
@@ -72,12 +87,23 @@ impl Neighbourhood {
     /// others are solved for again, and one that the others' new places would draw off its bound is let go (the active
     /// set method: Nocedal & Wright, *Numerical Optimization*, 2006, section 16.5).
     pub(super) fn target(&self, damping: f64) -> DVector<f64> {
+        self.reached(damping, 1.0)
+    }
+
+    /// Where the undamped step leads when directions that are ten times as strong as the error of the derivatives are
+    /// doubted still: what lies along one may be error for the greater part, and promise a reduction that is not there.
+    pub(super) fn cautious_target(&self) -> DVector<f64> {
+        self.reached(0.0, 10.0)
+    }
+
+    fn reached(&self, damping: f64, caution: f64) -> DVector<f64> {
+        let damped = (&self.floor * caution).zip_map(&self.scale, |floor, scale| floor.hypot(damping.sqrt() * scale));
         let n = self.point.len();
         let mut target = self.point.clone();
         let mut free = vec![true; n];
         // Each turn holds a variable or lets one go for a lower place. Rounding might let the two go on for ever.
         for _ in 0..8 * n {
-            let reached = self.solved(damping, &free, &target);
+            let reached = self.solved(&damped, &free, &target);
             if let Some((met, bound, share)) = bounds::first_met(&target, &reached, &self.bounds) {
                 target += (reached - &target) * share;
                 target[met] = bound;
@@ -85,7 +111,7 @@ impl Neighbourhood {
                 continue;
             }
             target = reached;
-            let slopes = self.slopes_at(damping, &target);
+            let slopes = self.slopes_at(&damped, &target);
             let drawn = |j: &usize| !free[*j] && !bounds::holds_back(target[*j], slopes[*j], self.bounds[*j]);
             let pull = |j: &usize| slopes[*j].abs() / self.scale[*j];
             match (0..n).filter(drawn).max_by(|a, b| pull(a).total_cmp(&pull(b))) {
@@ -97,11 +123,11 @@ impl Neighbourhood {
     }
 
     /// The least of the damped straight problem over the free variables, the others staying at the target.
-    fn solved(&self, damping: f64, free: &[bool], target: &DVector<f64>) -> DVector<f64> {
+    fn solved(&self, damped: &DVector<f64>, free: &[bool], target: &DVector<f64>) -> DVector<f64> {
         let moved = DVector::from_fn(free.len(), |j, _| if free[j] { 0.0 } else { target[j] - self.point[j] });
         let mut solved = target.clone();
         let right = -(&self.right + &self.r * moved);
-        if let Some(step) = self.least(damping, free, &right) {
+        if let Some(step) = self.least(damped, free, &right) {
             for (step, j) in step.iter().zip((0..free.len()).filter(|&j| free[j])) {
                 solved[j] = self.point[j] + step;
             }
@@ -109,15 +135,15 @@ impl Neighbourhood {
         solved
     }
 
-    /// The least of `|R ΔP − right|² + μ |√Ω ΔP|²` over the free variables. `None` where a scale is too small for its
-    /// product with √μ, which leaves the factor singular: then there is no step to take.
-    fn least(&self, damping: f64, free: &[bool], right: &DVector<f64>) -> Option<DVector<f64>> {
+    /// The least of `|R ΔP − right|² + |damped ΔP|²` over the free variables. `None` where a damping is too small to be
+    /// told from zero, which leaves the factor singular: then there is no step to take.
+    fn least(&self, damped: &DVector<f64>, free: &[bool], right: &DVector<f64>) -> Option<DVector<f64>> {
         let places: Vec<usize> = (0..free.len()).filter(|&j| free[j]).collect();
         let rows = self.r.nrows();
         let mut augmented = DMatrix::zeros(rows + places.len(), places.len());
         for (column, &j) in places.iter().enumerate() {
             augmented.view_mut((0, column), (rows, 1)).copy_from(&self.r.column(j));
-            augmented[(rows + column, column)] = damping.sqrt() * self.scale[j];
+            augmented[(rows + column, column)] = damped[j];
         }
         let mut projected = DVector::zeros(rows + places.len());
         projected.rows_mut(0, rows).copy_from(right);
@@ -127,9 +153,9 @@ impl Neighbourhood {
     }
 
     /// Half the slopes of the damped straight problem.
-    fn slopes_at(&self, damping: f64, target: &DVector<f64>) -> DVector<f64> {
+    fn slopes_at(&self, damped: &DVector<f64>, target: &DVector<f64>) -> DVector<f64> {
         let step = target - &self.point;
-        let drag = step.component_mul(&self.scale).component_mul(&self.scale) * damping;
+        let drag = step.component_mul(damped).component_mul(damped);
         &self.slopes + self.r.tr_mul(&(&self.r * step)) + drag
     }
 
@@ -157,7 +183,8 @@ impl Neighbourhood {
         let is_free = |j: usize| self.bounds[j].0 < target[j] && target[j] < self.bounds[j].1;
         let free: Vec<bool> = (0..step.len()).map(is_free).collect();
         let right = -curve.rows(0, self.r.nrows()).into_owned();
-        let Some(found) = self.least(damping, &free, &right) else { return target.clone() };
+        let damped = self.scale.zip_map(&self.floor, |scale, floor| floor.hypot(damping.sqrt() * scale));
+        let Some(found) = self.least(&damped, &free, &right) else { return target.clone() };
         let mut bend = DVector::zeros(step.len());
         for (found, j) in found.iter().zip((0..free.len()).filter(|&j| free[j])) {
             bend[j] = *found;
@@ -200,6 +227,25 @@ impl Neighbourhood {
     }
 }
 
+/// A triangular factor without the directions in which it is weaker, its columns brought to unit length, than the error
+/// of the derivatives: what they say is error, and one that is followed leads anywhere.
+fn without_error(r: DMatrix<f64>, lengths: &DVector<f64>, error: f64) -> DMatrix<f64> {
+    let scaled = DMatrix::from_fn(r.nrows(), r.ncols(), |i, j| r[(i, j)] / lengths[j]);
+    if !scaled.iter().all(|value| value.is_finite()) {
+        return r;
+    }
+    // The limit is one that no matrix of this size should meet; without it one that does would hang.
+    let Some(mut svd) = scaled.try_svd(true, true, f64::EPSILON, 10_000) else { return r };
+    let floor = error * svd.singular_values.max();
+    if svd.singular_values.min() > floor {
+        return r;
+    }
+    svd.singular_values.apply(|value| *value = if *value > floor { *value } else { 0.0 });
+    let Ok(mut kept) = svd.recompose() else { return r };
+    kept.column_iter_mut().zip(lengths.iter()).for_each(|(mut column, &length)| column *= length);
+    kept
+}
+
 /// The length of every column of a Jacobian.
 pub(super) fn lengths(jacobian: &DMatrix<f64>) -> DVector<f64> {
     DVector::from_iterator(jacobian.ncols(), jacobian.column_iter().map(|column| column.norm()))
@@ -211,7 +257,7 @@ mod tests {
 
     fn about(point: &[f64], tangent: Tangent, bounds: &[(f64, f64)]) -> Neighbourhood {
         let longest = lengths(&tangent.jacobian);
-        Neighbourhood::new(DVector::from_row_slice(point), tangent, bounds, &longest)
+        Neighbourhood::new(DVector::from_row_slice(point), tangent, bounds, &longest, 1e-5)
     }
 
     /// Residuals x + y − 3 and x − y at (0, 0): undamped, the step leads to (1.5, 1.5).

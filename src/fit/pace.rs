@@ -25,17 +25,19 @@ pub(super) enum Pace {
     Damping(f64),
 }
 
-/// The radius at a start is this many times its distance from zero: none, for a start that is not far off (MINPACK).
-const FIRST: f64 = 100.0;
 /// A step counts as of the radius within this share: finding its damping closer gains nothing (Moré 1978).
 const LAXITY: f64 = 0.1;
+/// The first guess at a damping, of the largest it can be (Moré 1978).
+const SMALL: f64 = 1e-3;
 /// The share of its promise that a step must keep to be taken.
 const KEPT: f64 = 1e-4;
 
 impl Pace {
     pub(super) fn at_start(near: &Neighbourhood, rules: &Rules) -> Self {
         match *rules {
-            Rules::Radius => Self::Radius(FIRST * if near.distance() > 0.0 { near.distance() } else { 1.0 }),
+            // As far as zero is: no variable is sent to many times its size before anything is known of its curve. MINPACK
+            // begins a hundred times as far, and where a rate is far off loses the other end of its exponential.
+            Rules::Radius => Self::Radius(if near.distance() > 0.0 { near.distance() } else { 1.0 }),
             Rules::Paper { damping, .. } => Self::Damping(damping),
         }
     }
@@ -43,7 +45,7 @@ impl Pace {
     /// The steps to try at once, each shorter than the one before: of a radius, one that is let go twice as far where
     /// there are others behind it, then half of that, an eighth, a thirty-second.
     pub(super) fn steps(&self, near: &Neighbourhood, options: &Options) -> Vec<Step> {
-        let undamped = Step::of(near, options.derivative_error.powi(2));
+        let undamped = Step::of(near, 0.0);
         match *self {
             Self::Damping(damping) => vec![Step::of(near, damping)],
             Self::Radius(radius) => {
@@ -65,15 +67,14 @@ impl Pace {
     }
 
     /// After a step was taken that lowered S by `gain`.
-    pub(super) fn after_success(&mut self, near: &Neighbourhood, step: &Step, gain: f64, options: &Options) {
+    pub(super) fn after_success(&mut self, near: &Neighbourhood, step: &Step, gain: f64) {
         match self {
             Self::Damping(damping) => *damping *= 0.1,
             Self::Radius(radius) => {
                 let kept = gain / step.promise;
-                let undamped = step.damping <= options.derivative_error.powi(2);
                 if kept <= 0.25 {
                     *radius = shortened(near, step, gain);
-                } else if kept >= 0.75 || undamped {
+                } else if kept >= 0.75 || step.damping == 0.0 {
                     *radius = 2.0 * step.length;
                 } else {
                     *radius = step.length;
@@ -114,17 +115,18 @@ fn shortened(near: &Neighbourhood, step: &Step, gain: f64) -> f64 {
 /// 1978), also where bounds are met. So a secant of that line is followed, between dampings known to be too small and
 /// too large.
 fn of_radius(near: &Neighbourhood, radius: f64, undamped: &Step) -> Step {
-    let suits = |length: f64| (length - radius).abs() <= LAXITY * radius;
     if undamped.length <= (1.0 + LAXITY) * radius {
         return undamped.clone();
     }
-    let (mut low, mut high) = (undamped.damping, (near.pull() / radius).max(undamped.damping));
-    let mut last = (undamped.damping, undamped.length);
-    let mut damping = (1e-3 * high).max((low * high).sqrt());
+    let (mut low, mut high) = (0.0, near.pull() / radius);
+    let mut last = (0.0, undamped.length);
+    let mut damping = high * SMALL;
+    let mut leap = SMALL;
     let mut step = Step::of(near, damping);
-    // A few turns do; a bound that is met makes a corner in the line, and halving gets past that.
-    for turn in 0..40 {
-        if suits(step.length) || high <= low * (1.0 + LAXITY) {
+    // A few turns do, but where a variable has next to no effect the damping is next to nothing, and is leapt to; a bound
+    // that is met makes a corner in the line, and halving gets past that.
+    for turn in 0..60 {
+        if (step.length - radius).abs() <= LAXITY * radius || high <= low * (1.0 + f64::EPSILON) {
             break;
         }
         if step.length > radius {
@@ -135,8 +137,14 @@ fn of_radius(near: &Neighbourhood, radius: f64, undamped: &Step) -> Step {
         let slope = (1.0 / step.length - 1.0 / last.1) / (damping - last.0);
         let followed = damping + (1.0 / radius - 1.0 / step.length) / slope;
         last = (damping, step.length);
-        let is_between = low < followed && followed < high;
-        damping = if is_between && turn % 4 < 3 { followed } else { (low * high).sqrt() };
+        damping = if turn % 3 < 2 && low < followed && followed < high {
+            followed
+        } else if low > 0.0 {
+            (low * high).sqrt()
+        } else {
+            leap *= leap;
+            high * leap
+        };
         step = Step::of(near, damping);
     }
     step

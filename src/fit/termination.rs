@@ -70,12 +70,6 @@ impl std::fmt::Display for Termination {
     }
 }
 
-/// The share of the first objective that counts as nothing: residuals a part in 10¹⁵ of what they were.
-const ZERO: f64 = 1e-30;
-/// By how much weaker than the error of the derivatives allows a direction may be and still count in full where a minimum
-/// is to be told: one that consists of nothing but error promises a reduction that is not there.
-const TRUSTED: f64 = 10.0;
-
 /// Whether to end at the last point of a path, to which a step led, about which this is known.
 ///
 /// The step is judged undamped, bent along the bounds like any other: a damped step is small wherever the damping is
@@ -88,7 +82,7 @@ pub(super) fn verdict(
     taken: Option<&Step>,
     options: &Options,
 ) -> Option<Termination> {
-    if near.objective <= ZERO * path[0].objective {
+    if near.is_rounding() {
         return Some(Termination::ResidualsZero);
     }
     let brought = match path {
@@ -108,7 +102,7 @@ pub(super) fn verdict(
             (went < tolerance_step).then_some(Termination::Step)
         };
     }
-    let undamped = near.target((TRUSTED * options.derivative_error).powi(2));
+    let undamped = near.cautious_target();
     let last = taken.map_or(f64::INFINITY, |step| step.promise.max(brought));
     if near.steepness() <= options.tolerance_gradient {
         Some(Termination::Gradient)
