@@ -9,6 +9,11 @@ use nalgebra::{DMatrix, DVector};
 /// The share of a step at which the curve of the residuals is felt for.
 const FEELER: f64 = 0.1;
 
+/// The share of the longest column so far that is remembered from turn to turn. All of it, as in MINPACK, holds a variable
+/// for good that had a vast effect far from the answer (polynomials of a high degree, from ten times away); a tenth
+/// less a turn no longer restrains where the residuals stay large and curved (Brown and Dennis).
+const REMEMBERED: f64 = 0.95;
+
 pub(super) struct Descent<'a> {
     options: &'a Options,
     bounds: &'a [(f64, f64)],
@@ -132,7 +137,7 @@ impl<'a> Descent<'a> {
         }
         let lengths = lengths(&tangent.jacobian);
         self.longest = match self.options.rules {
-            Rules::Radius => lengths.zip_map(&self.longest, f64::max),
+            Rules::Radius => lengths.zip_map(&self.longest, |now, before| now.max(REMEMBERED * before)),
             Rules::Paper { .. } => lengths,
         };
         let near =

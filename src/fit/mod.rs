@@ -28,7 +28,7 @@
 //! step gained to what it promised lengthens or shortens it. The paper's rules, μ tenfold after a failure and a tenth
 //! after a success, are an option ([`Rules::Paper`]); where a valley is narrow they take many turns to reach a μ that a
 //! radius gives at once, and at a start that is far off they can leap out of the valley. Ω is, column by column, the
-//! longest that was met, so that a variable whose effect fades on the way is not let loose.
+//! longest that was met, forgotten slowly, so that a variable whose effect fades on the way is not let loose at once.
 //!
 //! A device carries many points in the time of one, so a ladder of radii is tried at once ([`Options::trials`]), and many
 //! starts go down side by side ([`minimize_all`]): each turn of all of them is one or two ensembles. A point that cannot be

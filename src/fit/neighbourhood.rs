@@ -257,7 +257,7 @@ mod tests {
 
     fn about(point: &[f64], tangent: Tangent, bounds: &[(f64, f64)]) -> Neighbourhood {
         let longest = lengths(&tangent.jacobian);
-        Neighbourhood::new(DVector::from_row_slice(point), tangent, bounds, &longest, 1e-5)
+        Neighbourhood::new(DVector::from_row_slice(point), tangent, bounds, &longest, 1e-9)
     }
 
     /// Residuals x + y − 3 and x − y at (0, 0): undamped, the step leads to (1.5, 1.5).

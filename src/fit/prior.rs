@@ -121,8 +121,8 @@ mod tests {
         fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, Infallible> {
             let residuals = self.residuals(points)?;
             let jacobian = DMatrix::from_element(self.0.len(), 1, 1.0);
-            let tangent = |column| Tangent { residuals: DVector::clone_owned(&column), jacobian: jacobian.clone() };
-            Ok(Some(residuals.column_iter().map(tangent).collect()))
+            let columns = residuals.column_iter().map(|column| column.into_owned());
+            Ok(Some(columns.map(|residuals| Tangent { residuals, jacobian: jacobian.clone() }).collect()))
         }
     }
 

@@ -1,9 +1,9 @@
 //! The least squares against problems whose answers are known.
 
 mod bounded;
+mod certified;
 mod classics;
 mod endings;
-mod nist;
 
 use bondline::fit::{Fit, LeastSquares, Options, minimize};
 use nalgebra::{DMatrix, DVector};

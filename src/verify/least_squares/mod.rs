@@ -7,9 +7,11 @@
 
 mod classics;
 mod nist;
+mod rows;
 
 pub use classics::classics;
 pub use nist::nist;
+pub(super) use rows::rows;
 
 use crate::fit::{LeastSquares, Tangent};
 use nalgebra::{DMatrix, DVector};
