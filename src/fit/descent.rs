@@ -1,6 +1,6 @@
 //! One start on its way down: what it wants to know next, and what it makes of the answer.
 
-use super::difference::Stencil;
+use super::difference::{self, Stencil};
 use super::neighbourhood::{Neighbourhood, lengths};
 use super::pace::{Pace, Step};
 use super::{Fit, Options, Rules, Tangent, Termination, Turn, bounds, termination};
@@ -25,8 +25,8 @@ pub(super) struct Descent<'a> {
     taken: Option<Step>,
     /// Where it stands; nowhere before the derivatives at the start are known.
     here: Option<(Neighbourhood, Pace)>,
-    /// Of each variable the largest size on the way.
-    largest: DVector<f64>,
+    /// Of each variable the size that a difference is a share of.
+    sizes: DVector<f64>,
     /// Of each column of the Jacobian the length: the longest on the way, or as the rules say.
     longest: DVector<f64>,
     path: Vec<Turn>,
@@ -51,7 +51,7 @@ impl<'a> Descent<'a> {
             options,
             bounds,
             wish: Wish::Tangent,
-            largest: bounds::inside(start, bounds).abs(),
+            sizes: difference::sizes(&bounds::inside(start, bounds)),
             next: bounds::inside(start, bounds),
             residuals: None,
             taken: None,
@@ -94,7 +94,7 @@ impl<'a> Descent<'a> {
     }
 
     fn stencil(&self) -> Stencil {
-        Stencil::new(&self.next, &self.largest, self.bounds, self.options.difference_step, self.options.sides)
+        Stencil::new(&self.next, &self.sizes, self.bounds, self.options.difference_step, self.options.sides)
     }
 
     /// Takes the derivatives that the problem told.
@@ -191,7 +191,7 @@ impl<'a> Descent<'a> {
                 let step = steps[place].clone();
                 pace.after_success(near, &step, gains[place]);
                 self.next = step.target.clone();
-                self.largest.zip_apply(&self.next, |size, value| *size = size.max(value.abs()));
+                self.sizes.zip_apply(&self.next, |size, value| *size = value.abs().max(*size / 2.0));
                 self.residuals = Some(computed.column(place).into_owned());
                 self.taken = Some(step);
                 self.wish = Wish::Tangent;

@@ -14,12 +14,17 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 /// # Errors
 /// Those of the problem.
 pub fn difference<P: LeastSquares>(problem: &mut P, point: &DVector<f64>, step: f64) -> Result<Tangent, P::Error> {
-    let stencil = Stencil::new(point, &point.abs(), problem.bounds(), step, Sides::Both);
+    let stencil = Stencil::new(point, &sizes(point), problem.bounds(), step, Sides::Both);
     let mut points = stencil.points().insert_column(0, 0.0);
     points.set_column(0, point);
     let computed = problem.residuals(&points)?;
     let residuals = computed.column(0).into_owned();
     Ok(stencil.tangent(residuals, &computed.columns(1, computed.ncols() - 1).into_owned()))
+}
+
+/// The sizes of variables of which nothing but a point is known; one where it is zero.
+pub(super) fn sizes(point: &DVector<f64>) -> DVector<f64> {
+    point.map(|value| if value == 0.0 { 1.0 } else { value.abs() })
 }
 
 /// The points about a point of which differences are made.
@@ -31,7 +36,7 @@ pub(super) struct Stencil {
 
 impl Stencil {
     /// The step of a variable is a share of its size, which is not always that of its value: one that happens to pass zero
-    /// keeps the size that it has elsewhere.
+    /// has the size that it had before.
     pub(super) fn new(
         point: &DVector<f64>,
         sizes: &DVector<f64>,
@@ -40,7 +45,7 @@ impl Stencil {
         sides: Sides,
     ) -> Self {
         let offsets = point.iter().zip(sizes).zip(bounds).map(|((&value, &size), &bounds)| {
-            let step = if size == 0.0 { step } else { step * size };
+            let step = step * size;
             let offsets = match sides {
                 Sides::Both => offsets(value, step, bounds).to_vec(),
                 Sides::One => vec![offset(value, step, bounds)],

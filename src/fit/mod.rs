@@ -152,7 +152,8 @@ pub struct Options {
     /// zero, every variable measured by its effect.
     pub tolerance_step: f64,
     pub sides: Sides,
-    /// Step of a difference relative to the largest size that the variable had on the way: large enough that the residuals change by much more than their
+    /// Step of a difference relative to the variable, or to half of what it was relative to a turn before, as a variable may
+    /// pass zero; at a start of zero it is the step itself. Large enough that the residuals change by much more than their
     /// own error.
     pub difference_step: f64,
     /// Relative error of the derivatives, told or by differences. Directions in which the Jacobian, its columns brought to

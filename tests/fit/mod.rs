@@ -2,7 +2,6 @@
 
 mod bounded;
 mod certified;
-mod classics;
 mod endings;
 
 use bondline::fit::{Fit, LeastSquares, Options, minimize};
@@ -39,6 +38,7 @@ fn exact() -> Options {
         tolerance_gradient: 1e-10,
         tolerance_step: 1e-9,
         difference_step: 6e-6,
+        derivative_error: 1e-9,
         ..Options::default()
     }
 }

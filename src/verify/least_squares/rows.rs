@@ -10,9 +10,9 @@ use nalgebra::{DMatrix, DVector};
 fn options() -> Options {
     Options {
         patience: 5000,
-        tolerance_reduction: 1e-14,
+        tolerance_reduction: 1e-15,
         tolerance_gradient: 1e-12,
-        tolerance_step: 1e-12,
+        tolerance_step: 1e-15,
         derivative_error: 1e-12,
         ..Options::default()
     }
@@ -46,7 +46,8 @@ pub(in crate::verify) fn rows() -> Vec<Row> {
     }));
     let far = |known: &&Known| {
         let (_, start) = &known.every_start()[1];
-        !(known.off(&minimum(known, start), start) <= SQUARES)
+        let off = known.off(&minimum(known, start), start);
+        off.is_nan() || off > SQUARES
     };
     let astray = classics.iter().filter(far).count() as f64 / classics.len() as f64;
     let quantity = format!("share of {} starts ten times away that lead to no known minimum", classics.len());
