@@ -51,6 +51,7 @@ fn print(group: &str, known: &Known, (start, at): (&str, &[f64]), (method, optio
         "residuals": asked.residuals + usize::from(tells),
         "tangents": asked.tangents,
         "objective": fit.objective,
+        "minima": known.minima,
         "ended": fit.termination.to_string(),
     });
     println!("{record}");

@@ -44,15 +44,22 @@ fn agreement(known: &Known, fit: &Fit) -> (f64, f64) {
     (digits(fit.point.as_slice(), &certified.estimates), digits(&deviations, &certified.deviations))
 }
 
+/// Six digits of the estimates and four of their deviations, but for those of Lanczos1, whose residuals of 1e-13 doubles of
+/// size one hardly resolve.
+#[track_caller]
+fn meets(known: &Known, start: &[f64], fit: &Fit) {
+    let (estimates, deviations) = agreement(known, fit);
+    assert!(estimates > 6.0, "{} from {start:?}: {estimates:.1} digits, {}", known.name, fit.termination);
+    let enough = if known.name == "Lanczos1" { 2.0 } else { 4.0 };
+    assert!(deviations > enough, "{} from {start:?}: {deviations:.1} digits of the deviations", known.name);
+}
+
 #[test]
 fn one_trial_after_another_meets_every_certified_answer_from_both_starts() {
     for known in &nist() {
         for start in &known.starts {
             let fit = fitted(known, start, true, &Options { trials: 1, ..told() });
-            let (estimates, deviations) = agreement(known, &fit);
-            assert!(estimates > 6.0, "{} from {start:?}: {estimates:.1} digits, {}", known.name, fit.termination);
-            let is_known = deviations > 4.0 || known.name == "Lanczos1";
-            assert!(is_known, "{} from {start:?}: {deviations:.1} digits of the deviations", known.name);
+            meets(known, start, &fit);
         }
     }
 }
@@ -62,8 +69,7 @@ fn differences_meet_every_certified_answer_from_both_starts() {
     for known in &nist() {
         for start in &known.starts {
             let fit = fitted(known, start, false, &differences());
-            let (estimates, deviations) = agreement(known, &fit);
-            println!("{} {start:?} {estimates:.1} {deviations:.1} {}", known.name, fit.termination);
+            meets(known, start, &fit);
         }
     }
 }
