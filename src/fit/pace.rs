@@ -105,8 +105,8 @@ fn shortened(near: &Neighbourhood, step: &Step, gain: f64) -> f64 {
     // Half the slope of S along the step, downwards.
     let descent = -near.descent(&step.target);
     let share = if gain >= 0.0 { 0.5 } else { descent / (2.0 * descent - gain) };
-    // What is no number becomes the least.
-    step.length * share.max(0.1).min(0.5)
+    // What is no number is not above a tenth.
+    step.length * if share > 0.1 { share.min(0.5) } else { 0.1 }
 }
 
 /// The step whose length is a radius, or the undamped one where that is shorter.
@@ -130,9 +130,9 @@ fn of_radius(near: &Neighbourhood, radius: f64, undamped: &Step) -> Step {
             break;
         }
         if step.length > radius {
-            low = damping
+            low = damping;
         } else {
-            high = damping
+            high = damping;
         }
         let slope = (1.0 / step.length - 1.0 / last.1) / (damping - last.0);
         let followed = damping + (1.0 / radius - 1.0 / step.length) / slope;

@@ -27,8 +27,11 @@ pub struct Known {
     /// Sums of squares at its minima, the least first where no start leads astray.
     pub minima: Vec<f64>,
     pub certified: Option<Certified>,
-    residuals: Box<dyn Fn(&[Complex]) -> Vec<Complex> + Send + Sync>,
+    residuals: Law,
 }
+
+/// Residuals at a point.
+type Law = Box<dyn Fn(&[Complex]) -> Vec<Complex> + Send + Sync>;
 
 /// What NIST certifies of a minimum besides its sum of squares.
 pub struct Certified {
@@ -59,7 +62,8 @@ impl Known {
 
     pub fn residuals(&self, point: &[f64]) -> DVector<f64> {
         let point: Vec<Complex> = point.iter().map(|&value| real(value)).collect();
-        DVector::from_iterator((self.residuals)(&point).len(), (self.residuals)(&point).iter().map(|value| value.re))
+        let found = (self.residuals)(&point);
+        DVector::from_iterator(found.len(), found.iter().map(|value| value.re))
     }
 
     pub fn tangent(&self, point: &[f64]) -> Tangent {
