@@ -19,7 +19,7 @@ from scipy.optimize import least_squares, leastsq
 
 DATA = pathlib.Path(__file__).parents[2] / "data" / "verification"
 FTOL, XTOL, GTOL = 1e-12, 1e-10, 1e-12
-# Computations at most; MINPACK's test driver allows 100 (n + 1), which some runs from far away use up.
+# Trials at most.
 PATIENCE = 2000
 
 
@@ -222,7 +222,9 @@ class Counted:
 
 
 def minpack(f, start, told):
-    return leastsq(f, start, Dfun=f.jacobian if told else None, ftol=FTOL, xtol=XTOL, gtol=GTOL, maxfev=PATIENCE, full_output=True)[0]
+    # By differences its limit counts the columns too.
+    limit = PATIENCE if told else PATIENCE * (len(start) + 1)
+    return leastsq(f, start, Dfun=f.jacobian if told else None, ftol=FTOL, xtol=XTOL, gtol=GTOL, maxfev=limit, full_output=True)[0]
 
 
 def trf(scale):
