@@ -86,7 +86,7 @@ impl Pace {
     /// After the shortest of the steps tried failed, which changed S by `gain`, no number where it could not be computed.
     pub(super) fn after_failure(&mut self, near: &Neighbourhood, step: &Step, gain: f64) {
         match self {
-            Self::Damping(damping) => *damping *= 10.0,
+            Self::Damping(damping) => *damping = 10.0 * step.damping,
             Self::Radius(radius) => *radius = shortened(near, step, gain),
         }
     }

@@ -1,7 +1,7 @@
 //! How minimisations end that do not go well.
 
 use super::{exact, free, minimum};
-use bondline::fit::{LeastSquares, Options, Tangent, Termination, certainty, minimize};
+use bondline::fit::{LeastSquares, Options, Rules, Tangent, Termination, certainty, minimize};
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
@@ -43,11 +43,15 @@ impl LeastSquares for Blind {
 
 #[test]
 fn a_lower_point_whose_derivatives_fail_is_left_again_for_a_shorter_step() {
-    let options = Options { trials: 1, ..exact() };
-    let Ok(fit) = minimize(&mut Blind, &DVector::from_element(1, 3.2), &options);
-    assert!(fit.termination.converged(), "{}", fit.termination);
-    assert!((fit.point[0] - 2.0).abs() < 1e-9 && fit.path.iter().all(|turn| turn.point[0] >= 1.5));
-    assert!(fit.tangents > fit.path.len(), "no derivative failed");
+    let paper =
+        Rules::Paper { damping: 1e-3, tolerance_objective: 1e-20, tolerance_slope: 1e-12, tolerance_step: 1e-12 };
+    for rules in [Rules::Radius, paper] {
+        let options = Options { rules, trials: 1, ..exact() };
+        let Ok(fit) = minimize(&mut Blind, &DVector::from_element(1, 3.2), &options);
+        assert!(fit.termination.converged(), "{rules:?}: {}", fit.termination);
+        assert!((fit.point[0] - 2.0).abs() < 1e-9 && fit.path.iter().all(|turn| turn.point[0] >= 1.5));
+        assert!(fit.tangents > fit.path.len(), "{rules:?}: no derivative failed");
+    }
 }
 
 #[test]
