@@ -104,7 +104,7 @@ pub(crate) enum Command {
         /// The table as JSON
         #[arg(long)]
         json: bool,
-        /// Only rows of this group: exact, orders, codes, balance or twins
+        /// Only rows of this group: exact, orders, codes, balance, fit or twins
         #[arg(long)]
         group: Option<String>,
         #[command(flatten)]

@@ -16,7 +16,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("study", &["case", "plan", "ensemble", "traces", "march", "fit"]),
     // Of the march only what records name: backend and precision.
     ("report", &["case", "traces", "study", "march"]),
-    ("verify", &["case", "plan", "ensemble", "traces", "march"]),
+    ("verify", &["case", "plan", "ensemble", "traces", "march", "fit"]),
 ];
 
 /// Where each crate is at home: a file, or a folder that ends in a stroke.
@@ -30,7 +30,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("clap", &["src/cli.rs", "src/main.rs"]),
     ("anyhow", &["src/ending.rs", "src/main.rs"]),
     ("indicatif", &["src/watch.rs"]),
-    ("nalgebra", &["src/fit/", "src/study/"]),
+    ("nalgebra", &["src/fit/", "src/study/", "src/verify/least_squares/"]),
     ("rand_chacha", &["src/ensemble/", "src/study/twin.rs"]),
     ("sobol_burley", &["src/ensemble/"]),
     ("toml", &["src/case/file/"]),

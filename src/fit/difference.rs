@@ -1,16 +1,11 @@
 //! Derivatives by differences that stay between the bounds.
 
-use super::{LeastSquares, Tangent};
-use nalgebra::{DMatrix, DVector};
+use super::{LeastSquares, Sides, Tangent};
+use nalgebra::{DMatrix, DVector, DVectorView};
 
-/// Number of points of a stencil: the point itself and two a variable.
-pub fn points(variables: usize) -> usize {
-    1 + 2 * variables
-}
-
-/// Residuals and their derivatives at a point, from one stencil of [`points`] computed together: central differences
-/// (the paper's Eqs 6 and 14), and three-point ones to one side where a bound leaves no room on the other. Both are
-/// of second order in the step.
+/// Residuals and their derivatives at a point, from one stencil computed together: the point and two points a variable,
+/// central differences (the paper's Eqs 6 and 14), and three-point ones to one side where a bound leaves no room on the
+/// other. Both are of second order in the step.
 ///
 /// The step of a variable is its share `step`, or `step` itself where the variable is zero. Where one of its two
 /// points could not be computed, the other alone gives a first-order difference; where neither could, its column is
@@ -19,39 +14,94 @@ pub fn points(variables: usize) -> usize {
 /// # Errors
 /// Those of the problem.
 pub fn difference<P: LeastSquares>(problem: &mut P, point: &DVector<f64>, step: f64) -> Result<Tangent, P::Error> {
-    let offsets: Vec<[f64; 2]> = point
-        .iter()
-        .zip(problem.bounds())
-        .map(|(&value, &bounds)| {
-            let offsets = offsets(value, if value == 0.0 { step } else { step * value.abs() }, bounds);
-            // What is added to the variable is not quite what arrives.
-            offsets.map(|offset| (value + offset) - value)
-        })
-        .collect();
-
-    let mut stencil = DMatrix::from_fn(point.len(), points(point.len()), |i, _| point[i]);
-    for (j, offsets) in offsets.iter().enumerate() {
-        for (side, offset) in offsets.iter().enumerate() {
-            stencil[(j, 1 + 2 * j + side)] += offset;
-        }
-    }
-    let computed = problem.residuals(&stencil)?;
-
+    let stencil = Stencil::new(point, &sizes(point), problem.bounds(), step, Sides::Both);
+    let mut points = stencil.points().insert_column(0, 0.0);
+    points.set_column(0, point);
+    let computed = problem.residuals(&points)?;
     let residuals = computed.column(0).into_owned();
-    let mut jacobian = DMatrix::zeros(residuals.len(), point.len());
-    for (j, &[a, b]) in offsets.iter().enumerate() {
-        let (at_a, at_b) = (computed.column(1 + 2 * j), computed.column(2 + 2 * j));
-        let known = |column: &nalgebra::DVectorView<'_, f64>| column.iter().all(|value| value.is_finite());
-        let column = match (known(&at_a), known(&at_b)) {
-            _ if a == b => continue,
-            (true, false) => (at_a - &residuals) / a,
-            (false, true) => (at_b - &residuals) / b,
-            // The slope at the middle of the parabola through the three points.
-            _ => ((at_b - &residuals) * (a / b) - (at_a - &residuals) * (b / a)) / (a - b),
-        };
-        jacobian.set_column(j, &column);
+    Ok(stencil.tangent(residuals, &computed.columns(1, computed.ncols() - 1).into_owned()))
+}
+
+/// The sizes of variables of which nothing but a point is known; one where it is zero.
+pub(super) fn sizes(point: &DVector<f64>) -> DVector<f64> {
+    point.map(|value| if value == 0.0 { 1.0 } else { value.abs() })
+}
+
+/// The points about a point of which differences are made.
+pub(super) struct Stencil {
+    point: DVector<f64>,
+    /// How far from a variable its points lie, one or two of them.
+    offsets: Vec<Vec<f64>>,
+}
+
+impl Stencil {
+    /// The step of a variable is a share of its size, which is not always that of its value: one that happens to pass zero
+    /// has the size that it had before.
+    pub(super) fn new(
+        point: &DVector<f64>,
+        sizes: &DVector<f64>,
+        bounds: &[(f64, f64)],
+        step: f64,
+        sides: Sides,
+    ) -> Self {
+        let offsets = point.iter().zip(sizes).zip(bounds).map(|((&value, &size), &bounds)| {
+            let step = step * size;
+            let offsets = match sides {
+                Sides::Both => offsets(value, step, bounds).to_vec(),
+                Sides::One => vec![offset(value, step, bounds)],
+            };
+            // What is added to the variable is not quite what arrives.
+            offsets.into_iter().map(|offset| (value + offset) - value).collect()
+        });
+        Self { point: point.clone(), offsets: offsets.collect() }
     }
-    Ok(Tangent { residuals, jacobian })
+
+    /// Its points but for the one in the middle, variable after variable.
+    pub(super) fn points(&self) -> DMatrix<f64> {
+        let moved =
+            self.offsets.iter().enumerate().flat_map(|(j, offsets)| offsets.iter().map(move |offset| (j, offset)));
+        let columns: Vec<DVector<f64>> = moved
+            .map(|(j, offset)| {
+                let mut moved = self.point.clone();
+                moved[j] += offset;
+                moved
+            })
+            .collect();
+        DMatrix::from_columns(&columns)
+    }
+
+    /// The derivatives from the residuals in the middle and those at its [`points`](Self::points).
+    pub(super) fn tangent(&self, residuals: DVector<f64>, computed: &DMatrix<f64>) -> Tangent {
+        let mut jacobian = DMatrix::zeros(residuals.len(), self.point.len());
+        let mut columns = computed.column_iter();
+        for (j, offsets) in self.offsets.iter().enumerate() {
+            let column = match offsets[..] {
+                [a, b] => {
+                    let (Some(at_a), Some(at_b)) = (columns.next(), columns.next()) else { break };
+                    let known = |column: &DVectorView<'_, f64>| column.iter().all(|value| value.is_finite());
+                    match (known(&at_a), known(&at_b)) {
+                        _ if a == b => continue,
+                        (true, false) => (at_a - &residuals) / a,
+                        (false, true) => (at_b - &residuals) / b,
+                        // The slope at the middle of the parabola through the three points.
+                        _ => ((at_b - &residuals) * (a / b) - (at_a - &residuals) * (b / a)) / (a - b),
+                    }
+                }
+                _ => {
+                    let Some(at) = columns.next() else { break };
+                    if offsets[0] == 0.0 { continue } else { (at - &residuals) / offsets[0] }
+                }
+            };
+            jacobian.set_column(j, &column);
+        }
+        Tangent { residuals, jacobian }
+    }
+}
+
+/// How far from a variable its one point lies: upwards, but for a variable with less room there than down.
+fn offset(value: f64, step: f64, (low, high): (f64, f64)) -> f64 {
+    let (down, up) = (value - low, high - value);
+    if up >= step || up >= down { step.min(up) } else { -step.min(down) }
 }
 
 /// How far from a variable its two points lie, so that neither leaves the bounds.

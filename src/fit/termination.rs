@@ -1,7 +1,8 @@
 //! How a minimisation ends.
 
-use super::damping::{Neighbourhood, TRUSTED};
-use super::{Options, Turn};
+use super::neighbourhood::Neighbourhood;
+use super::pace::Step;
+use super::{Options, Rules, Turn};
 
 /// Why a minimisation ended: a value, not an error, since every end leaves a point that is worth reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,11 +19,8 @@ pub enum Termination {
     OutOfPatience,
     /// Steps as small as matter do not lower the objective although the derivatives say they should.
     Stalled,
-    /// Residuals or derivatives at a point were not finite.
-    NotFinite {
-        /// Turns taken before.
-        iteration: usize,
-    },
+    /// Residuals or derivatives at the start were not finite.
+    NotFinite,
 }
 
 impl Termination {
@@ -50,8 +48,8 @@ impl Termination {
                 "The derivatives promise a descent that the residuals do not show: enlarge the difference step or \
                  march in double precision, for the derivatives drown in rounding."
             }
-            Self::NotFinite { .. } => {
-                "The prediction failed at this point or beside it: tighten the bounds or start elsewhere, and look at \
+            Self::NotFinite => {
+                "The prediction failed at the start or beside it: tighten the bounds or start elsewhere, and look at \
                  why the member failed."
             }
         }
@@ -67,40 +65,59 @@ impl std::fmt::Display for Termination {
             Self::Step => f.write_str("no further step"),
             Self::OutOfPatience => f.write_str("out of patience"),
             Self::Stalled => f.write_str("stalled"),
-            Self::NotFinite { iteration } => write!(f, "not finite after iteration {iteration}"),
+            Self::NotFinite => f.write_str("not finite at the start"),
         }
     }
 }
 
-/// The share of the first objective that counts as nothing: residuals a part in 10¹² of what they were.
-const ZERO: f64 = 1e-24;
-
-/// Whether to end at the last point of a path, about which this is known.
+/// Whether to end at the last point of a path, to which a step led, about which this is known.
 ///
 /// The step is judged undamped, bent along the bounds like any other: a damped step is small wherever the damping is
-/// large, and says nothing of a minimum. The reduction is judged by what the undamped step promises and, as in the
-/// paper, by what the last ladder brought: at a minimum with large residuals the Jacobian may be singular, and then
-/// the undamped step promises what it cannot keep.
-pub(super) fn verdict(near: &Neighbourhood, path: &[Turn], options: &Options) -> Option<Termination> {
-    if !near.finite() {
-        return Some(Termination::NotFinite { iteration: path.len() - 1 });
-    }
-    if near.objective <= ZERO * path[0].objective {
+/// large, and says nothing of a minimum. The reduction is judged by what the undamped step promises and by what the last
+/// step promised and brought: at a minimum with large residuals the Jacobian may be singular, and then the undamped step
+/// promises what it cannot keep.
+pub(super) fn verdict(
+    near: &Neighbourhood,
+    path: &[Turn],
+    taken: Option<&Step>,
+    options: &Options,
+) -> Option<Termination> {
+    if near.is_rounding() {
         return Some(Termination::ResidualsZero);
     }
-    let undamped = near.target(TRUSTED);
     let brought = match path {
-        [.., before, last] => 1.0 - last.objective / before.objective,
-        _ => 1.0,
+        [.., before, last] => before.objective - last.objective,
+        _ => f64::INFINITY,
     };
+    if let Rules::Paper { tolerance_objective, tolerance_slope, tolerance_step, .. } = options.rules {
+        let went = match path {
+            [.., before, last] => (&last.point - &before.point).norm(),
+            _ => f64::INFINITY,
+        };
+        return if near.slope() < tolerance_slope {
+            Some(Termination::Gradient)
+        } else if brought < tolerance_objective {
+            Some(Termination::Reduction)
+        } else {
+            (went < tolerance_step).then_some(Termination::Step)
+        };
+    }
+    let undamped = near.cautious_target();
+    let last = taken.map_or(f64::INFINITY, |step| step.promise.max(brought));
     if near.steepness() <= options.tolerance_gradient {
         Some(Termination::Gradient)
-    } else if brought.min(near.promise(&undamped) / near.objective) <= options.tolerance_reduction {
+    } else if last.min(near.promise(&undamped)) <= options.tolerance_reduction * near.objective {
         Some(Termination::Reduction)
-    } else if near.negligible(&undamped, options.tolerance_step) {
-        Some(Termination::Step)
     } else {
-        None
+        (near.length(&undamped) <= options.tolerance_step * near.distance()).then_some(Termination::Step)
+    }
+}
+
+/// Whether a step is too short to matter, though no tolerance told of a minimum.
+pub(super) fn goes_nowhere(step: &Step, near: &Neighbourhood, options: &Options) -> bool {
+    match options.rules {
+        Rules::Radius => near.length(&step.target) <= options.tolerance_step * near.distance(),
+        Rules::Paper { tolerance_step, .. } => (&step.target - &near.point).norm() < tolerance_step,
     }
 }
 
@@ -111,7 +128,7 @@ mod tests {
     #[test]
     fn only_a_minimum_counts_as_converged_and_every_end_has_advice() {
         use Termination::*;
-        let ends = [ResidualsZero, Gradient, Reduction, Step, OutOfPatience, Stalled, NotFinite { iteration: 3 }];
+        let ends = [ResidualsZero, Gradient, Reduction, Step, OutOfPatience, Stalled, NotFinite];
         assert_eq!(ends.map(|end| end.converged()), [true, true, true, true, false, false, false]);
         assert!(ends.iter().all(|end| end.advice().ends_with('.')));
     }

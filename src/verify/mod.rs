@@ -3,13 +3,15 @@
 //! Four questions, a group of rows each: does it meet exact solutions, does its error vanish at the order
 //! it claims, does it agree with other people's codes and is what comes in, less what goes out, stored? A
 //! row names its reference and where its tolerance comes from; tolerances are those of the references,
-//! never of the march. [`twins`] asks the fifth: do two marches agree with each other?
+//! never of the march. [`least_squares`] asks whether the minimiser, which no march has a part in, finds what is known to be
+//! there, and [`twins`] the last: do two marches agree with each other?
 //!
 //! The references are closed forms evaluated here ([`exact`]) and published figures re-typed under
 //! `data/verification`. Cylinders and spheres are out of scope, as the march is planar.
 
 mod balances;
 pub mod exact;
+pub mod least_squares;
 pub mod orders;
 pub mod problem;
 pub mod problems;
@@ -33,12 +35,14 @@ pub enum Group {
     Codes,
     /// What came in less what went out less what is stored, of heat and of mass.
     Balance,
+    /// The minimiser against problems whose answers are known.
+    Fit,
     /// Marches against each other.
     Twins,
 }
 
 impl Group {
-    pub const ALL: [Self; 5] = [Self::Exact, Self::Orders, Self::Codes, Self::Balance, Self::Twins];
+    pub const ALL: [Self; 6] = [Self::Exact, Self::Orders, Self::Codes, Self::Balance, Self::Fit, Self::Twins];
 
     pub fn name(self) -> &'static str {
         match self {
@@ -46,6 +50,7 @@ impl Group {
             Self::Orders => "orders",
             Self::Codes => "codes",
             Self::Balance => "balance",
+            Self::Fit => "fit",
             Self::Twins => "twins",
         }
     }
@@ -88,6 +93,7 @@ pub fn rows(march: &mut dyn March, marches: &mut [Box<dyn March>], groups: &[Gro
             }
             Group::Orders => rows.extend(orders::orders(march)?),
             Group::Balance => rows.extend(balances::balances(march)?),
+            Group::Fit => rows.extend(least_squares::rows()),
             Group::Twins => rows.extend(twins::twins(marches)?),
         }
     }

@@ -1,9 +1,9 @@
 //! The least squares against problems whose answers are known.
 
 mod bounded;
-mod classics;
+mod certified;
 mod endings;
-mod nist;
+mod robust;
 
 use bondline::fit::{Fit, LeastSquares, Options, minimize};
 use nalgebra::{DMatrix, DVector};
@@ -39,6 +39,7 @@ fn exact() -> Options {
         tolerance_gradient: 1e-10,
         tolerance_step: 1e-9,
         difference_step: 6e-6,
+        derivative_error: 1e-9,
         ..Options::default()
     }
 }

@@ -45,6 +45,11 @@ fn what_comes_in_less_what_goes_out_is_stored_of_heat_and_of_mass() {
 }
 
 #[test]
+fn the_minimiser_meets_answers_that_are_known() {
+    passes(Group::Fit);
+}
+
+#[test]
 fn a_reference_moved_by_twice_its_tolerance_fails_its_row() {
     let mut problem =
         all().into_iter().find(|p| p.case.name == "SFPE S.02 case 2, plate under a flux").expect("listed");
