@@ -2,28 +2,28 @@
 
 var<private> gas_heat: Pair;
 var<private> reaction_gain: Pair;
-var<private> stage_heat: array<real, 2>;
+var<private> stage_heat: real;
+var<private> gas_j_kg: Column;
+var<private> gas_rises: Column;
 
-fn gas_enthalpy_in(cell: u32) -> real {
-    return gas_enthalpy_at(spot(temperatures[cell].high + first[cell]));
+fn gas_at(cell: u32, at: Spot) {
+    let here = gas_segment(at);
+    gas_j_kg[cell] = value(here, 0u);
+    gas_rises[cell] = value(here, 1u);
 }
 
 fn carried_slopes(cell: u32) -> array<real, 2> {
     let half = 0.5 * flows[cell];
-    let here = look_up(spot(temperatures[cell].high + first[cell]), GAS_COLUMNS, GAS_TABLE + 1u);
-    let next = look_up(spot(temperatures[cell + 1u].high + first[cell + 1u]), GAS_COLUMNS, GAS_TABLE + 1u);
-    return array<real, 2>(-(half * here), half * next);
+    return array<real, 2>(-(half * gas_rises[cell]), half * gas_rises[cell + 1u]);
 }
 
 fn gas_capacity(cell: u32) -> real {
-    let at = spot(temperatures[cell].high + first[cell]);
-    let rise_j_kg_k = look_up(at, GAS_COLUMNS, GAS_TABLE + 1u);
-    return pores[cell].storage * pressures[cell].high * rise_j_kg_k;
+    return pores[cell].storage * pressures[cell].high * gas_rises[cell];
 }
 
 fn gas_work(cell: u32) -> real {
     let temperature_k = temperatures[cell].high + first[cell];
-    return temperature_k / look_up(spot(temperature_k), GAS_COLUMNS, GAS_TABLE + 2u);
+    return temperature_k / value(gas_segment(spot(temperature_k)), 2u);
 }
 
 fn gas_gained(p: u32, cell: u32) -> real {
@@ -31,18 +31,18 @@ fn gas_gained(p: u32, cell: u32) -> real {
         return 0.0;
     }
     let now_kg_m2 = pores[cell].storage * pressures[cell].high;
-    let now_j_kg = gas_enthalpy_in(cell) - gas_work(cell);
+    let now_j_kg = gas_j_kg[cell] - gas_work(cell);
     let then_kg_m2 = first_storage(p, cell) * drives[0].pressure_pa;
     let start_k = cells[cell].start_k;
-    let work_j_kg = start_k / look_up(spot(start_k), GAS_COLUMNS, GAS_TABLE + 2u);
-    let then_j_kg = gas_enthalpy_at(spot(start_k)) - work_j_kg;
+    let then = gas_segment(spot(start_k));
+    let then_j_kg = value(then, 0u) - start_k / value(then, 2u);
     lost_and_stored[1] = lost_and_stored[1] + keep(now_kg_m2 - then_kg_m2);
     return now_kg_m2 * now_j_kg - then_kg_m2 * then_j_kg;
 }
 
 fn first_storage(p: u32, cell: u32) -> real {
     let start_k = cells[cell].start_k;
-    let molar = look_up(spot(start_k), GAS_COLUMNS, GAS_TABLE + 2u);
+    let molar = value(gas_segment(spot(start_k)), 2u);
     let virgin = substances[plies[p].first_state];
     let volume_m = cells[cell].width_m * ply_scales[p].thickness;
     return volume_m * virgin.porosity * (molar / start_k);
@@ -50,27 +50,14 @@ fn first_storage(p: u32, cell: u32) -> real {
 
 fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
     var out = real(0.0);
-    var given = real(0.0);
-    var drawn: array<real, 2>;
+    var drawn = array<real, 2>(-given_ends[0], -given_ends[1]);
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
             if ply.end_reaction > ply.first_reaction {
-                let heat_of = reaction_heat(p, i);
-                if stage == 0u {
-                    restraints[i] = max(heat_of[2], 0.0);
-                }
-                let beyond = heat_of[1];
-                second[i] = second[i] - heat_of[0];
-                given = given + beyond;
-                if i == 0u {
-                    drawn[0] = drawn[0] - beyond;
-                }
-                if i == LAST_CELL {
-                    drawn[1] = drawn[1] - beyond;
-                }
+                second[i] = second[i] - absorbed[i];
                 if UNHINDERED {
-                    let leaves = made_in(p, i) * gas_enthalpy_in(i);
+                    let leaves = made[i] * gas_j_kg[i];
                     out = out + leaves;
                     if i == 0u {
                         drawn[0] = drawn[0] + leaves;
@@ -87,11 +74,11 @@ fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
         }
     }
     if !UNHINDERED {
-        var above = gas_enthalpy_in(0u);
+        var above = gas_j_kg[0];
         out = leaving[stage] * above;
         drawn[0] = drawn[0] + out;
         for (var i = 0u; i < LAST_CELL; i++) {
-            let below = gas_enthalpy_in(i + 1u);
+            let below = gas_j_kg[i + 1u];
             let gained = 0.5 * flows[i] * (below - above);
             second[i] = second[i] + gained;
             second[i + 1u] = second[i + 1u] + gained;
@@ -108,19 +95,35 @@ fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
         out = out + back;
         drawn[1] = drawn[1] + back;
     }
-    tally(step, stage, out, given);
+    tally(step, stage, out);
     return Ends(
         FaceFlux(ends.hot.flux + faces[0].held * drawn[0], ends.hot.slope),
         FaceFlux(ends.back.flux + faces[1].held * drawn[1], ends.back.slope),
     );
 }
 
-fn tally(step: u32, stage: u32, out: real, given: real) {
+fn tally(step: u32, stage: u32, out: real) {
     if stage == 0u {
-        stage_heat = array<real, 2>(out, given);
+        stage_heat = out;
         return;
     }
     let half_length = 0.5 * lengths[step];
-    gas_heat = advanced(gas_heat, half_length * (stage_heat[0] + out));
-    reaction_gain = advanced(reaction_gain, half_length * (stage_heat[1] + given));
+    gas_heat = advanced(gas_heat, half_length * (stage_heat + out));
+    reaction_gain = advanced(reaction_gain, half_length * given);
+}
+
+fn let_out_rise(face: u32, cell: u32) -> real {
+    if UNHINDERED {
+        return 0.0;
+    }
+    let out = select(back_leaving, leaving[0], face == 0u);
+    return max(out, 0.0) * gas_rises[cell];
+}
+
+fn let_out_heat() {
+    for (var face = 0u; face < run.faces; face++) {
+        let cell = face * LAST_CELL;
+        // A constant would be moved into the product, which rounds otherwise.
+        diagonal[cell] = diagonal[cell] + keep(real(GAMMA)) * let_out_rise(face, cell);
+    }
 }

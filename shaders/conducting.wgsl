@@ -4,16 +4,20 @@ fn properties(step: u32, stage: u32) {
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
+            let at = spot(temperatures[i].high + first[i]);
+            if GAS {
+                gas_at(i, at);
+            }
             if ply.states > 1u || LEVELS > 1u {
-                blend(p, i, step, stage);
+                blend(p, i, at, step, stage);
                 continue;
             }
-            let at = spot(temperatures[i].high + first[i]);
-            conductivities[i] = conductivity(at, ply.table, ply_scales[p]);
+            let here = segment(at, COLUMNS, ply.table);
+            conductivities[i] = conductivity(here, ply_scales[p]);
             if stage == 0u {
-                slopes[i] = conductivity_slope(at, ply.table, ply_scales[p]);
+                slopes[i] = conductivity_slope(here, ply_scales[p]);
             }
-            evaluated[i] = cells[i].width_m * heat_capacity(at, ply.table, ply_scales[p]);
+            evaluated[i] = cells[i].width_m * heat_capacity(here, ply_scales[p]);
         }
         if DARCY {
             for (var i = ply.first_cell; i < ply.end_cell; i++) {
@@ -64,8 +68,9 @@ fn through(face: u32, drive: Drive, cell: u32, neighbour: u32) -> FaceFlux {
     let temperature_k = temperatures[cell].high + first[cell];
     let at = spot(temperature_k);
     let emissivity = face_emissivity(face, face * (PLIES - 1u), cell, at);
-    let enthalpy_j_kg = look_up(at, FACE_COLUMNS, FACE_TABLE);
-    let rise_j_kg_k = look_up(at, FACE_COLUMNS, FACE_TABLE + 1u);
+    let air = segment(at, FACE_COLUMNS, FACE_TABLE);
+    let enthalpy_j_kg = value(air, 0u);
+    let rise_j_kg_k = value(air, 1u);
     let open = face_flux(
         drive,
         faces[face],

@@ -18,8 +18,8 @@ var<private> pores: array<Porous, CELLS>;
 var<private> later: array<Porous, CELLS>;
 var<private> mean_flows: Column;
 var<private> mean_leaving: real;
-var<private> made_first: Column;
 var<private> supply: Column;
+var<private> surges: Column;
 var<private> first_flows: Column;
 var<private> slopes_above: Column;
 var<private> slopes_below: Column;
@@ -45,7 +45,7 @@ fn flow(step: u32, stage: u32) {
         let ply = plies[p];
         for (var up = 0u; up < ply.end_cell - ply.first_cell; up++) {
             let i = ply.end_cell - 1u - up;
-            let here = made_in(p, i);
+            let here = made[i];
             flows[i] = carries * risen;
             risen = risen + here;
         }
@@ -72,9 +72,10 @@ fn porous(p: u32, i: u32) -> Porous {
     let ply = plies[p];
     let temperature_k = temperatures[i].high + first[i];
     let at = spot(temperature_k);
-    let molar_kg_k_j = look_up(at, GAS_COLUMNS, GAS_TABLE + 2u);
-    let viscosity_pa_s = look_up(at, GAS_COLUMNS, GAS_TABLE + 3u);
-    var phases = phases_of(p, i);
+    let gas = gas_segment(at);
+    let molar_kg_k_j = value(gas, 2u);
+    let viscosity_pa_s = value(gas, 3u);
+    var phases = phases_of(p, i, 0.0);
     let stretch = stretch_of(p, mass_left(p, phases));
     var porosity = real(0.0);
     var permeability = real(0.0);
@@ -104,12 +105,9 @@ fn settle(step: u32) {
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
             let held = pores[i].storage;
             flows[i] = mean_flows[i];
-            made_first[i] = made_in(p, i);
             pores[i] = porous(p, i);
             if step > 0u {
-                let storage = pores[i].storage;
-                let off = pressures[i].high * ((held - storage) / storage);
-                pressures[i] = advanced(pressures[i], off);
+                pores[i].storage = held;
             }
         }
     }
@@ -129,15 +127,14 @@ fn face_pressures(step: u32) {
     }
 }
 
-fn gas_under(i: u32) -> GasFlux {
-    return gas_flux(
-        midway(pores[i], later[i]),
-        cells[i].below_m,
-        pressed(i),
-        midway(pores[i + 1u], later[i + 1u]),
-        cells[i + 1u].above_m,
-        pressed(i + 1u),
-    );
+fn gas_under(i: u32, at_end: bool) -> GasFlux {
+    var upper = later[i];
+    var under = later[i + 1u];
+    if !at_end {
+        upper = midway(pores[i], upper);
+        under = midway(pores[i + 1u], under);
+    }
+    return gas_flux(upper, cells[i].below_m, pressed(i), under, cells[i + 1u].above_m, pressed(i + 1u));
 }
 
 fn pressed(cell: u32) -> Pair {
@@ -152,29 +149,40 @@ fn percolate(step: u32) {
     for (var i = 0u; i <= LAST_CELL; i++) {
         pressed_first[i] = 0.0;
     }
+    let length_s = lengths[step];
+    let before_s = lengths[max(step, 1u) - 1u];
+    let share = (gamma - 0.5) * 2.0 * length_s / (length_s + before_s);
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
             later[i] = porous(p, i);
             let expansion = (later[i].storage - pores[i].storage) * per_length;
-            let made = 0.5 * (made_first[i] + made_in(p, i));
-            supply[i] = made - pressures[i].high * expansion;
+            let next = made_mean[i] - pressures[i].high * expansion;
+            surges[i] = share * (next - supply[i]);
+            supply[i] = next;
         }
     }
     var arriving = real(0.0);
     var returned = real(0.0);
     var above = real(0.0);
+    var surged = real(0.0);
+    let surging = 2.0 * gamma - 1.0;
     for (var i = 0u; i <= LAST_CELL; i++) {
         var under: GasFlux;
+        var ending = real(0.0);
         if i < LAST_CELL {
-            under = gas_under(i);
+            under = gas_under(i, false);
+            ending = gas_under(i, true).flux;
         } else {
             under = GasFlux(0.0, 0.0, 0.0);
         }
+        let surge = surging * (ending - under.flux);
+        surges[i] = surges[i] + keep(surge - surged);
+        surged = surge;
         slopes_above[i] = under.above;
         slopes_below[i] = under.below;
         first_flows[i] = under.flux;
-        pressed_second[i] = under.flux - above + supply[i];
+        pressed_second[i] = under.flux - above + keep(supply[i] + surges[i]);
         pressure_diagonal[i] = later[i].storage * per_length + gamma * (under.above + returned);
         pressure_lower[i] = -(gamma * arriving);
         pressure_upper[i] = -(gamma * under.below);
@@ -202,10 +210,10 @@ fn percolate(step: u32) {
     for (var i = 0u; i <= LAST_CELL; i++) {
         var under = real(0.0);
         if i < LAST_CELL {
-            under = gas_under(i).flux;
+            under = gas_under(i, false).flux;
         }
         let carried = later[i].storage * per_length * pressed_first[i];
-        pressed_second[i] = under - above + supply[i] - (carried + carried);
+        pressed_second[i] = under - above + keep(supply[i] - surges[i]) - (carried + carried);
         first_flows[i] = first_flows[i] + under;
         above = under;
     }
@@ -244,12 +252,10 @@ fn take_in(step: u32) {
     for (var face = 0u; face < run.faces; face++) {
         let cell = face * LAST_CELL;
         let inner = select(-mean_flows[LAST_CELL - 1u], mean_flows[0], face == 0u);
-        let ply = face * (PLIES - 1u);
-        let made = 0.5 * (made_first[cell] + made_in(ply, cell));
         let rise = 1.5 * pressed_first[cell] + 0.5 * pressed_second[cell];
         let storage = later[cell].storage;
         let held = storage * rise + (storage - pores[cell].storage) * pressures[cell].high;
-        left[face] = inner + made - held * per_length;
+        left[face] = inner + made_mean[cell] - held * per_length;
     }
     if !BACK_IS_OPEN {
         left[1] = 0.0;

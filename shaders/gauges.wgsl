@@ -14,7 +14,7 @@ fn gauges(step: u32) -> array<real, GAUGES> {
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
-            let density = mass_left(p, phases_of(p, i));
+            let density = mass_left(p, phases_of(p, i, 0.0));
             let width_m = cells[i].width_m;
             lost = lost + ply_scales[p].mass_kg_m3 * width_m * (1.0 - density);
             let node_m = depth_m + cells[i].above_m;

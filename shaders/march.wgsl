@@ -3,10 +3,11 @@
 
 const OUTCOME = 2u * CELLS + 4u * SENSORS;
 const EXTREMES = OUTCOME + 2u * HEATS + 1u;
-// Where there is gas: what it took along and what is on its way, then advancements, then pressures.
+// Where there is gas: what it took along and what is on its way, then reactions, cells, and pressures.
 const GONE = EXTREMES + 2u * PLIES;
 const ADVANCED = GONE + 14u;
-const PRESSED = ADVANCED + 2u * CELLS * REACTIONS;
+const MADE = ADVANCED + 3u * CELLS * REACTIONS;
+const PRESSED = MADE + 3u * CELLS;
 
 fn slot(index: u32) -> u32 {
     return index * run.members + member;
@@ -36,14 +37,19 @@ fn clear_gas(i: u32) {
     flows[i] = 0.0;
     first_flows[i] = 0.0;
     mean_flows[i] = 0.0;
-    made_first[i] = 0.0;
     supply[i] = 0.0;
+    surges[i] = 0.0;
+    made[i] = 0.0;
+    absorbed[i] = 0.0;
+    made_mean[i] = 0.0;
+    absorbed_mean[i] = 0.0;
     restraints[i] = 0.0;
+    gas_j_kg[i] = 0.0;
+    gas_rises[i] = 0.0;
     for (var r = 0u; r < REACTIONS; r++) {
         let reaction = i * REACTIONS + r;
         advancements[reaction] = Pair(0.0, 0.0);
-        releases[reaction] = 0.0;
-        responses[reaction] = 0.0;
+        paces[reaction] = 0.0;
     }
     if DARCY {
         pressures[i] = Pair(0.0, 0.0);
@@ -92,15 +98,24 @@ fn load_gas() {
     mean_leaving = state[slot(GONE + 12u)];
     back_leaving = state[slot(GONE + 13u)];
     for (var i = 0u; i < CELLS * REACTIONS; i++) {
-        advancements[i] = Pair(state[slot(ADVANCED + 2u * i)], state[slot(ADVANCED + 2u * i + 1u)]);
+        let base = ADVANCED + 3u * i;
+        advancements[i] = Pair(state[slot(base)], state[slot(base + 1u)]);
+        paces[i] = state[slot(base + 2u)];
+    }
+    for (var i = 0u; i < CELLS; i++) {
+        let base = MADE + 3u * i;
+        made_mean[i] = state[slot(base)];
+        absorbed_mean[i] = state[slot(base + 1u)];
+        restraints[i] = state[slot(base + 2u)];
     }
     if DARCY {
         for (var i = 0u; i < CELLS; i++) {
-            let base = PRESSED + 5u * i;
+            let base = PRESSED + 6u * i;
             pressures[i] = Pair(state[slot(base)], state[slot(base + 1u)]);
             pressure_rates[i] = state[slot(base + 2u)];
             pores[i].storage = state[slot(base + 3u)];
             mean_flows[i] = state[slot(base + 4u)];
+            supply[i] = state[slot(base + 5u)];
         }
     }
 }
@@ -121,17 +136,26 @@ fn save_gas() {
     state[slot(GONE + 12u)] = mean_leaving;
     state[slot(GONE + 13u)] = back_leaving;
     for (var i = 0u; i < CELLS * REACTIONS; i++) {
-        state[slot(ADVANCED + 2u * i)] = advancements[i].high;
-        state[slot(ADVANCED + 2u * i + 1u)] = advancements[i].low;
+        let base = ADVANCED + 3u * i;
+        state[slot(base)] = advancements[i].high;
+        state[slot(base + 1u)] = advancements[i].low;
+        state[slot(base + 2u)] = paces[i];
+    }
+    for (var i = 0u; i < CELLS; i++) {
+        let base = MADE + 3u * i;
+        state[slot(base)] = made_mean[i];
+        state[slot(base + 1u)] = absorbed_mean[i];
+        state[slot(base + 2u)] = restraints[i];
     }
     if DARCY {
         for (var i = 0u; i < CELLS; i++) {
-            let base = PRESSED + 5u * i;
+            let base = PRESSED + 6u * i;
             state[slot(base)] = pressures[i].high;
             state[slot(base + 1u)] = pressures[i].low;
             state[slot(base + 2u)] = pressure_rates[i];
             state[slot(base + 3u)] = pores[i].storage;
             state[slot(base + 4u)] = mean_flows[i];
+            state[slot(base + 5u)] = supply[i];
         }
     }
 }

@@ -44,37 +44,39 @@ fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
     );
 }
 
+fn remaining(scale: PlyScale, substance: Substance) -> real {
+    return keep(1.0 - scale.loss * (1.0 - substance.remains));
+}
+
 fn levelled(spot: Spot, level: Level) -> array<Spot, 2> {
     let under = level.under * TABLE_NODES + spot.row;
     return array<Spot, 2>(Spot(under, spot.share), Spot(under + TABLE_NODES, spot.share));
 }
 
-fn conductivity(spot: Spot, table: u32, scale: PlyScale) -> real {
-    let columns = 2u * PARTS + 2u;
-    var sum = scale.solid * look_up(spot, columns, table);
+fn conductivity(segment: Segment, scale: PlyScale) -> real {
+    var sum = scale.solid * value(segment, 0u);
     if PARTS == 3u {
-        sum = sum + scale.gas * look_up(spot, columns, table + 1u);
+        sum = sum + scale.gas * value(segment, 1u);
     }
     if PARTS > 1u {
-        sum = sum + scale.radiative * look_up(spot, columns, table + PARTS - 1u);
+        sum = sum + scale.radiative * value(segment, PARTS - 1u);
     }
     return sum;
 }
 
-fn conductivity_slope(spot: Spot, table: u32, scale: PlyScale) -> real {
-    let columns = 2u * PARTS + 2u;
-    var sum = scale.solid * look_up(spot, columns, table + PARTS);
+fn conductivity_slope(segment: Segment, scale: PlyScale) -> real {
+    var sum = scale.solid * value(segment, PARTS);
     if PARTS == 3u {
-        sum = sum + scale.gas * look_up(spot, columns, table + PARTS + 1u);
+        sum = sum + scale.gas * value(segment, PARTS + 1u);
     }
     if PARTS > 1u {
-        sum = sum + scale.radiative * look_up(spot, columns, table + 2u * PARTS - 1u);
+        sum = sum + scale.radiative * value(segment, 2u * PARTS - 1u);
     }
     return sum;
 }
 
-fn heat_capacity(spot: Spot, table: u32, scale: PlyScale) -> real {
-    return scale.density_kg_m3 * look_up(spot, 2u * PARTS + 2u, table + 2u * PARTS);
+fn heat_capacity(segment: Segment, scale: PlyScale) -> real {
+    return scale.density_kg_m3 * value(segment, 2u * PARTS);
 }
 
 fn conductance_within(conductivity: real, next: real, half_over_next_1_m: real) -> real {

@@ -43,6 +43,12 @@ fn scale() {
             contact_scales[p - 1u] = contacts[p - 1u] / column(plies[p - 1u].contact);
         }
     }
+    for (var p = 0u; p < run.plies; p++) {
+        for (var state = 0u; state < plies[p].states; state++) {
+            let row = plies[p].first_state + state;
+            remains[row] = remaining(ply_scales[p], substances[row]);
+        }
+    }
     face_scales[0] = face_scale(scalings[0]);
     face_scales[1] = face_scale(scalings[1]);
 }
@@ -169,11 +175,11 @@ fn gained(p: u32, i: u32) -> real {
     let now = spot(temperatures[i].high);
     let then = spot(cells[i].start_k);
     if ply.states == 1u {
-        let now_j_kg = integral(now, COLUMNS, ply.table + 2u * PARTS);
-        let then_j_kg = integral(then, COLUMNS, ply.table + 2u * PARTS);
+        let now_j_kg = integral(segment(now, COLUMNS, ply.table), 2u * PARTS);
+        let then_j_kg = integral(segment(then, COLUMNS, ply.table), 2u * PARTS);
         return keep(now_j_kg - then_j_kg) * ply_scales[p].density_kg_m3 * width_m + gas_gained(p, i);
     }
-    let phases = phases_of(p, i);
+    let phases = phases_of(p, i, 0.0);
     let mass_kg_m2 = ply_scales[p].mass_kg_m3 * width_m;
     let lost_kg_m2 = mass_kg_m2 * (1.0 - mass_left(p, phases));
     lost_and_stored[0] = lost_and_stored[0] + lost_kg_m2;

@@ -2,24 +2,32 @@
 
 alias Phases = array<real, STATES>;
 
+var<private> remains: array<real, SUBSTANCES>;
 // Cell × reaction.
 var<private> advancements: array<Pair, CELLS * REACTIONS>;
-var<private> releases: array<real, CELLS * REACTIONS>;
-var<private> responses: array<real, CELLS * REACTIONS>;
+var<private> paces: array<real, CELLS * REACTIONS>;
+var<private> lead_s: real;
+var<private> made: Column;
+var<private> absorbed: Column;
+var<private> made_mean: Column;
+var<private> absorbed_mean: Column;
 var<private> restraints: Column;
+var<private> given: real;
+var<private> given_ends: array<real, 2>;
 
 fn remains_of(ply: u32, state: u32) -> real {
-    let row = plies[ply].first_state + state;
-    return keep(1.0 - ply_scales[ply].loss * (1.0 - substances[row].remains));
+    return remains[plies[ply].first_state + state];
 }
 
-fn phases_of(ply: u32, cell: u32) -> Phases {
+fn phases_of(ply: u32, cell: u32, lead: real) -> Phases {
     let row = plies[ply];
     var phases: Phases;
     phases[0] = 1.0;
     for (var j = row.first_reaction; j < row.end_reaction; j++) {
         let place = cell * REACTIONS + j - row.first_reaction;
-        let moved = reactions[j].share * advancements[place].high;
+        let done = advancements[place].high;
+        let ahead = min(lead * paces[place], real(GAMMA) * (1.0 - done));
+        let moved = reactions[j].share * (done + ahead);
         let path = paths[j];
         phases[path.source] = phases[path.source] - moved;
         phases[path.product] = phases[path.product] + moved;
@@ -36,13 +44,12 @@ fn mass_left(ply: u32, phases: Phases) -> real {
     return keep(density);
 }
 
-fn weights_of(ply: u32, phases: Phases) -> Phases {
+fn weights_of(ply: u32, phases: Phases, per_density: real) -> Phases {
     let by_volume = bulks[ply].by_volume;
-    let by_mass = 1.0 - by_volume;
-    let per_density = 1.0 / mass_left(ply, phases);
+    let by_mass = (1.0 - by_volume) * per_density;
     var weights = phases;
     for (var state = 0u; state < plies[ply].states; state++) {
-        weights[state] = weights[state] * (by_volume + by_mass * (remains_of(ply, state) * per_density));
+        weights[state] = weights[state] * (by_volume + by_mass * remains_of(ply, state));
     }
     return weights;
 }
@@ -57,11 +64,13 @@ fn stretch_of(ply: u32, density: real) -> real {
 }
 
 fn face_emissivity(face: u32, ply: u32, cell: u32, at: Spot) -> real {
-    var weights = weights_of(ply, phases_of(ply, cell));
-    let first_column = FACE_TABLE + AIR_COLUMNS + face * STATES;
+    let phases = phases_of(ply, cell, lead_s);
+    var weights = weights_of(ply, phases, 1.0 / mass_left(ply, phases));
+    let seen = segment(at, FACE_COLUMNS, FACE_TABLE);
+    let first_column = AIR_COLUMNS + face * STATES;
     var sum = real(0.0);
     for (var state = 0u; state < plies[ply].states; state++) {
-        sum = sum + weights[state] * look_up(at, FACE_COLUMNS, first_column + state);
+        sum = sum + weights[state] * value(seen, first_column + state);
     }
     return sum;
 }
@@ -71,40 +80,46 @@ fn block_of(ply: u32, state: u32) -> u32 {
 }
 
 fn enthalpy_of(ply: u32, state: u32, at: Spot) -> real {
-    let risen = integral(at, COLUMNS, block_of(ply, state) + 2u * PARTS);
+    let here = segment(at, COLUMNS, block_of(ply, state));
+    let risen = integral(here, 2u * PARTS);
     let row = plies[ply].first_state + state;
     return ply_scales[ply].heat_capacity * risen + substances[row].formation_j_kg;
 }
 
-fn blend(p: u32, i: u32, step: u32, stage: u32) {
+fn blend(p: u32, i: u32, at: Spot, step: u32, stage: u32) {
     let scale = ply_scales[p];
-    let at = spot(temperatures[i].high + first[i]);
-    var phases = phases_of(p, i);
-    var weights = weights_of(p, phases);
-    let per_stretch = 1.0 / stretch_of(p, mass_left(p, phases));
-    let here = pressure_level(i, step, stage);
+    var phases = phases_of(p, i, lead_s);
+    let density = mass_left(p, phases);
+    let stretch = stretch_of(p, density);
+    let inverse = 1.0 / (density * stretch);
+    var weights = weights_of(p, phases, inverse * stretch);
+    let per_stretch = inverse * density;
+    let level_here = pressure_level(i, step, stage);
     var conducts = real(0.0);
     var slope = real(0.0);
     var stores = real(0.0);
     for (var state = 0u; state < plies[p].states; state++) {
         let block = block_of(p, state);
+        let here = segment(at, COLUMNS, block);
         if LEVELS > 1u {
-            let spots = levelled(at, here);
-            let low = conductivity(spots[0], block, scale);
-            let high = conductivity(spots[1], block, scale);
-            conducts = conducts + weights[state] * (low + here.share * (high - low));
+            let spots = levelled(at, level_here);
+            let under = segment(spots[0], COLUMNS, block);
+            let over = segment(spots[1], COLUMNS, block);
+            let low = conductivity(under, scale);
+            let high = conductivity(over, scale);
+            conducts = conducts + weights[state] * (low + level_here.share * (high - low));
             if stage == 0u {
-                let low_slope = conductivity_slope(spots[0], block, scale);
-                let high_slope = conductivity_slope(spots[1], block, scale);
-                slope = slope + weights[state] * (low_slope + here.share * (high_slope - low_slope));
+                let low_slope = conductivity_slope(under, scale);
+                let high_slope = conductivity_slope(over, scale);
+                slope = slope + weights[state] * (low_slope + level_here.share * (high_slope - low_slope));
             }
         } else {
-            conducts = conducts + weights[state] * conductivity(at, block, scale);
+            conducts = conducts + weights[state] * conductivity(here, scale);
             if stage == 0u {
-                slope = slope + weights[state] * conductivity_slope(at, block, scale);
+                slope = slope + weights[state] * conductivity_slope(here, scale);
             }
         }
-        let stored = heat_capacity(at, block, scale);
+        let stored = heat_capacity(here, scale);
         stores = stores + phases[state] * remains_of(p, state) * stored;
     }
     conductivities[i] = conducts * per_stretch;
@@ -132,50 +147,103 @@ fn solid_enthalpy(ply: u32, phases: Phases, at: Spot) -> real {
     return sum;
 }
 
+fn gas_segment(at: Spot) -> Segment {
+    return segment(at, GAS_COLUMNS, GAS_TABLE);
+}
+
 fn gas_enthalpy_at(at: Spot) -> real {
-    return look_up(at, GAS_COLUMNS, GAS_TABLE);
+    return value(gas_segment(at), 0u);
 }
 
 fn react(step: u32, stage: u32) {
+    given = 0.0;
+    given_ends = array<real, 2>(0.0, 0.0);
+    if step == run.steps {
+        lead_s = 0.0;
+        return;
+    }
     let length_s = lengths[step];
+    let lead = keep(real(GAMMA)) * length_s;
+    lead_s = select(-lead, lead, stage == 0u);
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
+        if ply.end_reaction == ply.first_reaction {
+            continue;
+        }
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
-            react_cell(p, i, ply.first_reaction, ply.end_reaction, length_s, stage);
+            if stage == 0u {
+                made[i] = made_mean[i];
+                absorbed[i] = absorbed_mean[i];
+            } else {
+                react_cell(p, i, ply.first_reaction, ply.end_reaction, length_s);
+            }
         }
     }
 }
 
-fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: real, stage: u32) {
+fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: real) {
+    let scale = ply_scales[p];
     let temperature_k = temperatures[i].high + 0.5 * first[i];
-    let mass_kg_m2 = ply_scales[p].mass_kg_m3 * cells[i].width_m * ply_scales[p].loss;
-    let flux_kg_m2_s = mass_kg_m2 / length_s;
+    let at = spot(temperature_k);
+    let gas_here_j_kg = gas_enthalpy_at(at);
+    let absolute = bulks[p].absolute;
+    var held_j_kg: Phases;
+    for (var state = 0u; state < plies[p].states; state++) {
+        held_j_kg[state] = remains_of(p, state) * enthalpy_of(p, state, at);
+    }
     let per_kelvin = 1.0 / temperature_k;
+    let per_length = 1.0 / length_s;
+    let steepness_k = scale.activation * per_kelvin;
     var before = real(1.0);
     var fed = real(0.0);
+    var gas_made = real(0.0);
+    var heat_absorbed = real(0.0);
+    var heat_given = real(0.0);
+    var rises = real(0.0);
     for (var j = first_reaction; j < end_reaction; j++) {
         let place = i * REACTIONS + j - first_reaction;
         let reaction = reactions[j];
-        let steepness = ply_scales[p].activation * reaction.activation_k * per_kelvin;
-        let now_1_s = rate(reaction, temperature_k, ply_scales[p].kinetics, steepness);
-        let exposure = length_s * now_1_s;
+        let steepness = reaction.activation_k * steepness_k;
+        let exposure = length_s * rate(reaction, temperature_k, scale.kinetics, steepness);
         let chained = reaction.chained;
         let ahead = 1.0 + chained * (before - 1.0);
         let done = advancements[place];
         let left = keep(keep(ahead - done.high) - done.low);
         let reactant = max(left + chained * 0.5 * fed, 0.0);
         let spent = consumed(reactant, exposure, reaction.order);
-        let release = spent * reaction.loss * flux_kg_m2_s;
         before = done.high;
         fed = spent;
-        if stage == 0u {
-            releases[place] = release;
-            let spared = (reactant - spent) / max(reactant, 1e-30);
-            responses[place] = release * spared * steepness * per_kelvin;
-        } else {
-            releases[place] = 2.0 * release - releases[place];
-            advancements[place] = advanced(done, spent);
-        }
+        advancements[place] = advanced(done, spent);
+        paces[place] = spent * per_length;
+        let from_state = paths[j].source;
+        let to_state = paths[j].product;
+        let lost = held_j_kg[from_state] - held_j_kg[to_state];
+        let gas = spent * (reaction.loss * scale.loss);
+        let risen = gas * gas_here_j_kg - spent * (reaction.share * lost);
+        let of_reaction = gas * reaction.heat_j_kg;
+        let heat_taken = scale.pyrolysis_heat * (of_reaction + absolute * (risen - of_reaction));
+        let spared = (reactant - spent) / max(reactant, 1e-30);
+        gas_made = gas_made + gas;
+        heat_absorbed = heat_absorbed + heat_taken;
+        heat_given = heat_given + keep(risen - heat_taken);
+        rises = rises + heat_taken * (spared * steepness);
+    }
+    let flux_kg_m2_s = scale.mass_kg_m3 * cells[i].width_m * per_length;
+    take_stage(i, flux_kg_m2_s * gas_made, flux_kg_m2_s * heat_absorbed, 2.0 * (flux_kg_m2_s * heat_given));
+    restraints[i] = max(flux_kg_m2_s * (rises * per_kelvin), 0.0);
+}
+
+fn take_stage(i: u32, gas_made: real, heat_absorbed: real, heat_given: real) {
+    made[i] = 2.0 * gas_made - made[i];
+    absorbed[i] = 2.0 * heat_absorbed - absorbed[i];
+    made_mean[i] = gas_made;
+    absorbed_mean[i] = heat_absorbed;
+    given = given + heat_given;
+    if i == 0u {
+        given_ends[0] = heat_given;
+    }
+    if i == LAST_CELL {
+        given_ends[1] = heat_given;
     }
 }
 
@@ -184,46 +252,7 @@ const EASE = 0.3;
 fn restrain(step: u32) {
     let per_length = EASE / lengths[step];
     for (var i = 0u; i <= LAST_CELL; i++) {
-        let stiff = real(GAMMA) * restraints[i];
-        diagonal[i] = diagonal[i] + stiff * (stiff / (capacities[i] * per_length + stiff));
+        let stiff = keep(real(GAMMA)) * restraints[i];
+        if stiff > 0.0 { diagonal[i] = diagonal[i] + stiff * (stiff / (capacities[i] * per_length + stiff)); }
     }
-}
-
-fn made_in(ply: u32, cell: u32) -> real {
-    let row = plies[ply];
-    var sum = real(0.0);
-    for (var j = 0u; j < row.end_reaction - row.first_reaction; j++) {
-        sum = sum + releases[cell * REACTIONS + j];
-    }
-    return sum;
-}
-
-fn reaction_heat(ply: u32, cell: u32) -> array<real, 3> {
-    let row = plies[ply];
-    let at = spot(temperatures[cell].high + first[cell]);
-    let gas_j_kg = gas_enthalpy_at(at);
-    let absolute = bulks[ply].absolute;
-    var held_j_kg: Phases;
-    for (var state = 0u; state < row.states; state++) {
-        held_j_kg[state] = remains_of(ply, state) * enthalpy_of(ply, state, at);
-    }
-    var absorbed = real(0.0);
-    var given = real(0.0);
-    var rises = real(0.0);
-    for (var j = row.first_reaction; j < row.end_reaction; j++) {
-        let reaction = reactions[j];
-        let from_state = paths[j].source;
-        let to_state = paths[j].product;
-        let lost = held_j_kg[from_state] - held_j_kg[to_state];
-        let solid_j_kg = reaction.share * lost / (ply_scales[ply].loss * reaction.loss);
-        let rise = gas_j_kg - solid_j_kg;
-        let of_reaction = reaction.heat_j_kg;
-        let heat_j_kg = ply_scales[ply].pyrolysis_heat * (of_reaction + absolute * (rise - of_reaction));
-        let place = cell * REACTIONS + j - row.first_reaction;
-        let release = releases[place];
-        absorbed = absorbed + release * heat_j_kg;
-        rises = rises + responses[place] * heat_j_kg;
-        given = given + release * (rise - heat_j_kg);
-    }
-    return array<real, 3>(absorbed, given, rises);
 }

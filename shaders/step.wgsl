@@ -12,9 +12,7 @@ fn advance(step: u32) {
     var start_sideways = real(0.0);
     for (var stage = 0u; stage < run.stages; stage++) {
         if GAS {
-            if step < run.steps {
-                react(step, stage);
-            }
+            react(step, stage);
             flow(step, stage);
             outflow = leaving[stage];
         }
@@ -93,6 +91,7 @@ fn assemble(step: u32, start: Ends, driven: vec2<real>) {
     }
     if GAS {
         restrain(step);
+        let_out_heat();
     }
     for (var face = 0u; face < run.faces; face++) {
         let cell = face * LAST_CELL;

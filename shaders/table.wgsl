@@ -12,15 +12,25 @@ fn spot(temperature_k: real) -> Spot {
     return Spot(row, position - real(row));
 }
 
-fn look_up(spot: Spot, columns: u32, offset: u32) -> real {
-    let under = tables[offset + columns * spot.row];
-    let over = tables[offset + columns * spot.row + columns];
-    return under + spot.share * (over - under);
+struct Segment {
+    first: u32,
+    columns: u32,
+    share: real,
 }
 
-fn integral(spot: Spot, columns: u32, offset: u32) -> real {
-    let under = tables[offset + columns * spot.row];
-    let over = tables[offset + columns * spot.row + columns];
-    let mean = under + 0.5 * spot.share * (over - under);
-    return tables[offset + columns * spot.row + 1u] + TABLE_STEP_K * spot.share * mean;
+fn segment(spot: Spot, columns: u32, offset: u32) -> Segment {
+    return Segment(offset + columns * spot.row, columns, spot.share);
+}
+
+fn value(segment: Segment, column: u32) -> real {
+    let under = tables[segment.first + column];
+    let over = tables[segment.first + segment.columns + column];
+    return under + segment.share * (over - under);
+}
+
+fn integral(segment: Segment, column: u32) -> real {
+    let under = tables[segment.first + column];
+    let over = tables[segment.first + segment.columns + column];
+    let mean = under + 0.5 * segment.share * (over - under);
+    return tables[segment.first + column + 1u] + TABLE_STEP_K * segment.share * mean;
 }

@@ -24,6 +24,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("wgpu", &["src/march/gpu/"]),
     ("pollster", &["src/march/gpu/"]),
     ("bytemuck", &["src/march/gpu/"]),
+    ("simdeez", &["src/physics/lanes.rs", "src/march/cpu.rs"]),
     ("rayon", &["src/march/cpu.rs", "src/study/statistics", "src/devices.rs"]),
     ("serde", &["src/report/"]),
     ("serde_json", &["src/report/", "src/devices.rs", "src/verification.rs"]),

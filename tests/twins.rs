@@ -15,7 +15,7 @@ use bondline::physics::material::{
     heat_capacity,
 };
 use bondline::physics::reading::{covered, followed, reading};
-use bondline::physics::table::{integral, look_up, spot};
+use bondline::physics::table::{integral, segment, spot, value};
 use bondline::physics::tridiagonal::{factorise, substitute};
 use bondline::plan::layout::{
     AIR_COLUMNS, Bead, Drive, Face, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, Reaction, Sensor, TABLE_NODES, TABLE_STEP_K,
@@ -160,23 +160,25 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             twin: &|x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
         },
         Probe {
-            body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.share; y[2] = look_up(s, 5u, 3u);
-                   y[3] = integral(s, 5u, 3u);",
+            body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.share; y[2] = value(segment(s, 5u, 3u), 1u);
+                   y[3] = integral(segment(s, 5u, 3u), 2u);",
             inputs: vec![(-50.0, 4500.0)],
             outputs: 4,
             twin: &|x, tables, y| {
                 let s = spot(x[0]);
-                put(y, &[W::from_row(s.row), s.share, look_up(tables, s, 5, 3), integral(tables, s, 5, 3)]);
+                let seen = segment(tables, s, 5, 3);
+                put(y, &[W::from_row(s.row), s.share, value(seen, 1), integral(seen, 2)]);
             },
         },
         Probe {
             body: "let s = spot(x[0]); let scale = PlyScale(x[1], x[2], x[3], x[4], 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0);
-                   y[0] = conductivity(s, 0u, scale); y[1] = heat_capacity(s, 0u, scale);
-                   y[2] = conductivity_slope(s, 0u, scale);",
+                   let here = segment(s, 2u * PARTS + 2u, 0u);
+                   y[0] = conductivity(here, scale); y[1] = heat_capacity(here, scale);
+                   y[2] = conductivity_slope(here, scale);",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5), (80.0, 1200.0)],
             outputs: 3,
             twin: &|x, tables, y| {
-                let s = spot(x[0]);
+                let here = segment(tables, spot(x[0]), 8, 0);
                 let (none, one) = (W::scalar(0.0), W::scalar(1.0));
                 let scale = PlyScale {
                     solid: x[1],
@@ -196,9 +198,9 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
                 put(
                     y,
                     &[
-                        conductivity(tables, s, 3, 0, scale),
-                        heat_capacity(tables, s, 3, 0, scale),
-                        conductivity_slope(tables, s, 3, 0, scale),
+                        conductivity(here, 3, scale),
+                        heat_capacity(here, 3, scale),
+                        conductivity_slope(here, 3, scale),
                     ],
                 );
             },

@@ -82,6 +82,7 @@ impl Neg for Counted {
 impl Real for Counted {
     type Scalar = f64;
     type Row = u32;
+    type Window<'a> = &'a [f64];
     const LANES: usize = 1;
 
     fn scalar(value: f64) -> f64 {
@@ -134,9 +135,12 @@ impl Real for Counted {
     fn from_row(row: u32) -> Self {
         Self(f64::from(row))
     }
-    fn gather(table: &[f64], row: u32, stride: usize, offset: usize) -> Self {
+    fn window(table: &[f64], row: u32, stride: usize, offset: usize, length: usize) -> &[f64] {
+        <f64 as Real>::window(table, row, stride, offset, length)
+    }
+    fn pick(window: &[f64], place: usize) -> Self {
         count(&LOADS);
-        Self(<f64 as Real>::gather(table, row, stride, offset))
+        Self(window[place])
     }
     fn within(self, span: f32, lane: impl FnMut(usize)) {
         count(&CHOICES);

@@ -3,33 +3,99 @@
 use super::{Backend, March, MarchError, Precision, arrival};
 use crate::ensemble::Ensemble;
 use crate::physics::Real;
-use crate::physics::lanes::Lanes;
+use crate::physics::lanes::{Doubles, Singles};
 use crate::physics::member::Member;
 use crate::plan::layout::{GAUGES, NO_INSTANT};
 use crate::plan::{Plan, Rows};
 use crate::traces::{Balance, Traces};
 use rayon::prelude::*;
+use simdeez::engines::scalar::Scalar;
+use simdeez::prelude::Simd;
 use std::ops::Range;
 
-/// Lanes of f64, of f32: 64 bytes of either, which a compiler cuts into the vectors its target has.
-const LANES_F64: usize = 8;
-const LANES_F32: usize = 16;
+/// Fewer members than this take a scalar march each, which is sooner done than one in lanes.
+const FEW: usize = 2;
+/// Most members in the lanes of a vector.
+const LANES_MOST: usize = 16;
+
+/// The vectors that the processor at hand has, chosen at run time; without any, members go one by one.
+#[derive(Clone, Copy)]
+enum Vectors {
+    None,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+    #[cfg(target_arch = "aarch64")]
+    Neon,
+}
+
+impl Vectors {
+    #[cfg(target_arch = "x86_64")]
+    fn at_hand() -> Self {
+        let has_avx512 = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512bw")
+            && is_x86_feature_detected!("avx512dq");
+        if has_avx512 {
+            Self::Avx512
+        } else if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            Self::Avx2
+        } else {
+            Self::None
+        }
+    }
+
+    #[cfg(target_arch = "aarch64")]
+    fn at_hand() -> Self {
+        Self::Neon
+    }
+
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    fn at_hand() -> Self {
+        Self::None
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::None => "no vectors",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => "AVX2",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => "AVX-512",
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => "NEON",
+        }
+    }
+
+    fn march(self, precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
+        match self {
+            Self::None => one_by_one(precision, plan, ensemble, members),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => in_lanes::<simdeez::engines::avx2::Avx2>(precision, plan, ensemble, members),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => in_lanes::<simdeez::engines::avx512::Avx512>(precision, plan, ensemble, members),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => in_lanes::<simdeez::engines::neon::Neon>(precision, plan, ensemble, members),
+        }
+    }
+}
 
 /// The processor, with members in lanes.
 pub struct Cpu {
     precision: Precision,
     threads: usize,
+    vectors: Vectors,
 }
 
 impl Cpu {
     pub fn new(precision: Precision) -> Self {
-        Self { precision, threads: rayon::current_num_threads() }
+        Self { precision, threads: rayon::current_num_threads(), vectors: Vectors::at_hand() }
     }
 }
 
 impl March for Cpu {
     fn backend(&self) -> Backend {
-        let name = format!("{} threads", self.threads);
+        let name = format!("{} threads, {}", self.threads, self.vectors.name());
         Backend { name, kind: "cpu", precision: self.precision }
     }
 
@@ -37,16 +103,14 @@ impl March for Cpu {
     /// groups of lanes for every thread at least, or threads would wait for the last group of a run.
     fn capacity(&self, plan: &Plan) -> usize {
         let reals = (plan.places.len() + plan.gauges()) * plan.instants_s.len();
-        (1024 * 1024 / reals.max(1)).min(4096).max(4 * LANES_F32 * self.threads)
+        (1024 * 1024 / reals.max(1)).min(4096).max(4 * LANES_MOST * self.threads)
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        let is_few = members.len() < LANES_F64 / 2;
-        Ok(match self.precision {
-            Precision::F64 if is_few => carry::<f64>(plan, &plan.rows, ensemble, members),
-            Precision::F64 => carry::<Lanes<f64, LANES_F64>>(plan, &plan.rows, ensemble, members),
-            Precision::F32 if is_few => carry::<f32>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
-            Precision::F32 => carry::<Lanes<f32, LANES_F32>>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
+        Ok(if members.len() < FEW {
+            one_by_one(self.precision, plan, ensemble, members)
+        } else {
+            self.vectors.march(self.precision, plan, ensemble, members)
         })
     }
 }
@@ -64,15 +128,26 @@ impl March for Reference {
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        Ok(match self.0 {
-            Precision::F64 => carry::<f64>(plan, &plan.rows, ensemble, members),
-            Precision::F32 => carry::<f32>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
-        })
+        Ok(one_by_one(self.0, plan, ensemble, members))
+    }
+}
+
+fn one_by_one(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
+    match precision {
+        Precision::F64 => carry::<Scalar, f64>(plan, &plan.rows, ensemble, members),
+        Precision::F32 => carry::<Scalar, f32>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
+    }
+}
+
+fn in_lanes<S: Simd>(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
+    match precision {
+        Precision::F64 => carry::<S, Doubles<S>>(plan, &plan.rows, ensemble, members),
+        Precision::F32 => carry::<S, Singles<S>>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
     }
 }
 
 /// March members in groups of lanes, the groups over threads.
-fn carry<R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, members: Range<usize>) -> Traces {
+fn carry<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, members: Range<usize>) -> Traces {
     let (sensors, instants) = (plan.places.len(), plan.instants_s.len());
     let count = members.len();
     let mut traces = Traces {
@@ -93,7 +168,10 @@ fn carry<R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, memb
         .map(|(group, temperatures_k)| {
             let first = members.start + group * R::LANES;
             let lanes = (members.end - first).min(R::LANES);
-            carry_group::<R>(plan, rows, ensemble, first, lanes, temperatures_k)
+            S::invoke(
+                #[inline(always)]
+                || carry_group::<R>(plan, rows, ensemble, first, lanes, temperatures_k),
+            )
         })
         .collect();
     for end in ends.into_iter().flatten() {
@@ -114,7 +192,9 @@ struct End {
     gauges: Vec<f64>,
 }
 
-/// March one group of lanes; lanes past the last member repeat it.
+/// March one group of lanes; lanes past the last member repeat it. All of it is inlined into one function, which alone
+/// is compiled for the vectors at hand.
+#[inline(always)]
 fn carry_group<R: Real>(
     plan: &Plan,
     rows: &Rows<R::Scalar>,

@@ -7,40 +7,38 @@ use super::Real;
 use super::compensated::{advanced, keep};
 use super::faces::FaceFlux;
 use super::member::{Ends, Member};
-use super::table::{look_up, spot};
+use super::step::GAMMA;
+use super::table::{Spot, spot, value};
 use crate::plan::GasPath;
-use crate::plan::layout::GAS_COLUMNS;
 
 impl<R: Real> Member<'_, R> {
-    /// Enthalpy of the gas in a cell at `T + Δ₁`, J/kg.
+    /// Enthalpy of the gas in a cell and its slope.
     #[inline(always)]
-    fn gas_enthalpy_in(&self, cell: usize) -> R {
-        self.gas_enthalpy_at(spot(self.temperatures[cell].high + self.first[cell]))
+    pub(super) fn gas_at(&mut self, cell: usize, at: Spot<R>) {
+        let here = self.gas_segment(at);
+        let (enthalpy_j_kg, rise_j_kg_k) = (value(here, 0), value(here, 1));
+        self.gas_j_kg[cell] = enthalpy_j_kg;
+        self.gas_rises[cell] = rise_j_kg_k;
     }
 
     /// Half the heat that gas under a cell carries per kelvin of the cell and of the next, W/m²/K.
     #[inline(always)]
     pub(super) fn carried_slopes(&self, cell: usize) -> [R; 2] {
-        let (tables, rise) = (&self.rows.tables, self.plan.gas_table() + 1);
         let half = R::constant(0.5) * self.flows[cell];
-        let here = look_up(tables, spot(self.temperatures[cell].high + self.first[cell]), GAS_COLUMNS, rise);
-        let next = look_up(tables, spot(self.temperatures[cell + 1].high + self.first[cell + 1]), GAS_COLUMNS, rise);
-        [-(half * here), half * next]
+        [-(half * self.gas_rises[cell]), half * self.gas_rises[cell + 1]]
     }
 
     /// Heat capacity of the gas in the pores of a cell, J/m²/K.
     #[inline(always)]
     pub(super) fn gas_capacity(&self, cell: usize) -> R {
-        let at = spot(self.temperatures[cell].high + self.first[cell]);
-        let rise_j_kg_k = look_up(&self.rows.tables, at, GAS_COLUMNS, self.plan.gas_table() + 1);
-        self.pores[cell].storage * self.pressures[cell].high * rise_j_kg_k
+        self.pores[cell].storage * self.pressures[cell].high * self.gas_rises[cell]
     }
 
     /// Pressure over density of the gas in a cell, J/kg.
     #[inline(always)]
     pub(super) fn gas_work(&self, cell: usize) -> R {
         let temperature_k = self.temperatures[cell].high + self.first[cell];
-        temperature_k / look_up(&self.rows.tables, spot(temperature_k), GAS_COLUMNS, self.plan.gas_table() + 2)
+        temperature_k / value(self.gas_segment(spot(temperature_k)), 2)
     }
 
     /// Heat that the gas of a cell holds over that at the start, J/m²; its mass is noted too.
@@ -51,12 +49,11 @@ impl<R: Real> Member<'_, R> {
             return zero;
         }
         let now_kg_m2 = self.pores[cell].storage * self.pressures[cell].high;
-        let now_j_kg = self.gas_enthalpy_in(cell) - self.gas_work(cell);
+        let now_j_kg = self.gas_j_kg[cell] - self.gas_work(cell);
         let then_kg_m2 = self.first_storage(p, cell) * R::of(self.rows.drives[0].pressure_pa);
         let start_k = R::of(self.rows.cells[cell].start_k);
-        let (tables, molar) = (&self.rows.tables, self.plan.gas_table() + 2);
-        let work_j_kg = start_k / look_up(tables, spot(start_k), GAS_COLUMNS, molar);
-        let then_j_kg = self.gas_enthalpy_at(spot(start_k)) - work_j_kg;
+        let then = self.gas_segment(spot(start_k));
+        let then_j_kg = value(then, 0) - start_k / value(then, 2);
         self.lost_and_stored[1] = self.lost_and_stored[1] + keep(now_kg_m2 - then_kg_m2);
         now_kg_m2 * now_j_kg - then_kg_m2 * then_j_kg
     }
@@ -65,7 +62,7 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     fn first_storage(&self, p: usize, cell: usize) -> R {
         let start_k = R::of(self.rows.cells[cell].start_k);
-        let molar = look_up(&self.rows.tables, spot(start_k), GAS_COLUMNS, self.plan.gas_table() + 2);
+        let molar = value(self.gas_segment(spot(start_k)), 2);
         let virgin = self.rows.substances[self.plan.plies[p].first_state as usize];
         let volume_m = R::of(self.rows.cells[cell].width_m) * self.plies[p].thickness;
         volume_m * R::of(virgin.porosity) * (molar / start_k)
@@ -79,26 +76,14 @@ impl<R: Real> Member<'_, R> {
         let is_darcy = self.plan.gas == Some(GasPath::Darcy);
         let is_unhindered = self.plan.gas == Some(GasPath::Unhindered);
         let mut out = R::constant(0.0);
-        let mut given = R::constant(0.0);
-        let mut drawn = [R::constant(0.0); 2];
+        let mut drawn = [-self.given_ends[0], -self.given_ends[1]];
         for p in 0..self.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 if ply.end_reaction > ply.first_reaction {
-                    let [absorbed, beyond, rises] = self.reaction_heat(p, i);
-                    if stage == 0 {
-                        self.restraints[i] = rises.max(R::constant(0.0));
-                    }
-                    self.second[i] = self.second[i] - absorbed;
-                    given = given + beyond;
-                    if i == 0 {
-                        drawn[0] = drawn[0] - beyond;
-                    }
-                    if i == last {
-                        drawn[1] = drawn[1] - beyond;
-                    }
+                    self.second[i] = self.second[i] - self.absorbed[i];
                     if is_unhindered {
-                        let leaves = self.made_in(p, i) * self.gas_enthalpy_in(i);
+                        let leaves = self.made[i] * self.gas_j_kg[i];
                         out = out + leaves;
                         if i == 0 {
                             drawn[0] = drawn[0] + leaves;
@@ -115,11 +100,11 @@ impl<R: Real> Member<'_, R> {
             }
         }
         if !is_unhindered {
-            let mut above = self.gas_enthalpy_in(0);
+            let mut above = self.gas_j_kg[0];
             out = self.leaving[stage] * above;
             drawn[0] = drawn[0] + out;
             for i in 0..last {
-                let below = self.gas_enthalpy_in(i + 1);
+                let below = self.gas_j_kg[i + 1];
                 let gained = half * self.flows[i] * (below - above);
                 self.second[i] = self.second[i] + gained;
                 self.second[i + 1] = self.second[i + 1] + gained;
@@ -136,7 +121,7 @@ impl<R: Real> Member<'_, R> {
             out = out + back;
             drawn[1] = drawn[1] + back;
         }
-        self.tally(step, stage, out, given);
+        self.tally(step, stage, out);
         let held = [R::of(self.rows.faces[0].held), R::of(self.rows.faces[1].held)];
         Ends {
             hot: FaceFlux { flux: ends.hot.flux + held[0] * drawn[0], slope: ends.hot.slope },
@@ -147,13 +132,33 @@ impl<R: Real> Member<'_, R> {
     /// Take the heat that gas carried out, and what reactions gave beyond enthalpies, into the accounts: the mean of
     /// the stages.
     #[inline(always)]
-    fn tally(&mut self, step: usize, stage: usize, out: R, given: R) {
+    fn tally(&mut self, step: usize, stage: usize, out: R) {
         if stage == 0 {
-            self.stage_heat = [out, given];
+            self.stage_heat = out;
             return;
         }
         let half_length = R::constant(0.5) * R::of(self.rows.lengths_s[step]);
-        self.gas_heat = advanced(self.gas_heat, half_length * (self.stage_heat[0] + out));
-        self.reaction_gain = advanced(self.reaction_gain, half_length * (self.stage_heat[1] + given));
+        self.gas_heat = advanced(self.gas_heat, half_length * (self.stage_heat + out));
+        self.reaction_gain = advanced(self.reaction_gain, half_length * self.given);
+    }
+    /// By how much the heat that gas takes out through a face rises with the temperature of its cell, W/m²/K; of gas that
+    /// comes in nothing, as it would take from the diagonal.
+    #[inline(always)]
+    fn let_out_rise(&self, face: usize, cell: usize) -> R {
+        let zero = R::constant(0.0);
+        if self.plan.gas == Some(GasPath::Unhindered) {
+            return zero;
+        }
+        let leaving = if face == 0 { self.leaving[0] } else { self.back_leaving };
+        leaving.max(zero) * self.gas_rises[cell]
+    }
+
+    /// The part in the system of gas that takes heat out through the faces: without it the order of the face's temperature falls to 1.6.
+    #[inline(always)]
+    pub(super) fn let_out_heat(&mut self) {
+        let last = self.second.len() - 1;
+        for (face, cell) in [(0, 0), (1, last)] {
+            self.diagonal[cell] = self.diagonal[cell] + R::constant(GAMMA) * self.let_out_rise(face, cell);
+        }
     }
 }

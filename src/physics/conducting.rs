@@ -8,7 +8,7 @@ use super::material::{
     conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across, heat_capacity,
 };
 use super::member::{Ends, Member};
-use super::table::{look_up, spot};
+use super::table::{segment, spot, value};
 use crate::plan::GasPath;
 use crate::plan::layout::Drive;
 
@@ -21,18 +21,21 @@ impl<R: Real> Member<'_, R> {
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
+                let at = spot(self.temperatures[i].high + self.first[i]);
+                if self.plan.gas.is_some() {
+                    self.gas_at(i, at);
+                }
                 if ply.states > 1 || self.plan.levels > 1 {
-                    self.blend(p, i, step, stage);
+                    self.blend(p, i, at, step, stage);
                     continue;
                 }
-                let at = spot(self.temperatures[i].high + self.first[i]);
-                let (parts, table) = (self.plan.parts, ply.table as usize);
-                self.conductivities[i] = conductivity(&rows.tables, at, parts, table, self.plies[p]);
+                let (parts, scale) = (self.plan.parts, self.plies[p]);
+                let here = segment(&rows.tables, at, self.plan.table_columns(), ply.table as usize);
+                self.conductivities[i] = conductivity(here, parts, scale);
                 if stage == 0 {
-                    self.slopes[i] = conductivity_slope(&rows.tables, at, parts, table, self.plies[p]);
+                    self.slopes[i] = conductivity_slope(here, parts, scale);
                 }
-                self.evaluated[i] =
-                    R::of(rows.cells[i].width_m) * heat_capacity(&rows.tables, at, parts, table, self.plies[p]);
+                self.evaluated[i] = R::of(rows.cells[i].width_m) * heat_capacity(here, parts, scale);
             }
             if self.plan.gas == Some(GasPath::Darcy) {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
@@ -92,8 +95,8 @@ impl<R: Real> Member<'_, R> {
         let at = spot(temperature_k);
         let ply = face * (self.plies.len() - 1);
         let emissivity = self.face_emissivity(face, ply, cell, at);
-        let enthalpy_j_kg = look_up(&rows.tables, at, columns, table);
-        let rise_j_kg_k = look_up(&rows.tables, at, columns, table + 1);
+        let air = segment(&rows.tables, at, columns, table);
+        let (enthalpy_j_kg, rise_j_kg_k) = (value(air, 0), value(air, 1));
         let scale = self.faces[face];
         let open = face_flux(
             drive,

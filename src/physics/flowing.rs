@@ -4,25 +4,26 @@
 //! pressure has its own pair of stages between those of temperature:
 //!
 //! ```text
-//! (S*/Δt + γB) δ₁ = G(p) + made − p (S* − S)/Δt
-//! (S*/Δt + γB) δ₂ = G(p + δ₁) + made − p (S* − S)/Δt − 2 S*/Δt δ₁
+//! (S*/Δt + γB) δ₁ = G(p) + m + r
+//! (S*/Δt + γB) δ₂ = G(p + δ₁) + m − r − 2 S*/Δt δ₁
 //! p' = p + 3/2 δ₁ + 1/2 δ₂
 //! ```
 //!
-//! with S mass over pressure and B what a pressure drives out of its cell. Then `S*p' − Sp` is exactly what
-//! flowed in and was made. Both stages take the mobilities midway: in a stiff flow whose mobility changes
+//! with S mass over pressure, B what a pressure drives out of its cell and m what is made, less `p (S* − S)/Δt`. Then
+//! `S*p' − Sp` is exactly what flowed in and was made. r is by how much m and the mobilities' part in G are ahead of
+//! their mean at γ of the step, told by the step before: without it a pressure that settles within a step settles to
+//! what was made midway, half a step late. Both stages take the mobilities midway: in a stiff flow whose mobility changes
 //! from stage to stage the scheme would answer a disturbance by −4 times that change. Heat takes the mean flux of
 //! the step, its first stage that of the step before: a flux at an instant would magnify what little a pressure is
 //! off its balance by all the ease of the flow.
 
 use super::Real;
-use super::compensated::{Pair, advanced, difference};
+use super::compensated::{Pair, advanced, difference, keep};
 use super::gas::{GasFlux, Porous, gas_flux, midway};
 use super::member::Member;
-use super::table::{look_up, spot};
+use super::table::{spot, value};
 use super::tridiagonal::{factorise, substitute};
 use crate::plan::GasPath;
-use crate::plan::layout::GAS_COLUMNS;
 
 /// γ of the pressures' pair: the other root of 2γ² − 4γ + 1 = 0, as stable as the lesser one of the temperatures and
 /// with some times its error. Its first stage keeps the sign of what it damps, (γ − 1)/γ, where the lesser one
@@ -49,7 +50,7 @@ impl<R: Real> Member<'_, R> {
             let ply = self.plan.plies[p];
             for up in 0..(ply.end_cell - ply.first_cell) as usize {
                 let i = ply.end_cell as usize - 1 - up;
-                let here = self.made_in(p, i);
+                let here = self.made[i];
                 self.flows[i] = carries * risen;
                 risen = risen + here;
             }
@@ -82,12 +83,11 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     pub(super) fn porous(&self, p: usize, i: usize) -> Porous<R> {
         let ply = &self.plan.plies[p];
-        let tables = &self.rows.tables;
         let temperature_k = self.temperatures[i].high + self.first[i];
         let at = spot(temperature_k);
-        let molar_kg_k_j = look_up(tables, at, GAS_COLUMNS, self.plan.gas_table() + 2);
-        let viscosity_pa_s = look_up(tables, at, GAS_COLUMNS, self.plan.gas_table() + 3);
-        let phases = self.phases_of(p, i);
+        let gas = self.gas_segment(at);
+        let (molar_kg_k_j, viscosity_pa_s) = (value(gas, 2), value(gas, 3));
+        let phases = self.phases_of(p, i, R::constant(0.0));
         let stretch = self.stretch_of(p, self.mass_left(p, phases));
         let zero = R::constant(0.0);
         let (mut porosity, mut permeability, mut slip, mut inertia) = (zero, zero, zero, zero);
@@ -110,7 +110,9 @@ impl<R: Real> Member<'_, R> {
         }
     }
 
-    /// Pores at the start of a step; what a cell holds does not change as its temperature settles, its pressure does.
+    /// Pores at the start of a step. What a cell holds and its pressure stay as the step before left them, and with them
+    /// their ratio: that the end was foretold a little too hot or too cold goes into how the next step expands, where it
+    /// cancels against what that is off by. (Pressures put right at once were off by the first order of a step.)
     #[inline(always)]
     fn settle(&mut self, step: usize) {
         for p in 0..self.plies.len() {
@@ -118,12 +120,9 @@ impl<R: Real> Member<'_, R> {
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 let held = self.pores[i].storage;
                 self.flows[i] = self.mean_flows[i];
-                self.made_first[i] = self.made_in(p, i);
                 self.pores[i] = self.porous(p, i);
                 if step > 0 {
-                    let storage = self.pores[i].storage;
-                    let off = self.pressures[i].high * ((held - storage) / storage);
-                    self.pressures[i] = advanced(self.pressures[i], off);
+                    self.pores[i].storage = held;
                 }
             }
         }
@@ -146,18 +145,17 @@ impl<R: Real> Member<'_, R> {
         }
     }
 
-    /// Flux up through the face under a cell, at pressures `p + δ₁`.
+    /// Flux up through the face under a cell, at pressures `p + δ₁`, and pores midway through the step or, for what their
+    /// change does to it, at the end.
     #[inline(always)]
-    fn gas_under(&self, i: usize) -> GasFlux<R> {
-        let cells = &self.rows.cells;
-        gas_flux(
-            midway(self.pores[i], self.later[i]),
-            R::of(cells[i].below_m),
-            self.pressed(i),
-            midway(self.pores[i + 1], self.later[i + 1]),
-            R::of(cells[i + 1].above_m),
-            self.pressed(i + 1),
-        )
+    fn gas_under(&self, i: usize, at_end: bool) -> GasFlux<R> {
+        let (above_m, below_m) = (R::of(self.rows.cells[i].below_m), R::of(self.rows.cells[i + 1].above_m));
+        let (mut upper, mut under) = (self.later[i], self.later[i + 1]);
+        if !at_end {
+            upper = midway(self.pores[i], upper);
+            under = midway(self.pores[i + 1], under);
+        }
+        gas_flux(upper, above_m, self.pressed(i), under, below_m, self.pressed(i + 1))
     }
 
     /// A cell's pressure at `p + δ₁`.
@@ -178,25 +176,36 @@ impl<R: Real> Member<'_, R> {
         for i in 0..=last {
             self.pressed_first[i] = zero;
         }
+        let length_s = R::of(self.rows.lengths_s[step]);
+        let before_s = R::of(self.rows.lengths_s[step.max(1) - 1]);
+        let share = (gamma - R::constant(0.5)) * R::constant(2.0) * length_s / (length_s + before_s);
         // The second stage's pores wait in `later`; what a cell makes and what its expansion drives out, in `supply`.
         for p in 0..self.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 self.later[i] = self.porous(p, i);
                 let expansion = (self.later[i].storage - self.pores[i].storage) * per_length;
-                let made = R::constant(0.5) * (self.made_first[i] + self.made_in(p, i));
-                self.supply[i] = made - self.pressures[i].high * expansion;
+                let supply = self.made_mean[i] - self.pressures[i].high * expansion;
+                self.surges[i] = share * (supply - self.supply[i]);
+                self.supply[i] = supply;
             }
         }
         let mut arriving = zero;
         let mut returned = zero;
         let mut above = zero;
+        let mut surged = zero;
+        let surging = R::constant(2.0 * PRESSURE_GAMMA - 1.0);
         for i in 0..=last {
-            let under = if i < last { self.gas_under(i) } else { GasFlux { flux: zero, above: zero, below: zero } };
+            let none = GasFlux { flux: zero, above: zero, below: zero };
+            let under = if i < last { self.gas_under(i, false) } else { none };
+            let ending = if i < last { self.gas_under(i, true).flux } else { zero };
+            let surge = surging * (ending - under.flux);
+            self.surges[i] = self.surges[i] + keep(surge - surged);
+            surged = surge;
             self.slopes_above[i] = under.above;
             self.slopes_below[i] = under.below;
             self.first_flows[i] = under.flux;
-            self.pressed_second[i] = under.flux - above + self.supply[i];
+            self.pressed_second[i] = under.flux - above + keep(self.supply[i] + self.surges[i]);
             self.pressure_diagonal[i] = self.later[i].storage * per_length + gamma * (under.above + returned);
             self.pressure_lower[i] = -(gamma * arriving);
             self.pressure_upper[i] = -(gamma * under.below);
@@ -219,9 +228,9 @@ impl<R: Real> Member<'_, R> {
         }
         let mut above = zero;
         for i in 0..=last {
-            let under = if i < last { self.gas_under(i).flux } else { zero };
+            let under = if i < last { self.gas_under(i, false).flux } else { zero };
             let carried = self.later[i].storage * per_length * self.pressed_first[i];
-            self.pressed_second[i] = under - above + self.supply[i] - (carried + carried);
+            self.pressed_second[i] = under - above + keep(self.supply[i] - self.surges[i]) - (carried + carried);
             self.first_flows[i] = self.first_flows[i] + under;
             above = under;
         }
@@ -260,8 +269,7 @@ impl<R: Real> Member<'_, R> {
         let per_length = R::constant(1.0) / R::of(self.rows.lengths_s[step]);
         let mut left = [zero; 2];
         for (face, cell, inner) in [(0, 0, self.mean_flows[0]), (1, last, -self.mean_flows[last - 1])] {
-            let ply = if face == 0 { 0 } else { self.plies.len() - 1 };
-            let made = half * (self.made_first[cell] + self.made_in(ply, cell));
+            let made = self.made_mean[cell];
             let rise = R::constant(1.5) * self.pressed_first[cell] + half * self.pressed_second[cell];
             let storage = self.later[cell].storage;
             let held = storage * rise + (storage - self.pores[cell].storage) * self.pressures[cell].high;

@@ -1,7 +1,8 @@
 //! Properties of a ply as one member scales them, and conductance from node to node.
 
 use super::Real;
-use super::table::{Spot, look_up};
+use super::compensated::keep;
+use super::table::{Segment, Spot, value};
 use crate::plan::layout::{Bulk, Ply, Substance, TABLE_NODES};
 
 /// What one member's factors make of a ply. A thickness factor f stretches the ply; on the unstretched
@@ -68,6 +69,13 @@ pub fn ply_scale<R: Real>(
     }
 }
 
+/// Mass of a state where it has replaced all the virgin material, over the mass of that, as a member scales what is lost.
+#[inline(always)]
+pub fn remaining<R: Real>(scale: PlyScale<R>, substance: Substance<R::Scalar>) -> R {
+    let one = R::constant(1.0);
+    keep(one - scale.loss * (one - R::of(substance.remains)))
+}
+
 /// The spot in the block of the level under a pressure, and in that of the next.
 #[inline(always)]
 pub fn levelled<R: Real>(spot: Spot<R>, level: Level<R>) -> [Spot<R>; 2] {
@@ -78,50 +86,36 @@ pub fn levelled<R: Real>(spot: Spot<R>, level: Level<R>) -> [Spot<R>; 2] {
     [row(under), row(under + nodes)]
 }
 
-/// Conductivity at a spot of a ply's table, W/m/K.
+/// Conductivity by a segment of a ply's table, W/m/K.
 #[inline(always)]
-pub fn conductivity<R: Real>(tables: &[R::Scalar], spot: Spot<R>, parts: usize, table: usize, scale: PlyScale<R>) -> R {
-    let columns = 2 * parts + 2;
-    let mut sum = scale.solid * look_up(tables, spot, columns, table);
+pub fn conductivity<R: Real>(segment: Segment<'_, R>, parts: usize, scale: PlyScale<R>) -> R {
+    let mut sum = scale.solid * value(segment, 0);
     if parts == 3 {
-        sum = sum + scale.gas * look_up(tables, spot, columns, table + 1);
+        sum = sum + scale.gas * value(segment, 1);
     }
     if parts > 1 {
-        sum = sum + scale.radiative * look_up(tables, spot, columns, table + parts - 1);
+        sum = sum + scale.radiative * value(segment, parts - 1);
     }
     sum
 }
 
-/// Slope of the conductivity at a spot of a ply's table, W/m/K².
+/// Slope of the conductivity by a segment of a ply's table, W/m/K².
 #[inline(always)]
-pub fn conductivity_slope<R: Real>(
-    tables: &[R::Scalar],
-    spot: Spot<R>,
-    parts: usize,
-    table: usize,
-    scale: PlyScale<R>,
-) -> R {
-    let columns = 2 * parts + 2;
-    let mut sum = scale.solid * look_up(tables, spot, columns, table + parts);
+pub fn conductivity_slope<R: Real>(segment: Segment<'_, R>, parts: usize, scale: PlyScale<R>) -> R {
+    let mut sum = scale.solid * value(segment, parts);
     if parts == 3 {
-        sum = sum + scale.gas * look_up(tables, spot, columns, table + parts + 1);
+        sum = sum + scale.gas * value(segment, parts + 1);
     }
     if parts > 1 {
-        sum = sum + scale.radiative * look_up(tables, spot, columns, table + 2 * parts - 1);
+        sum = sum + scale.radiative * value(segment, 2 * parts - 1);
     }
     sum
 }
 
-/// Heat capacity at a spot of a ply's table, J/m³/K.
+/// Heat capacity by a segment of a ply's table, J/m³/K.
 #[inline(always)]
-pub fn heat_capacity<R: Real>(
-    tables: &[R::Scalar],
-    spot: Spot<R>,
-    parts: usize,
-    table: usize,
-    scale: PlyScale<R>,
-) -> R {
-    scale.density_kg_m3 * look_up(tables, spot, 2 * parts + 2, table + 2 * parts)
+pub fn heat_capacity<R: Real>(segment: Segment<'_, R>, parts: usize, scale: PlyScale<R>) -> R {
+    scale.density_kg_m3 * value(segment, 2 * parts)
 }
 
 /// Conductance between neighbouring nodes of one ply, W/m²/K.

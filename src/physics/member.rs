@@ -4,9 +4,9 @@ use super::Real;
 use super::compensated::{Pair, advanced, difference, keep};
 use super::faces::{FaceFlux, FaceScale, face_scale};
 use super::gas::Porous;
-use super::material::{PlyScale, ply_scale};
+use super::material::{PlyScale, ply_scale, remaining};
 use super::reading::{covered, followed, reading};
-use super::table::{integral, spot};
+use super::table::{integral, segment, spot};
 use crate::plan::layout::{HEATS, Ply};
 use crate::plan::{GasPath, Plan, Rows};
 
@@ -42,13 +42,26 @@ pub struct Member<'a, R: Real> {
     pub(super) upper: Vec<R>,
     pub(super) first: Vec<R>,
     pub(super) second: Vec<R>,
-    /// Cell × reaction: how far each has come, and what it gives off at a stage, kg/m²/s.
+    /// Mass of each state where it has replaced all the virgin material, over the mass of that.
+    pub(super) remains: Vec<R>,
+    /// Cell × reaction: how far each has come, and how fast over the last step, 1/s.
     pub(super) advancements: Vec<Pair<R>>,
-    pub(super) releases: Vec<R>,
-    /// By how much a release at the first stage rises with temperature, kg/m²/s/K.
-    pub(super) responses: Vec<R>,
+    pub(super) paces: Vec<R>,
+    /// From where a step stands with its advancements to where a stage sees them, s.
+    pub(super) lead_s: R,
+    /// Gas that a cell makes (kg/m²/s) and heat that its reactions take up (W/m²): at a stage, and the last step's mean.
+    pub(super) made: Vec<R>,
+    pub(super) absorbed: Vec<R>,
+    pub(super) made_mean: Vec<R>,
+    pub(super) absorbed_mean: Vec<R>,
     /// By how much the heat that the reactions of a cell take up rises with temperature, W/m²/K.
     pub(super) restraints: Vec<R>,
+    /// What reactions give to enthalpies beyond what they take from them at a stage, and that in the end cells, W/m².
+    pub(super) given: R,
+    pub(super) given_ends: [R; 2],
+    /// Enthalpy of the gas in a cell (J/kg) and its slope (J/kg/K).
+    pub(super) gas_j_kg: Vec<R>,
+    pub(super) gas_rises: Vec<R>,
     /// Gas up through the face under each cell at a stage, and out of the hot face at either, kg/m²/s.
     pub(super) flows: Vec<R>,
     pub(super) leaving: [R; 2],
@@ -61,7 +74,7 @@ pub struct Member<'a, R: Real> {
     pub(super) gas_out: Pair<R>,
     pub(super) gas_heat: Pair<R>,
     pub(super) reaction_gain: Pair<R>,
-    pub(super) stage_heat: [R; 2],
+    pub(super) stage_heat: R,
     /// Solid lost and gas stored since the start, kg/m².
     pub(super) lost_and_stored: [R; 2],
     /// Of gas by Darcy's law: pressures (Pa), their rates (Pa/s), pores, mean fluxes of the last step and what a step
@@ -72,8 +85,9 @@ pub struct Member<'a, R: Real> {
     pub(super) later: Vec<Porous<R>>,
     pub(super) mean_flows: Vec<R>,
     pub(super) mean_leaving: R,
-    pub(super) made_first: Vec<R>,
     pub(super) supply: Vec<R>,
+    /// By how much the first stage of pressure is supplied more than the mean, and the second less.
+    pub(super) surges: Vec<R>,
     pub(super) first_flows: Vec<R>,
     pub(super) slopes_above: Vec<R>,
     pub(super) slopes_below: Vec<R>,
@@ -99,8 +113,13 @@ impl<'a, R: Real> Member<'a, R> {
         let none = Pair { high: zero, low: zero };
         let (cells, sensors) = (plan.cells(), plan.places.len());
         let char = |ply: &Ply<u32>| rows.substances[(ply.first_state + ply.states) as usize - 1];
-        let plies =
+        let plies: Vec<_> =
             plan.plies.iter().zip(&rows.bulks).map(|(ply, &bulk)| ply_scale(ply, bulk, char(ply), column)).collect();
+        let remains = rows.substances.iter().enumerate().map(|(row, substance)| {
+            let ply = plan.plies.iter().rposition(|ply| ply.first_state as usize <= row).unwrap_or(0);
+            remaining(plies[ply], *substance)
+        });
+        let remains = remains.collect();
         let reactions = cells * plan.reactions;
         let flowing = if plan.gas.is_some() { cells } else { 0 };
         let darcy = if plan.gas == Some(GasPath::Darcy) { cells } else { 0 };
@@ -110,6 +129,7 @@ impl<'a, R: Real> Member<'a, R> {
             plan,
             rows,
             plies,
+            remains,
             contacts_m2_k_w: rows
                 .contacts_m2_k_w
                 .iter()
@@ -141,9 +161,17 @@ impl<'a, R: Real> Member<'a, R> {
             first: vec![zero; cells],
             second: vec![zero; cells],
             advancements: vec![none; reactions],
-            releases: vec![zero; reactions],
-            responses: vec![zero; reactions],
-            restraints: vec![zero; if plan.gas.is_some() { cells } else { 0 }],
+            paces: vec![zero; reactions],
+            lead_s: zero,
+            made: vec![zero; flowing],
+            absorbed: vec![zero; flowing],
+            made_mean: vec![zero; flowing],
+            absorbed_mean: vec![zero; flowing],
+            restraints: vec![zero; flowing],
+            given: zero,
+            given_ends: [zero; 2],
+            gas_j_kg: vec![zero; flowing],
+            gas_rises: vec![zero; flowing],
             flows: vec![zero; flowing],
             leaving: [zero; 2],
             back_leaving: zero,
@@ -153,7 +181,7 @@ impl<'a, R: Real> Member<'a, R> {
             gas_out: none,
             gas_heat: none,
             reaction_gain: none,
-            stage_heat: [zero; 2],
+            stage_heat: zero,
             lost_and_stored: [zero; 2],
             pressures: vec![outside; darcy],
             pressure_rates: vec![zero; darcy],
@@ -161,8 +189,8 @@ impl<'a, R: Real> Member<'a, R> {
             later: vec![sealed; darcy],
             mean_flows: vec![zero; darcy],
             mean_leaving: zero,
-            made_first: vec![zero; darcy],
             supply: vec![zero; darcy],
+            surges: vec![zero; darcy],
             first_flows: vec![zero; darcy],
             slopes_above: vec![zero; darcy],
             slopes_below: vec![zero; darcy],
@@ -281,13 +309,14 @@ impl<'a, R: Real> Member<'a, R> {
         let now = spot(self.temperatures[i].high);
         let then = spot(R::of(rows.cells[i].start_k));
         if ply.states == 1 {
-            let columns = self.plan.table_columns();
-            let offset = ply.table as usize + 2 * self.plan.parts;
-            let now_j_kg = integral(&rows.tables, now, columns, offset);
-            let then_j_kg = integral(&rows.tables, then, columns, offset);
+            let held = |at| {
+                let here = segment(&rows.tables, at, self.plan.table_columns(), ply.table as usize);
+                integral(here, 2 * self.plan.parts)
+            };
+            let (now_j_kg, then_j_kg): (R, R) = (held(now), held(then));
             return keep(now_j_kg - then_j_kg) * self.plies[p].density_kg_m3 * width_m + self.gas_gained(p, i);
         }
-        let phases = self.phases_of(p, i);
+        let phases = self.phases_of(p, i, R::constant(0.0));
         let mass_kg_m2 = self.plies[p].mass_kg_m3 * width_m;
         let lost_kg_m2 = mass_kg_m2 * (R::constant(1.0) - self.mass_left(p, phases));
         self.lost_and_stored[0] = self.lost_and_stored[0] + lost_kg_m2;

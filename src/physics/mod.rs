@@ -61,6 +61,8 @@ pub trait Real:
     type Scalar: Copy + PartialEq + Send + Sync;
     /// A row of a table, one a lane.
     type Row: Copy;
+    /// Some of a table, from one place a lane on.
+    type Window<'a>: Copy;
     /// Lanes, that is members carried at once.
     const LANES: usize;
 
@@ -91,8 +93,10 @@ pub trait Real:
     /// The row of a table that a non-negative position falls in, at most `last`.
     fn row(self, last: u32) -> Self::Row;
     fn from_row(row: Self::Row) -> Self;
-    /// `table[offset + stride row]`, a lane.
-    fn gather(table: &[Self::Scalar], row: Self::Row, stride: usize, offset: usize) -> Self;
+    /// `length` numbers of a table from `offset + stride row` on, a lane: one check of bounds for all that is read of them.
+    fn window(table: &[Self::Scalar], row: Self::Row, stride: usize, offset: usize, length: usize) -> Self::Window<'_>;
+    /// One number of a window, a lane.
+    fn pick(window: Self::Window<'_>, place: usize) -> Self;
     /// Whether each lane lies in zero to `span`; by its bits, which also tells what is no number.
     fn within(self, span: f32, lane: impl FnMut(usize));
 }
@@ -102,6 +106,7 @@ macro_rules! scalar {
         impl Real for $real {
             type Scalar = $real;
             type Row = u32;
+            type Window<'a> = &'a [$real];
             const LANES: usize = 1;
 
             #[inline(always)]
@@ -166,8 +171,13 @@ macro_rules! scalar {
                 row as $real
             }
             #[inline(always)]
-            fn gather(table: &[$real], row: u32, stride: usize, offset: usize) -> Self {
-                table[offset + stride * row as usize]
+            fn window(table: &[$real], row: u32, stride: usize, offset: usize, length: usize) -> &[$real] {
+                let start = offset + stride * row as usize;
+                &table[start..start + length]
+            }
+            #[inline(always)]
+            fn pick(window: &[$real], place: usize) -> Self {
+                window[place]
             }
             #[inline(always)]
             fn within(self, span: f32, mut stray: impl FnMut(usize)) {

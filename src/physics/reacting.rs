@@ -7,7 +7,7 @@ use super::gas::level;
 use super::material::{Level, conductivity, conductivity_slope, heat_capacity, levelled};
 use super::member::Member;
 use super::step::GAMMA;
-use super::table::{Spot, integral, look_up, spot};
+use super::table::{Segment, Spot, integral, segment, spot, value};
 use crate::plan::GasPath;
 use crate::plan::layout::{AIR_COLUMNS, GAS_COLUMNS, STATES_MAX, TABLE_NODES};
 
@@ -18,20 +18,21 @@ impl<R: Real> Member<'_, R> {
     /// Mass of a state of a ply where it has replaced all the virgin material, over the mass of that.
     #[inline(always)]
     pub(super) fn remains_of(&self, ply: usize, state: usize) -> R {
-        let one = R::constant(1.0);
-        let row = self.plan.plies[ply].first_state as usize + state;
-        keep(one - self.plies[ply].loss * (one - R::of(self.rows.substances[row].remains)))
+        self.remains[self.plan.plies[ply].first_state as usize + state]
     }
 
-    /// Volume of a cell in each state of its ply.
+    /// Volume of a cell in each state of its ply, so far ahead of where the step stands as the pace of the reactions
+    /// takes them, but never by more than a stage's share of what is left.
     #[inline(always)]
-    pub(super) fn phases_of(&self, ply: usize, cell: usize) -> [R; STATES_MAX] {
+    pub(super) fn phases_of(&self, ply: usize, cell: usize, lead_s: R) -> [R; STATES_MAX] {
         let row = &self.plan.plies[ply];
         let mut phases = [R::constant(0.0); STATES_MAX];
         phases[0] = R::constant(1.0);
         for j in row.first_reaction as usize..row.end_reaction as usize {
             let place = cell * self.plan.reactions + j - row.first_reaction as usize;
-            let moved = R::of(self.rows.reactions[j].share) * self.advancements[place].high;
+            let done = self.advancements[place].high;
+            let ahead = (lead_s * self.paces[place]).min(R::constant(GAMMA) * (R::constant(1.0) - done));
+            let moved = R::of(self.rows.reactions[j].share) * (done + ahead);
             let path = self.plan.paths[j];
             phases[path.source as usize] = phases[path.source as usize] - moved;
             phases[path.product as usize] = phases[path.product as usize] + moved;
@@ -52,13 +53,12 @@ impl<R: Real> Member<'_, R> {
 
     /// What each state weighs in the properties of a cell, by volume or by mass.
     #[inline(always)]
-    pub(super) fn weights_of(&self, ply: usize, phases: [R; STATES_MAX]) -> [R; STATES_MAX] {
+    pub(super) fn weights_of(&self, ply: usize, phases: [R; STATES_MAX], per_density: R) -> [R; STATES_MAX] {
         let by_volume = R::of(self.rows.bulks[ply].by_volume);
-        let by_mass = R::constant(1.0) - by_volume;
-        let per_density = R::constant(1.0) / self.mass_left(ply, phases);
+        let by_mass = (R::constant(1.0) - by_volume) * per_density;
         let mut weights = phases;
         for state in 0..self.plan.plies[ply].states as usize {
-            weights[state] = phases[state] * (by_volume + by_mass * (self.remains_of(ply, state) * per_density));
+            weights[state] = phases[state] * (by_volume + by_mass * self.remains_of(ply, state));
         }
         weights
     }
@@ -81,11 +81,13 @@ impl<R: Real> Member<'_, R> {
     #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
     pub(super) fn face_emissivity(&self, face: usize, ply: usize, cell: usize, at: Spot<R>) -> R {
-        let weights = self.weights_of(ply, self.phases_of(ply, cell));
-        let first = self.plan.face_table() + AIR_COLUMNS + face * self.plan.states;
+        let phases = self.phases_of(ply, cell, self.lead_s);
+        let weights = self.weights_of(ply, phases, R::constant(1.0) / self.mass_left(ply, phases));
+        let seen = segment(&self.rows.tables, at, self.plan.face_columns(), self.plan.face_table());
+        let first = AIR_COLUMNS + face * self.plan.states;
         let mut sum = R::constant(0.0);
         for state in 0..self.plan.plies[ply].states as usize {
-            sum = sum + weights[state] * look_up(&self.rows.tables, at, self.plan.face_columns(), first + state);
+            sum = sum + weights[state] * value(seen, first + state);
         }
         sum
     }
@@ -100,43 +102,45 @@ impl<R: Real> Member<'_, R> {
     /// Absolute enthalpy of a state of a ply, J/kg.
     #[inline(always)]
     pub(super) fn enthalpy_of(&self, ply: usize, state: usize, at: Spot<R>) -> R {
-        let offset = self.block_of(ply, state) + 2 * self.plan.parts;
-        let risen = integral(&self.rows.tables, at, self.plan.table_columns(), offset);
+        let here = segment(&self.rows.tables, at, self.plan.table_columns(), self.block_of(ply, state));
+        let risen = integral(here, 2 * self.plan.parts);
         let row = self.plan.plies[ply].first_state as usize + state;
         self.plies[ply].heat_capacity * risen + R::of(self.rows.substances[row].formation_j_kg)
     }
 
     /// Conductivity, its slope and heat capacity of a cell that is a mixture, or whose pressure changes.
     #[inline(always)]
-    pub(super) fn blend(&mut self, p: usize, i: usize, step: usize, stage: usize) {
+    pub(super) fn blend(&mut self, p: usize, i: usize, at: Spot<R>, step: usize, stage: usize) {
         let tables = &self.rows.tables;
-        let (parts, scale) = (self.plan.parts, self.plies[p]);
-        let at = spot(self.temperatures[i].high + self.first[i]);
-        let phases = self.phases_of(p, i);
-        let weights = self.weights_of(p, phases);
-        let per_stretch = R::constant(1.0) / self.stretch_of(p, self.mass_left(p, phases));
+        let (parts, columns, scale) = (self.plan.parts, self.plan.table_columns(), self.plies[p]);
+        let phases = self.phases_of(p, i, self.lead_s);
+        let density = self.mass_left(p, phases);
+        let stretch = self.stretch_of(p, density);
+        // One division for two.
+        let inverse = R::constant(1.0) / (density * stretch);
+        let weights = self.weights_of(p, phases, inverse * stretch);
+        let per_stretch = inverse * density;
         let level = self.pressure_level(i, step, stage);
         let zero = R::constant(0.0);
         let (mut conducts, mut slope, mut stores) = (zero, zero, zero);
         for state in 0..self.plan.plies[p].states as usize {
             let block = self.block_of(p, state);
+            let here = segment(tables, at, columns, block);
             if self.plan.levels > 1 {
-                let [under, over] = levelled(at, level);
-                let low = conductivity(tables, under, parts, block, scale);
-                let high = conductivity(tables, over, parts, block, scale);
+                let [under, over] = levelled(at, level).map(|spot| segment(tables, spot, columns, block));
+                let (low, high) = (conductivity(under, parts, scale), conductivity(over, parts, scale));
                 conducts = conducts + weights[state] * (low + level.share * (high - low));
                 if stage == 0 {
-                    let low = conductivity_slope(tables, under, parts, block, scale);
-                    let high = conductivity_slope(tables, over, parts, block, scale);
+                    let (low, high) = (conductivity_slope(under, parts, scale), conductivity_slope(over, parts, scale));
                     slope = slope + weights[state] * (low + level.share * (high - low));
                 }
             } else {
-                conducts = conducts + weights[state] * conductivity(tables, at, parts, block, scale);
+                conducts = conducts + weights[state] * conductivity(here, parts, scale);
                 if stage == 0 {
-                    slope = slope + weights[state] * conductivity_slope(tables, at, parts, block, scale);
+                    slope = slope + weights[state] * conductivity_slope(here, parts, scale);
                 }
             }
-            let stored = heat_capacity(tables, at, parts, block, scale);
+            let stored = heat_capacity(here, parts, scale);
             stores = stores + phases[state] * self.remains_of(p, state) * stored;
         }
         self.conductivities[i] = conducts * per_stretch;
@@ -168,43 +172,77 @@ impl<R: Real> Member<'_, R> {
         sum
     }
 
+    /// What the tables say of the gas: its enthalpy, the slope of that, molar mass and viscosity.
+    #[inline(always)]
+    pub(super) fn gas_segment(&self, at: Spot<R>) -> Segment<'_, R> {
+        segment(&self.rows.tables, at, GAS_COLUMNS, self.plan.gas_table())
+    }
+
     /// Enthalpy of the gas, J/kg.
     #[inline(always)]
     pub(super) fn gas_enthalpy_at(&self, at: Spot<R>) -> R {
-        look_up(&self.rows.tables, at, GAS_COLUMNS, self.plan.gas_table())
+        value(self.gas_segment(at), 0)
     }
 
-    /// What every reaction gives off over a step. The first stage foretells it from the temperature at the start; the
-    /// second takes the rate midway, moves the advancements on and keeps twice that less the first: so that the mean of
-    /// the stages is just what is lost, however stiff the reaction. (The mean of both ends' rates is second order too,
-    /// but twice as far off, and runs away where a step would take a cell to where all is lost at once.)
+    /// What every cell gives off over a step, and the heat that takes. The first stage takes the mean of the step before;
+    /// the second takes rates and enthalpies midway, moves the advancements on and keeps twice the mean of the step less
+    /// the first: so that the mean of the stages is just what is lost, however stiff the reaction. (The mean of both ends'
+    /// rates is second order too, but twice as far off, and runs away where a step would take a cell to where all is lost
+    /// at once. To foretell the first stage from rates at the start costs twice the exponentials and gains nothing: what
+    /// it is off by cancels but for a fifth.) Properties see the composition at γ and 1 − γ of the step, which is what γr
+    /// is for a schedule: with that of the start and the end the order falls to 1.6.
     #[inline(always)]
     pub(super) fn react(&mut self, step: usize, stage: usize) {
+        let zero = R::constant(0.0);
+        self.given = zero;
+        self.given_ends = [zero; 2];
+        if step == self.plan.steps() {
+            self.lead_s = zero;
+            return;
+        }
         let length_s = R::of(self.rows.lengths_s[step]);
+        let lead_s = R::constant(GAMMA) * length_s;
+        self.lead_s = if stage == 0 { lead_s } else { -lead_s };
         for p in 0..self.plies.len() {
             let ply = self.plan.plies[p];
             let (first, end) = (ply.first_reaction as usize, ply.end_reaction as usize);
+            if end == first {
+                continue;
+            }
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                self.react_cell(p, i, first, end, length_s, stage);
+                if stage == 0 {
+                    self.made[i] = self.made_mean[i];
+                    self.absorbed[i] = self.absorbed_mean[i];
+                } else {
+                    self.react_cell(p, i, first, end, length_s);
+                }
             }
         }
     }
 
+    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
-    fn react_cell(&mut self, p: usize, i: usize, first: usize, end: usize, length_s: R, stage: usize) {
+    fn react_cell(&mut self, p: usize, i: usize, first: usize, end: usize, length_s: R) {
         let (zero, one) = (R::constant(0.0), R::constant(1.0));
+        let scale = self.plies[p];
         let temperature_k = self.temperatures[i].high + R::constant(0.5) * self.first[i];
-        let mass_kg_m2 = self.plies[p].mass_kg_m3 * R::of(self.rows.cells[i].width_m) * self.plies[p].loss;
-        let flux_kg_m2_s = mass_kg_m2 / length_s;
+        let at = spot(temperature_k);
+        let gas_j_kg = self.gas_enthalpy_at(at);
+        let absolute = R::of(self.rows.bulks[p].absolute);
+        let mut held_j_kg = [zero; STATES_MAX];
+        for state in 0..self.plan.plies[p].states as usize {
+            held_j_kg[state] = self.remains_of(p, state) * self.enthalpy_of(p, state, at);
+        }
         let per_kelvin = one / temperature_k;
-        let mut before = one;
-        let mut fed = zero;
+        let per_length = one / length_s;
+        let steepness_k = scale.activation * per_kelvin;
+        let (mut before, mut fed) = (one, zero);
+        let (mut made, mut absorbed, mut given, mut rises) = (zero, zero, zero, zero);
         for j in first..end {
             let place = i * self.plan.reactions + j - first;
             let reaction = self.rows.reactions[j];
-            let steepness = self.plies[p].activation * R::of(reaction.activation_k) * per_kelvin;
-            let now_1_s = rate(reaction, temperature_k, self.plies[p].kinetics, steepness);
-            let exposure = length_s * now_1_s;
+            let steepness = R::of(reaction.activation_k) * steepness_k;
+            let exposure = length_s * rate(reaction, temperature_k, scale.kinetics, steepness);
             // In a chain what comes in over the step is there for half of it.
             let chained = R::of(reaction.chained);
             let ahead = one + chained * (before - one);
@@ -212,17 +250,42 @@ impl<R: Real> Member<'_, R> {
             let left = keep(keep(ahead - done.high) - done.low);
             let reactant = (left + chained * R::constant(0.5) * fed).max(zero);
             let spent = consumed(reactant, exposure, reaction.order);
-            let release = spent * R::of(reaction.loss) * flux_kg_m2_s;
             before = done.high;
             fed = spent;
-            if stage == 0 {
-                self.releases[place] = release;
-                let spared = (reactant - spent) / reactant.max(R::constant(1e-30));
-                self.responses[place] = release * spared * steepness * per_kelvin;
-            } else {
-                self.releases[place] = R::constant(2.0) * release - self.releases[place];
-                self.advancements[place] = advanced(done, spent);
-            }
+            self.advancements[place] = advanced(done, spent);
+            self.paces[place] = spent * per_length;
+            // Over the virgin mass of the cell: the gas, and the enthalpy that it has beyond what the solid gave up.
+            let path = self.plan.paths[j];
+            let lost = held_j_kg[path.source as usize] - held_j_kg[path.product as usize];
+            let gas = spent * (R::of(reaction.loss) * scale.loss);
+            let risen = gas * gas_j_kg - spent * (R::of(reaction.share) * lost);
+            let of_reaction = gas * R::of(reaction.heat_j_kg);
+            let heat = scale.pyrolysis_heat * (of_reaction + absolute * (risen - of_reaction));
+            let spared = (reactant - spent) / reactant.max(R::constant(1e-30));
+            made = made + gas;
+            absorbed = absorbed + heat;
+            given = given + keep(risen - heat);
+            rises = rises + heat * (spared * steepness);
+        }
+        let flux_kg_m2_s = scale.mass_kg_m3 * R::of(self.rows.cells[i].width_m) * per_length;
+        self.take_stage(i, flux_kg_m2_s * made, flux_kg_m2_s * absorbed, R::constant(2.0) * (flux_kg_m2_s * given));
+        self.restraints[i] = (flux_kg_m2_s * (rises * per_kelvin)).max(zero);
+    }
+
+    /// Of the means over a step, what the second stage takes for the mean of both to be that.
+    #[inline(always)]
+    fn take_stage(&mut self, i: usize, made: R, absorbed: R, given: R) {
+        let two = R::constant(2.0);
+        self.made[i] = two * made - self.made[i];
+        self.absorbed[i] = two * absorbed - self.absorbed[i];
+        self.made_mean[i] = made;
+        self.absorbed_mean[i] = absorbed;
+        self.given = self.given + given;
+        if i == 0 {
+            self.given_ends[0] = given;
+        }
+        if i == self.made.len() - 1 {
+            self.given_ends[1] = given;
         }
     }
 
@@ -238,49 +301,5 @@ impl<R: Real> Member<'_, R> {
             let stiff = R::constant(GAMMA) * self.restraints[i];
             self.diagonal[i] = self.diagonal[i] + stiff * (stiff / (self.capacities[i] * per_length + stiff));
         }
-    }
-
-    /// Gas made in a cell at a stage, kg/m²/s.
-    #[inline(always)]
-    pub(super) fn made_in(&self, ply: usize, cell: usize) -> R {
-        let row = &self.plan.plies[ply];
-        let mut sum = R::constant(0.0);
-        for j in 0..(row.end_reaction - row.first_reaction) as usize {
-            sum = sum + self.releases[cell * self.plan.reactions + j];
-        }
-        sum
-    }
-
-    /// Heat that the reactions of a cell take up at a stage, and what they give to the enthalpies of solid and gas
-    /// beyond what they take from them, W/m²; by how much the first rises with temperature, W/m²/K.
-    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
-    #[inline(always)]
-    pub(super) fn reaction_heat(&self, ply: usize, cell: usize) -> [R; 3] {
-        let row = &self.plan.plies[ply];
-        let at = spot(self.temperatures[cell].high + self.first[cell]);
-        let gas_j_kg = self.gas_enthalpy_at(at);
-        let absolute = R::of(self.rows.bulks[ply].absolute);
-        let mut held_j_kg = [R::constant(0.0); STATES_MAX];
-        for state in 0..row.states as usize {
-            held_j_kg[state] = self.remains_of(ply, state) * self.enthalpy_of(ply, state, at);
-        }
-        let (mut absorbed, mut given, mut rises) = (R::constant(0.0), R::constant(0.0), R::constant(0.0));
-        for j in row.first_reaction as usize..row.end_reaction as usize {
-            let reaction = self.rows.reactions[j];
-            let path = self.plan.paths[j];
-            let (from, to) = (path.source as usize, path.product as usize);
-            let lost = held_j_kg[from] - held_j_kg[to];
-            // Enthalpy that the solid gives up per mass of gas.
-            let solid_j_kg = R::of(reaction.share) * lost / (self.plies[ply].loss * R::of(reaction.loss));
-            let rise = gas_j_kg - solid_j_kg;
-            let of_reaction = R::of(reaction.heat_j_kg);
-            let heat_j_kg = self.plies[ply].pyrolysis_heat * (of_reaction + absolute * (rise - of_reaction));
-            let place = cell * self.plan.reactions + j - row.first_reaction as usize;
-            let release = self.releases[place];
-            absorbed = absorbed + release * heat_j_kg;
-            rises = rises + self.responses[place] * heat_j_kg;
-            given = given + release * (rise - heat_j_kg);
-        }
-        [absorbed, given, rises]
     }
 }

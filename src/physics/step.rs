@@ -42,9 +42,7 @@ impl<R: Real> Member<'_, R> {
         let mut start_sideways = none.flux;
         for stage in 0..2 {
             if self.plan.gas.is_some() {
-                if step < self.plan.steps() {
-                    self.react(step, stage);
-                }
+                self.react(step, stage);
                 self.flow(step, stage);
                 self.outflow = self.leaving[stage];
             }
@@ -129,6 +127,7 @@ impl<R: Real> Member<'_, R> {
         }
         if self.plan.gas.is_some() {
             self.restrain(step);
+            self.let_out_heat();
         }
         for (cell, face, slope) in [(0, 0, start.hot.slope), (last, 1, start.back.slope)] {
             let held = R::of(self.rows.faces[face].held);

@@ -18,19 +18,33 @@ pub fn spot<R: Real>(temperature_k: R) -> Spot<R> {
     Spot { row, share: position - R::from_row(row) }
 }
 
-/// The value at a spot of one column of a table of `columns` columns that begins at `offset`.
+/// The two rows of a table around a spot: all that its columns are read from there.
+#[derive(Clone, Copy)]
+pub struct Segment<'a, R: Real> {
+    window: R::Window<'a>,
+    columns: usize,
+    share: R,
+}
+
+/// The rows around a spot in a table of `columns` columns that begins at `offset`.
 #[inline(always)]
-pub fn look_up<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> R {
-    let under = R::gather(table, spot.row, columns, offset);
-    let over = R::gather(table, spot.row, columns, offset + columns);
-    under + spot.share * (over - under)
+pub fn segment<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> Segment<'_, R> {
+    Segment { window: R::window(table, spot.row, columns, offset, 2 * columns), columns, share: spot.share }
+}
+
+/// The value of one column.
+#[inline(always)]
+pub fn value<R: Real>(segment: Segment<'_, R>, column: usize) -> R {
+    let under = R::pick(segment.window, column);
+    let over = R::pick(segment.window, segment.columns + column);
+    under + segment.share * (over - under)
 }
 
 /// The integral of a column from the table's start, whose value at the nodes is the column after it.
 #[inline(always)]
-pub fn integral<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> R {
-    let under = R::gather(table, spot.row, columns, offset);
-    let over = R::gather(table, spot.row, columns, offset + columns);
-    let mean = under + R::constant(0.5) * spot.share * (over - under);
-    R::gather(table, spot.row, columns, offset + 1) + R::constant(TABLE_STEP_K) * spot.share * mean
+pub fn integral<R: Real>(segment: Segment<'_, R>, column: usize) -> R {
+    let under = R::pick(segment.window, column);
+    let over = R::pick(segment.window, segment.columns + column);
+    let mean = under + R::constant(0.5) * segment.share * (over - under);
+    R::pick(segment.window, column + 1) + R::constant(TABLE_STEP_K) * segment.share * mean
 }

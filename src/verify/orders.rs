@@ -4,10 +4,6 @@
 //! the observed order is log₂(e/e'). Where no exact solution is at hand, e is the difference between
 //! successive resolutions, and the order is the mean of several: a property's table has a corner every few
 //! kelvin, which makes single ones scatter by a tenth.
-//!
-//! With decomposition the order in the step is not two everywhere, and rows that say so hold what it is: a first
-//! stage that does not know how the composition will change leaves 1.5 where the system is stiff, which is what a
-//! W-method keeps; and pressure that settles within a step follows the gas made half a step before.
 
 use super::problem::{Check, Measure, Problem, Setting, insulated, points};
 use super::problems::charring::smooth;
@@ -65,13 +61,9 @@ fn charring(march: &mut dyn March, path: GasPath) -> Result<Vec<Row>, MarchError
         let row = shortfall(&case.name, HALVED, step, order, tolerance);
         Row { quantity: format!("{quantity}: {}", row.quantity), ..row }
     };
-    let below_two = |row: Row, why: &str| Row { source_of_tolerance: format!("not second order: {why}"), ..row };
     let mut rows = vec![
         of("temperatures", "Δx", observed(&finer_cells, temperatures), 0.1),
-        below_two(
-            of("temperatures", "Δt", observed(&finer_steps, temperatures), 0.5),
-            "the first stage does not know how composition will change; 1.5 is what stiffness leaves",
-        ),
+        of("temperatures", "Δt", observed(&finer_steps, temperatures), 0.1),
         Row {
             group: Group::Orders,
             case: case.name.clone(),
@@ -80,19 +72,16 @@ fn charring(march: &mut dyn March, path: GasPath) -> Result<Vec<Row>, MarchError
             difference: largest(&finer_steps[0].temperatures_k, &finer_steps[3].temperatures_k),
             tolerance: 0.5,
             unit: "K".to_owned(),
-            source_of_tolerance: "what the held TACOT is held to; what an order under two costs".to_owned(),
+            source_of_tolerance: "what the held TACOT is held to".to_owned(),
         },
         of("mass lost", "Δx", observed(&finer_cells, gauged(Gauge::MassLost)), 0.1),
-        of("mass lost", "Δt", observed(&finer_steps, gauged(Gauge::MassLost)), 0.2),
+        of("mass lost", "Δt", observed(&finer_steps, gauged(Gauge::MassLost)), 0.1),
         of("gas flux", "Δx", observed(&finer_cells, gauged(Gauge::GasFlux)), 0.1),
         of("gas flux", "Δt", observed(&finer_steps, gauged(Gauge::GasFlux)), 0.1),
     ];
     if path == GasPath::Darcy {
         rows.push(of("pressure", "Δx", observed(&finer_cells, gauged(Gauge::PeakPressure)), 0.1));
-        rows.push(below_two(
-            of("pressure", "Δt", observed(&finer_steps, gauged(Gauge::PeakPressure)), 1.1),
-            "it settles within a step, to the gas made half a step before",
-        ));
+        rows.push(of("pressure", "Δt", observed(&finer_steps, gauged(Gauge::PeakPressure)), 0.1));
     }
     Ok(rows)
 }

@@ -257,13 +257,13 @@ fn state_words(plan: &Plan) -> usize {
 /// Words of what gas took along before those of the advancements.
 const GONE_WORDS: usize = 14;
 
-/// Words of one member's gas: what it took along, two an advancement and, by Darcy's law, five a cell.
+/// Words of one member's gas: what it took along, three a reaction in a cell, three a cell and, by Darcy's law, six more.
 fn gas_words(plan: &Plan) -> usize {
-    let advancements = 2 * plan.cells() * plan.reactions.max(1);
+    let made = plan.cells() * (3 * plan.reactions.max(1) + 3);
     match plan.gas {
         None => 0,
-        Some(GasPath::Darcy) => GONE_WORDS + advancements + 5 * plan.cells(),
-        Some(_) => GONE_WORDS + advancements,
+        Some(GasPath::Darcy) => GONE_WORDS + made + 6 * plan.cells(),
+        Some(_) => GONE_WORDS + made,
     }
 }
 

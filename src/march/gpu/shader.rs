@@ -5,7 +5,7 @@
 //! private arrays cannot be sized by pipeline constants, so that text is made for each plan.
 
 use crate::march::Precision;
-use crate::plan::layout::{AIR_COLUMNS, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, TABLE_NODES, TABLE_STEP_K};
+use crate::plan::layout::{AIR_COLUMNS, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, Ply, TABLE_NODES, TABLE_STEP_K};
 use crate::plan::{GasPath, Plan};
 use std::fmt::Write;
 
@@ -123,24 +123,37 @@ pub fn loop_turns(plan: &Plan) -> (u32, u32) {
     (1 + advance + seen + sideways + displaced + gas, around + gas_around)
 }
 
-/// Those of mixtures, reactions and gas, no fewer than there are: every cell as if of the ply with the most of both. The
-/// look that ends a loop counts too, which short loops in a loop over cells make matter.
+/// Those of mixtures, reactions and gas. The look that ends a loop counts too, which short loops in a loop over cells make
+/// matter.
 fn gas_turns(plan: &Plan) -> (u32, u32) {
-    let (cells, reactions, states) = (plan.cells() as u32, plan.reactions as u32, plan.states as u32);
-    let mixture = reactions + 4 * states + 3;
-    let blended = if plan.states > 1 || plan.levels > 1 { 2 * cells * mixture } else { 0 };
-    let faces = 6 * mixture + 20 * plan.plies.len() as u32;
+    let (cells, plies) = (plan.cells() as u32, plan.plies.len() as u32);
+    let each = |turns: &dyn Fn(u32, u32) -> u32| {
+        let of = |ply: &Ply<u32>| turns(ply.states, ply.end_reaction - ply.first_reaction);
+        let of_cells = |ply: &Ply<u32>| (ply.end_cell - ply.first_cell) * of(ply);
+        (plan.plies.iter().map(of_cells).sum::<u32>(), plan.plies.iter().map(of).max().unwrap_or(0))
+    };
+    let cells_by_ply = 2 * plies + cells + 1;
+    // Volumes, density, weights, properties.
+    let (blended, face) = each(&|states, reactions| reactions + 3 * states + 3);
+    let blended = if plan.states > 1 || plan.levels > 1 { 2 * blended } else { 0 };
+    // Either stage sees both faces, and the schedules of both are looked ahead.
+    let faces = 6 * face;
     if plan.gas.is_none() {
         return (blended + faces, 0);
     }
-    let carried = cells * (9 * reactions + states + 19);
-    let pressed = if plan.gas == Some(GasPath::Darcy) { cells * (4 * reactions + 4 * states + 22) } else { 0 };
-    (blended + faces + carried + pressed, 3 * cells * (reactions.max(1) + 1) + cells * mixture)
+    let (reacted, _) = each(&|states, reactions| states + reactions + 2);
+    let by_ply = if plan.gas == Some(GasPath::Darcy) { 8 } else { 6 };
+    let carried = by_ply * cells_by_ply + reacted + 3 * (cells + 1) + 3;
+    let (porous, _) = each(&|states, reactions| reactions + 2 * states + 2);
+    let pressed = if plan.gas == Some(GasPath::Darcy) { 2 * (cells_by_ply + porous) + 13 * cells + 15 } else { 0 };
+    let (kept, _) = each(&|states, reactions| reactions + 3 * states + 3);
+    (blended + faces + carried + pressed, 3 * cells * (plan.reactions.max(1) as u32 + 2) + kept)
 }
 
-/// Loop turns a dispatch may take on a software device, which silently ends all loops of an invocation
-/// after 65,535, and on hardware, where some tens of milliseconds keep clear of time-outs.
-const TURNS_SOFTWARE: u32 = 30_000;
+/// Loop turns a dispatch may take on a software device, which silently ends all loops of an invocation after 65,535 of
+/// its own count (an inert layup's is a third more than ours, for reasons that the driver keeps), and on hardware, where
+/// some tens of milliseconds keep clear of time-outs.
+const TURNS_SOFTWARE: u32 = 40_000;
 const TURNS_HARDWARE: u32 = 1_000_000;
 
 /// Steps that one dispatch takes: as many as its loop turns allow, and one at least.
