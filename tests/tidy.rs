@@ -6,7 +6,8 @@ use crate::support::{files, text};
 
 /// Which modules of the library each may use. The binary may use all of it, through its public face.
 const IMPORTS: &[(&str, &[&str])] = &[
-    ("case", &[]),
+    // Of the fit only the loss that a case asks for.
+    ("case", &["fit"]),
     ("traces", &[]),
     ("fit", &[]),
     ("ensemble", &["case"]),

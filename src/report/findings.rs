@@ -65,18 +65,14 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
         say("Beside", explained(story, outcome));
     }
     if let Some(outcome) = story.estimated {
-        say("Estimate", estimate(story.case, outcome));
-        for (seen, (before, after)) in story.fitted(outcome).zip(&outcome.misfits) {
+        say("Estimate", estimate(outcome));
+        for (name, (before, after)) in story.misfits(outcome) {
             say(
                 "Fit",
                 format!(
-                    "{} is off by {} (root mean square) with the nominal factors and by {} with the estimates, over {} to \
-                     {}.",
-                    story.case.sensors[seen.sensor].name,
+                    "{name} is off by {} (root mean square) with the nominal factors and by {} with the estimates.",
                     words::misfit(before.rms_k),
-                    words::misfit(after.rms_k),
-                    words::seconds(outcome.window_s.0),
-                    words::seconds(outcome.window_s.1)
+                    words::misfit(after.rms_k)
                 ),
             );
         }
@@ -175,11 +171,11 @@ pub(super) fn estimable(case: &Case, outcome: &Sensitivity) -> String {
     format!("{set} (condition number {condition}; {} for all together).", words::condition(all.condition_number))
 }
 
-fn estimate(case: &Case, outcome: &Estimated) -> String {
+fn estimate(outcome: &Estimated) -> String {
     let values: Vec<String> = (0..outcome.factors.len())
         .map(|index| {
-            let factor = &case.factors[outcome.factors[index]];
-            let interval = words::interval(outcome.intervals[index], outcome.bounds[index]);
+            let factor = &outcome.factors[index].factor;
+            let interval = words::interval(outcome.intervals[index], outcome.factors[index].bounds);
             format!("{} = {:.3} (95 % interval: {interval})", factor.name, outcome.values[index])
         })
         .collect();

@@ -6,7 +6,7 @@ use super::super::{Story, gas, words};
 use super::table::{escaped, list, paragraph, table};
 use super::{Section, case};
 use crate::study::beside::Beside;
-use crate::study::estimate::Estimated;
+use crate::study::estimate::{Estimand, Estimated};
 use crate::study::nominal::{Misfit, Nominal};
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::uncertainty::Uncertainty;
@@ -239,27 +239,25 @@ fn sensitivity(story: &Story, outcome: &Sensitivity) -> String {
 }
 
 fn estimation(story: &Story, outcome: &Estimated) -> String {
-    let case = story.case;
     let rows: Vec<Vec<String>> = (outcome.factors.iter().enumerate())
-        .map(|(place, &index)| {
-            let factor = &case.factors[index];
-            let (least, most) = outcome.bounds[place];
+        .map(|(place, Estimand { factor, bounds, .. })| {
+            let (least, most) = *bounds;
             let bounded = if outcome.at_bound[place] { "reached" } else { "" };
             vec![
                 factor.name.clone(),
                 words::meaning(factor),
-                format!("{:.3}", outcome.start[place]),
+                format!("{:.3}", outcome.path[0].values[place]),
                 format!("{:.4}", outcome.values[place]),
                 words::significant(outcome.standard_errors[place], 2),
-                words::interval(outcome.intervals[place], outcome.bounds[place]),
+                words::interval(outcome.intervals[place], *bounds),
                 format!("{least:.2} to {most:.2} {bounded}").trim_end().to_owned(),
             ]
         })
         .collect();
-    let misfits: Vec<Vec<String>> = (story.fitted(outcome).zip(&outcome.misfits))
-        .flat_map(|(seen, (before, after))| {
+    let misfits: Vec<Vec<String>> = (story.misfits(outcome).into_iter())
+        .flat_map(|(name, (before, after))| {
             [("nominal", before), ("estimated", after)].map(|(when, misfit)| {
-                let mut row = vec![format!("{} {when}", case.sensors[seen.sensor].name)];
+                let mut row = vec![format!("{name} {when}")];
                 row.extend(misfit_cells(misfit));
                 row
             })
