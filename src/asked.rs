@@ -220,7 +220,7 @@ pub(crate) fn search(fit: &Fit, precision: Precision) -> Result<Search, Failure>
     if !(1..=MOST).contains(&fit.starts) {
         return Err(input(format!("--starts {}: expected from 1 to {MOST}", fit.starts)));
     }
-    let mut search = Search { starts: fit.starts, ..Search::of(precision) };
+    let mut search = Search { starts: fit.starts, profiles: fit.profile.clone(), ..Search::of(precision) };
     search.options.patience = fit.patience;
     if fit.minimiser == Minimiser::Paper {
         search.options.rules = PAPER;

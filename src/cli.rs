@@ -241,6 +241,9 @@ pub(crate) struct Fit {
     /// Descents side by side, the first from the case's start, the others from anywhere between the bounds
     #[arg(long, default_value_t = 1)]
     pub starts: usize,
+    /// Profile likelihood of these factors: intervals with the shape that the data give them
+    #[arg(long, value_name = "FACTORS", value_delimiter = ',')]
+    pub profile: Vec<String>,
     /// Iterations at most
     #[arg(long, default_value_t = 50)]
     pub patience: usize,

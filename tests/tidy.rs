@@ -15,8 +15,8 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("physics", &["plan"]),
     ("march", &["plan", "ensemble", "traces", "physics"]),
     ("study", &["case", "plan", "ensemble", "traces", "march", "fit"]),
-    // Of the march only what records name: backend and precision.
-    ("report", &["case", "traces", "study", "march"]),
+    // Of the march only what records name: backend and precision; of the fit the loss that is told.
+    ("report", &["case", "traces", "study", "march", "fit"]),
     ("verify", &["case", "plan", "ensemble", "traces", "march", "fit"]),
 ];
 

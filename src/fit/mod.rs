@@ -53,7 +53,7 @@ pub mod termination;
 pub use difference::difference;
 pub use identify::{Certainty, certainty};
 pub use loss::{Loss, Robust};
-pub use prior::{Posterior, Prior, WithPriors, posterior};
+pub use prior::{Posterior, Prior, Weighed, WithPriors, posterior};
 pub use subset::{Dropped, Limits, Reason, Subset, subset};
 pub use termination::Termination;
 
@@ -83,6 +83,22 @@ pub trait LeastSquares {
     /// When nothing at all can be computed.
     fn tangents(&mut self, _points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, Self::Error> {
         Ok(None)
+    }
+}
+
+impl<P: LeastSquares> LeastSquares for &mut P {
+    type Error = P::Error;
+
+    fn bounds(&self) -> &[(f64, f64)] {
+        (**self).bounds()
+    }
+
+    fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, P::Error> {
+        (**self).residuals(points)
+    }
+
+    fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, P::Error> {
+        (**self).tangents(points)
     }
 }
 

@@ -53,6 +53,32 @@ impl<P: LeastSquares> LeastSquares for WithPriors<P> {
     }
 }
 
+/// A problem whose residuals count by a weight each, all the same: data by their scatter beside priors at their word.
+pub struct Weighed<P> {
+    pub problem: P,
+    pub weight: f64,
+}
+
+impl<P: LeastSquares> LeastSquares for Weighed<P> {
+    type Error = P::Error;
+
+    fn bounds(&self) -> &[(f64, f64)] {
+        self.problem.bounds()
+    }
+
+    fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, P::Error> {
+        Ok(self.problem.residuals(points)? * self.weight)
+    }
+
+    fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, P::Error> {
+        let weigh = |tangent: Tangent| Tangent {
+            residuals: tangent.residuals * self.weight,
+            jacobian: tangent.jacobian * self.weight,
+        };
+        Ok(self.problem.tangents(points)?.map(|tangents| tangents.into_iter().map(weigh).collect()))
+    }
+}
+
 impl Prior {
     fn residual(&self, value: f64) -> f64 {
         (value - self.mean) / self.deviation

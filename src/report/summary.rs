@@ -171,13 +171,21 @@ fn estimate(story: &Story, outcome: &Estimated, room: &Room) -> Vec<String> {
             if outcome.at_bound[index] { "at bound" } else { "" }
         ));
     }
+    for profile in outcome.profiles.iter().take(room.factors) {
+        let estimand = &outcome.factors[profile.factor];
+        let within = words::profiled(profile.interval, estimand.bounds);
+        lines.push(format!("{}: 95 % by its profile: {within}", estimand.factor.name));
+    }
     for (name, (before, after)) in story.misfits(outcome).into_iter().take(room.fitted) {
         lines.push(format!(
-            "{name} is off by {} (rms) with the nominal factors, {} with these",
+            "{name} is off by {} (rms) nominally, {} with these factors",
             words::misfit(before.rms_k),
             words::misfit(after.rms_k)
         ));
     }
+    lines.extend(
+        findings::objective(outcome).into_iter().chain(findings::ends(outcome)).flat_map(|said| wrapped("", &said)),
+    );
     let ended = if outcome.converged { "converged" } else { "NOT converged" };
     lines.push(format!(
         "{ended} after {}: {}",

@@ -3,10 +3,12 @@
 mod combination;
 mod estimand;
 mod landscape;
+mod profile;
 
 pub use combination::Combination;
 pub use estimand::Estimand;
 pub use landscape::Landscape;
+pub use profile::Profile;
 
 use super::nominal::{Misfit, Nominal};
 use super::sensitivity::{Identifiability, difference_step};
@@ -14,12 +16,13 @@ use super::thermocouples::{Part, Sample, Thermocouples, samples};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 use crate::fit::interval::{effective_samples, lag_one, student_95};
-use crate::fit::{Fit, Loss, Options, Prior, Robust, Rules, WithPriors, minimize_all, posterior};
+use crate::fit::{Fit, Loss, Options, Prior, Robust, Rules, Weighed, WithPriors, minimize_all, posterior};
 use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
 use crate::traces::Traces;
 use estimand::estimands;
 use nalgebra::DMatrix;
+use profile::{About, profiles};
 
 /// Estimated factors and how they were found.
 #[derive(Clone, Debug)]
@@ -58,6 +61,8 @@ pub struct Estimated {
     pub samples: usize,
     /// Of a pair of factors: the objective over the plane of the two.
     pub landscape: Option<Landscape>,
+    /// Of the factors they were asked of.
+    pub profiles: Vec<Profile>,
 }
 
 /// One of the cases fitted.
@@ -110,6 +115,8 @@ pub enum EstimateError {
         "factor {factor:?}: the cases allow no value in common; the highest low bound is {low}, the lowest high one {high}"
     )]
     NoRoom { factor: String, low: f64, high: f64 },
+    #[error("no profile of {name:?}: it is not estimated; there are {known}")]
+    NoProfile { name: String, known: String },
     #[error("{case:?} asks for another loss or prior than {first:?}; give --loss and --prior for all")]
     OtherObjective { first: String, case: String },
     #[error(transparent)]
@@ -123,6 +130,8 @@ pub struct Search {
     /// The case's own start, and as many drawn evenly between the bounds as make up this number, all side by side; the
     /// lowest end counts. At least one.
     pub starts: usize,
+    /// The factors whose profiles are wanted, by name.
+    pub profiles: Vec<String>,
 }
 
 impl Search {
@@ -134,7 +143,7 @@ impl Search {
             Precision::F32 => Options { difference_step, tolerance_reduction: 1e-6, ..Options::default() },
             Precision::F64 => Options { difference_step, ..Options::default() },
         };
-        Self { options, starts: 1 }
+        Self { options, starts: 1, profiles: Vec::new() }
     }
 }
 
@@ -157,6 +166,7 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     let (loss, prior) = objective(&cases)?;
     let observed: Vec<Vec<Vec<Sample>>> = runs.iter().map(|(case, plan)| samples(case, plan)).collect();
     check(&cases, &factors, &observed)?;
+    let profiled = profiled(&factors, &search.profiles)?;
     let flat: Vec<Sample> = observed.iter().flatten().flatten().copied().collect();
     let bounds: Vec<(f64, f64)> = factors.iter().map(|factor| factor.bounds).collect();
 
@@ -167,19 +177,18 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     let problem = Robust { problem: Thermocouples::new(march, parts.collect(), bounds.clone()), loss };
     let mut problem = WithPriors { problem, priors: priors(&factors, prior) };
     let fits = minimize_all(&mut problem, &starts(&factors, search.starts), &search.options)?;
-    let least = (0..fits.len()).min_by(|&a, &b| lower(&fits[a], &fits[b])).ok_or(EstimateError::NoFactors)?;
+    let least = lowest(&fits);
     let fit = &fits[least];
-    let priors = problem.priors.len();
-    let problem = &mut problem.problem.problem;
+    let WithPriors { problem: Robust { mut problem, .. }, priors } = problem;
     let path: Vec<Vec<f64>> = fit.path.iter().map(|turn| turn.point.iter().copied().collect()).collect();
     let nominal = problem.nominal()?;
     let (path_k2, last) = problem.objectives_k2(&path)?;
-    let landscape = landscape::landscape(problem, &bounds)?;
+    let landscape = landscape::landscape(&mut problem, &bounds)?;
     let fitted: Vec<Fitted> = (runs.iter().zip(&observed).zip(nominal.iter().zip(&last)))
         .map(|((run, observed), traces)| Fitted::of(*run, observed, traces))
         .collect();
 
-    let found = posterior(fit, loss, priors);
+    let found = posterior(fit, loss, priors.len());
     let mut weighted = found.residuals().iter().copied();
     let traces: Vec<Vec<f64>> =
         observed.iter().flatten().map(|trace| weighted.by_ref().take(trace.len()).collect()).collect();
@@ -193,8 +202,16 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     // Residuals that follow each other are worth fewer samples: the interval is as wide as theirs would be, which what is
     // known beforehand narrows. The degrees of freedom stay those of all samples, for of one or two effective ones
     // Student's t is unbounded and says nothing.
-    let errors = found.certainty(variance * flat.len() as f64 / effective).standard_errors;
+    let inflation = flat.len() as f64 / effective;
+    let errors = found.certainty(variance * inflation).standard_errors;
     let half = student_95(flat.len() as f64 - factors.len() as f64);
+
+    // A fit without a residual left, or without samples to spare, has no scatter to weigh the data by.
+    let weight = 1.0 / (found.scale * inflation).sqrt();
+    let profiled = if weight.is_normal() && half.is_finite() { profiled } else { Vec::new() };
+    let data = Weighed { problem: Robust { problem: &mut problem, loss }, weight };
+    let about = About { values: &values, bounds: &bounds, errors: &errors, half, correlation: &judged.correlation };
+    let profiles = profiles(&mut WithPriors { problem: data, priors }, &profiled, &about, &search.options)?;
     let ends = fits.iter().map(|other| End {
         start: other.path[0].point.iter().copied().collect(),
         values: other.point.iter().copied().collect(),
@@ -228,6 +245,7 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         effective_samples: effective,
         samples: flat.len(),
         landscape,
+        profiles,
         values,
         factors,
     })
@@ -260,6 +278,26 @@ fn check(cases: &[&Case], factors: &[Estimand], observed: &[Vec<Vec<Sample>>]) -
     Ok(())
 }
 
+/// The places of the factors of these names; one that cases tell apart is meant in all of them.
+fn profiled(factors: &[Estimand], names: &[String]) -> Result<Vec<usize>, EstimateError> {
+    let mut places = Vec::new();
+    for name in names {
+        let is_meant = |factor: &Estimand| {
+            let known = &factor.factor.name;
+            known == name || known.split('@').next() == Some(name)
+        };
+        let meant: Vec<usize> = (0..factors.len()).filter(|&place| is_meant(&factors[place])).collect();
+        if meant.is_empty() {
+            let known: Vec<&str> = factors.iter().map(|factor| factor.factor.name.as_str()).collect();
+            return Err(EstimateError::NoProfile { name: name.clone(), known: known.join(", ") });
+        }
+        places.extend(meant);
+    }
+    places.sort_unstable();
+    places.dedup();
+    Ok(places)
+}
+
 fn window_s(case: &Case) -> (f64, f64) {
     case.estimate.window_s.unwrap_or((0.0, case.exposure.duration_s))
 }
@@ -289,10 +327,11 @@ fn starts(factors: &[Estimand], starts: usize) -> DMatrix<f64> {
     DMatrix::from_iterator(factors.len(), starts.max(1), own.chain(others))
 }
 
-/// Which of two ends is lower; what is no number is above all.
-fn lower(a: &Fit, b: &Fit) -> std::cmp::Ordering {
-    let height = |fit: &Fit| if fit.objective.is_nan() { f64::INFINITY } else { fit.objective };
-    height(a).total_cmp(&height(b))
+/// The first of those that ended lowest but for rounding; one that could not be computed is not lower than any.
+fn lowest(fits: &[Fit]) -> usize {
+    const ROUNDING: f64 = 1e-6;
+    let least = fits.iter().map(|fit| fit.objective).fold(f64::INFINITY, f64::min);
+    fits.iter().position(|fit| fit.objective <= (1.0 + ROUNDING) * least).unwrap_or(0)
 }
 
 impl Fitted {

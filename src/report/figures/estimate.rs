@@ -18,6 +18,7 @@ pub(super) fn figures(story: &Story, outcome: &Estimated) -> Vec<Figure> {
         }
     }
     figures.extend(outcome.landscape.as_ref().map(|landscape| design_space(case, outcome, landscape)));
+    figures.extend(super::profile::figures(outcome));
     figures.push(descent(case, outcome));
     figures.extend(story.fits(outcome).map(|(case, fitted)| residuals(story, case, outcome, fitted)));
     if outcome.factors.len() > 1 {

@@ -8,6 +8,7 @@ mod beside;
 mod estimate;
 mod gas;
 mod nominal;
+mod profile;
 mod sensitivity;
 mod uncertainty;
 

@@ -8,7 +8,9 @@
 //! | `shares.csv` | `sensor`, `time_s`, each factor's share of the spread, correlation, and first-order Sobol index |
 //! | `sensitivities.csv` | `sensor`, `time_s`, K per unit of each factor |
 //! | `residuals.csv` | `sensor`, `time_s`, measured less predicted over the fitted window |
+//! | `traces-CASE.csv`, `residuals-CASE.csv` | the same of the further cases of a joint estimate |
 //! | `path.csv` | `iteration`, the factors, the objective, the damping |
+//! | `profiles.csv` | `held`, the factor that is held, all factors, the rise of the objective in squares of a standard error |
 //! | `landscape.csv` | the two factors and the objective over their plane |
 
 use super::super::figures::file_name;
@@ -53,6 +55,9 @@ pub(in super::super) fn all(story: &Story) -> Result<Vec<(String, Vec<u8>)>, Rep
             tables.push(residuals(&name("residuals"), case, fitted)?);
         }
         tables.push(path(outcome)?);
+        if !outcome.profiles.is_empty() {
+            tables.push(profiles(outcome)?);
+        }
         if let Some(landscape) = &outcome.landscape {
             tables.push(plane(outcome, landscape)?);
         }
@@ -181,6 +186,18 @@ fn path(outcome: &Estimated) -> Result<(String, Vec<u8>), ReportError> {
     for (iteration, turn) in outcome.path.iter().enumerate() {
         let values = turn.values.iter().copied().chain([turn.objective_k2, turn.damping]);
         table.row(Some(&iteration.to_string()), values)?;
+    }
+    table.close()
+}
+
+fn profiles(outcome: &Estimated) -> Result<(String, Vec<u8>), ReportError> {
+    let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
+    let mut table = Table::new("profiles.csv", head(&["held"], names.chain(["rise".to_owned()])))?;
+    for profile in &outcome.profiles {
+        for (point, &rise) in profile.points.iter().zip(&profile.rises) {
+            let held = &outcome.factors[profile.factor].factor.name;
+            table.row(Some(held), point.iter().copied().chain([rise]))?;
+        }
     }
     table.close()
 }

@@ -1,7 +1,7 @@
 //! The answers, a section each: tables and figures.
 
 use super::super::figure::Figure;
-use super::super::findings::{explained, ranked, sentence};
+use super::super::findings::{ends, explained, objective, ranked, sentence};
 use super::super::{Story, gas, words};
 use super::table::{escaped, list, paragraph, table};
 use super::{Section, case};
@@ -263,7 +263,7 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
             })
         })
         .collect();
-    let said = [
+    let mut said = vec![
         format!("How it ended: {}. {}", sentence(&outcome.termination), outcome.advice),
         format!(
             "The sum of squared residuals went from {} K² to {} K².",
@@ -282,14 +282,31 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
             words::significant(outcome.effective_samples, 2)
         ),
     ];
+    said.extend(objective(outcome));
+    said.extend(ends(outcome));
     let head = ["Factor", "Scales", "Start", "Estimate", "± (1 σ)", "95 % within", "Bounds"];
     table("Estimates", &head, &rows)
+        + &profiles(outcome)
         + &table(
             "Prediction less measurement over the fitted window",
             &["Sensor", "Root mean square, K", "On average, K", "At worst, K", "Then, s", "Samples"],
             &misfits,
         )
         + &list(&said)
+}
+
+fn profiles(outcome: &Estimated) -> String {
+    let rows: Vec<Vec<String>> = (outcome.profiles.iter())
+        .map(|profile| {
+            let Estimand { factor, bounds, .. } = &outcome.factors[profile.factor];
+            vec![
+                factor.name.clone(),
+                words::interval(outcome.intervals[profile.factor], *bounds),
+                words::profiled(profile.interval, *bounds),
+            ]
+        })
+        .collect();
+    table("Intervals at 95 %, linear and by profile likelihood", &["Factor", "Linear", "By profile"], &rows)
 }
 
 fn beside(story: &Story, outcome: &Beside) -> String {

@@ -3,7 +3,7 @@
 use super::Named;
 use crate::case::{Bounds, Case};
 use crate::report::Story;
-use crate::study::estimate::{Combination, End, Estimand, Estimated, Fitted};
+use crate::study::estimate::{Combination, End, Estimand, Estimated, Fitted, Profile};
 use serde::Serialize;
 
 /// Keys in the order written.
@@ -25,6 +25,9 @@ pub(super) struct EstimatedRecord<'a> {
     condition_number: f64,
     correlation: &'a [Vec<f64>],
     determined: Vec<Determined<'a>>,
+    /// Where 95 % intervals by profile likelihood end; `null` where a bound comes first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    profiles: Option<Named<'a, Ends>>,
     samples: usize,
     autocorrelation: f64,
     effective_samples: f64,
@@ -39,6 +42,12 @@ struct FactorRecord<'a> {
     /// In which cases, where there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     cases: Vec<&'a str>,
+}
+
+#[derive(Serialize)]
+struct Ends {
+    low: Option<f64>,
+    high: Option<f64>,
 }
 
 /// Root mean square of predicted less measured over the window, K.
@@ -96,6 +105,7 @@ impl<'a> EstimatedRecord<'a> {
             condition_number: outcome.identifiability.condition_number,
             correlation: &outcome.identifiability.correlation,
             determined: outcome.combinations.iter().map(|found| determined(outcome, found)).collect(),
+            profiles: profiles(outcome),
             samples: outcome.samples,
             autocorrelation: outcome.autocorrelation,
             effective_samples: outcome.effective_samples,
@@ -119,6 +129,15 @@ fn factors<'a>(story: &Story<'a>, outcome: &'a Estimated) -> Named<'a, FactorRec
         (estimand.factor.name.as_str(), record)
     };
     Named(outcome.factors.iter().enumerate().map(record).collect())
+}
+
+fn profiles(outcome: &Estimated) -> Option<Named<'_, Ends>> {
+    let of = |profile: &Profile| {
+        let (low, high) = profile.interval;
+        (outcome.factors[profile.factor].factor.name.as_str(), Ends { low, high })
+    };
+    let named: Vec<(&str, Ends)> = outcome.profiles.iter().map(of).collect();
+    (!named.is_empty()).then_some(Named(named))
 }
 
 fn misfits<'a>(case: &'a Case, fitted: &Fitted) -> Named<'a, MisfitRecord> {
