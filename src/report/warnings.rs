@@ -13,6 +13,8 @@ const EXCURSION_K: f64 = 10.0;
 /// Beyond this a per cent of model error may be tens of per cent of an estimate (the range 30 to 100 marks
 /// strong dependence in Belsley, Kuh & Welsch, *Regression Diagnostics*, 1980).
 const CONDITION: f64 = 50.0;
+/// Beyond this data weigh four times too much against what is known beforehand.
+const SHORTFALL: f64 = 2.0;
 /// Residuals whose neighbours correlate so are a pattern, not noise.
 const AUTOCORRELATION: f64 = 0.5;
 
@@ -205,6 +207,13 @@ fn estimate(story: &Story, outcome: &Estimated, doubts: &mut Vec<String>) {
             set.weakest
         ));
     }
+    if outcome.prior.is_some() && outcome.shortfall > SHORTFALL {
+        doubts.push(format!(
+            "The data weigh too much against the priors: what they leave scatters, and follows itself, as if their standard \
+             deviations were {} times as large. The intervals know; for the estimates too, give the data such a sigma.",
+            words::significant(outcome.shortfall, 2)
+        ));
+    }
     if outcome.autocorrelation > AUTOCORRELATION && is_seen(story, outcome) {
         doubts.push(format!(
             "The residuals are not noise: neighbours correlate by {}, so {} carry the information of {}. The model \
@@ -277,6 +286,16 @@ mod tests {
         for fault in ["bound", "converge", "ill-conditioned", "balance", "ran away"] {
             assert_eq!(saying(&outcomes, fault), 1, "{fault}");
         }
+    }
+
+    #[test]
+    fn data_that_scatter_more_than_they_say_are_doubted_where_they_stand_against_priors() {
+        let mut outcomes = fixture::outcomes();
+        assert_eq!(saying(&outcomes, "weigh too much against the priors"), 0, "there are none");
+        outcomes.estimated.prior = Some(crate::case::Bounds::Small);
+        assert_eq!(saying(&outcomes, "as if their standard deviations were 3.3 times as large"), 1);
+        outcomes.estimated.shortfall = 1.2;
+        assert_eq!(saying(&outcomes, "weigh too much against the priors"), 0);
     }
 
     #[test]

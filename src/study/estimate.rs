@@ -59,6 +59,9 @@ pub struct Estimated {
     pub autocorrelation: f64,
     pub effective_samples: f64,
     pub samples: usize,
+    /// By how much the standard deviations of the data fall short of how they scatter and follow each other: intervals and
+    /// profiles are of data with so many times their deviations, the estimates of data with their own.
+    pub shortfall: f64,
     /// Of a pair of factors: the objective over the plane of the two.
     pub landscape: Option<Landscape>,
     /// Of the factors they were asked of.
@@ -207,7 +210,8 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     let half = student_95(flat.len() as f64 - factors.len() as f64);
 
     // A fit without a residual left, or without samples to spare, has no scatter to weigh the data by.
-    let weight = 1.0 / (found.scale * inflation).sqrt();
+    let shortfall = (found.scale * inflation).sqrt();
+    let weight = 1.0 / shortfall;
     let profiled = if weight.is_normal() && half.is_finite() { profiled } else { Vec::new() };
     let data = Weighed { problem: Robust { problem: &mut problem, loss }, weight };
     let about = About { values: &values, bounds: &bounds, errors: &errors, half, correlation: &judged.correlation };
@@ -244,6 +248,7 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         autocorrelation,
         effective_samples: effective,
         samples: flat.len(),
+        shortfall,
         landscape,
         profiles,
         values,

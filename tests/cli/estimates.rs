@@ -1,6 +1,6 @@
 //! Estimates: of several cases at once, by a loss, with what is known beforehand, from many starts, and their profiles.
 
-use super::{CASE, OBSERVED, say};
+use super::{CASE, say};
 use crate::support::Scratch;
 use serde_json::Value;
 
@@ -86,16 +86,19 @@ fn readings_that_are_far_off_spoil_squares_and_not_a_robust_estimate() {
 #[test]
 fn what_is_known_beforehand_draws_an_estimate_to_it_and_narrows_it_and_the_file_may_ask_for_it() {
     let scratch = Scratch::new("prior");
-    scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
-    let both = CASE.replacen("factors = [\"f_k\"]", "factors = [\"f_k\"]\nprior = \"small\"", 1);
-    scratch.write("d/case.toml", both + OBSERVED);
-    let found = |line: &str| say(&scratch, &format!("estimate {line} --bounds large --json --quiet")).done().json();
+    observed(&scratch, "c", SAME, 6);
+    let text = scratch.read("c/case.toml").replacen("[estimate]", "[estimate]\nprior = \"small\"", 1);
+    scratch.write("d/case.toml", text);
+    scratch.write("d/measured.csv", scratch.read("c/measured.csv"));
+    // A trace that hardly begins says little.
+    let found =
+        |line: &str| say(&scratch, &format!("estimate {line} --sensors TC2 --window 0:4 --json --quiet")).done().json();
     let (data, drawn) = (found("c"), found("c --prior small"));
     assert_eq!((&data["prior"], &drawn["prior"]), (&Value::Null, &"small".into()));
     let off = |found: &Value| (number(found, "factors.f_k.value") - 1.0).abs();
     let error = |found: &Value| number(found, "factors.f_k.standard_error");
     assert!(off(&drawn) < off(&data) && error(&drawn) < error(&data), "{drawn:#}");
-    assert!(error(&drawn) < 0.1, "a prior of 0.1 leaves {}", error(&drawn));
+    assert!(error(&drawn) < 0.1, "of a prior of 0.1 there is {} left", error(&drawn));
     assert_eq!(found("d")["factors"], drawn["factors"]);
     assert_eq!(found("d --prior none")["factors"], data["factors"]);
 }

@@ -155,7 +155,7 @@ fn descent(case: &Case, outcome: &Estimated) -> Figure {
         number,
         title: "Objective by iteration".to_owned(),
         caption: format!(
-            "The sum of squared residuals fell from {} K² to {} K² in {}. It ended so: {}.",
+            "The sum of squared residuals went from {} K² to {} K² in {}. It ended so: {}.",
             words::significant(outcome.objective_k2.0, 3),
             words::significant(outcome.objective_k2.1, 3),
             words::counted(outcome.path.len().saturating_sub(1), "iteration"),

@@ -31,6 +31,7 @@ pub(super) struct EstimatedRecord<'a> {
     samples: usize,
     autocorrelation: f64,
     effective_samples: f64,
+    shortfall: f64,
 }
 
 #[derive(Serialize)]
@@ -109,6 +110,7 @@ impl<'a> EstimatedRecord<'a> {
             samples: outcome.samples,
             autocorrelation: outcome.autocorrelation,
             effective_samples: outcome.effective_samples,
+            shortfall: outcome.shortfall,
         }
     }
 }
