@@ -21,7 +21,7 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
     let mut say = |about: &'static str, said: String| found.push(Finding { about, said });
     let bondline = story.bondline();
     if let (Some(nominal), Some(sensor)) = (story.nominal_march(), bondline) {
-        let name = &story.case.sensors[sensor].name;
+        let name = story.sensor(story.case, sensor);
         let peak = nominal.peaks[sensor];
         say(
             "Peak",

@@ -15,7 +15,7 @@ use super::sensitivity::{Identifiability, difference_step};
 use super::thermocouples::{Part, Sample, Thermocouples, samples};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
-use crate::fit::interval::{effective_samples, lag_one, student_95};
+use crate::fit::interval::{effective_samples, inflation, lag_one, noise_autocorrelation, student_95};
 use crate::fit::{Fit, Loss, Options, Prior, Robust, Rules, Weighed, WithPriors, minimize_all, posterior};
 use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
@@ -55,7 +55,8 @@ pub struct Estimated {
     pub advice: String,
     /// One a case, in their order.
     pub fitted: Vec<Fitted>,
-    /// Lag-one autocorrelation of the weighted residuals and the number of independent samples that it leaves.
+    /// Lag-one autocorrelation of the weighted residuals, and the number of independent samples that the noise leaves
+    /// which it tells of.
     pub autocorrelation: f64,
     pub effective_samples: f64,
     pub samples: usize,
@@ -196,7 +197,7 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     let traces: Vec<Vec<f64>> =
         observed.iter().flatten().map(|trace| weighted.by_ref().take(trace.len()).collect()).collect();
     let autocorrelation = lag_one(&traces);
-    let effective = effective_samples(flat.len(), autocorrelation);
+    let noise = noise_autocorrelation(autocorrelation, flat.len(), factors.len());
     let values: Vec<f64> = fit.point.iter().copied().collect();
     let names: Vec<&str> = factors.iter().map(|factor| factor.factor.name.as_str()).collect();
     let all: Vec<usize> = (0..factors.len()).collect();
@@ -205,7 +206,7 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     // Residuals that follow each other are worth fewer samples: the interval is as wide as theirs would be, which what is
     // known beforehand narrows. The degrees of freedom stay those of all samples, for of one or two effective ones
     // Student's t is unbounded and says nothing.
-    let inflation = flat.len() as f64 / effective;
+    let inflation = inflation(flat.len(), factors.len(), noise);
     let errors = found.certainty(variance * inflation).standard_errors;
     let half = student_95(flat.len() as f64 - factors.len() as f64);
 
@@ -246,7 +247,7 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         advice: fit.termination.advice().to_owned(),
         fitted,
         autocorrelation,
-        effective_samples: effective,
+        effective_samples: effective_samples(flat.len(), noise),
         samples: flat.len(),
         shortfall,
         landscape,

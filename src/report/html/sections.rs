@@ -5,6 +5,7 @@ use super::super::findings::{ends, explained, objective, ranked, sentence};
 use super::super::{Story, gas, words};
 use super::table::{escaped, list, paragraph, table};
 use super::{Section, case};
+use crate::case::Case;
 use crate::study::beside::Beside;
 use crate::study::estimate::{Estimand, Estimated};
 use crate::study::nominal::{Misfit, Nominal};
@@ -44,7 +45,12 @@ pub(super) fn all(story: &Story, figures: &[Figure], stills: &[String]) -> Vec<S
     if let Some(outcome) = story.beside {
         add("beside", "Beside another case", beside(story, outcome) + &shown("beside"));
     }
-    add("case", "Case", case::described(story.case) + &shown("case"));
+    if story.others.is_empty() {
+        add("case", "Case", case::described(story.case) + &shown("case"));
+    } else {
+        let titled = |case: &Case| paragraph(&format!("{}: {}", case.id, case.name)) + &case::described(case);
+        add("case", "Cases", story.cases().map(titled).collect());
+    }
     add("method", "Method", case::method(story));
     sections
 }
