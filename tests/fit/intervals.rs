@@ -53,7 +53,8 @@ fn coverage(autocorrelation: f64, inflated: impl Fn(f64) -> f64) -> f64 {
     held.into_iter().fold(1.0, f64::min)
 }
 
-/// Of 500 sets one in a hundred is twice the chance of a share of 95 %, and the same again for what the correction leaves.
+/// A share of 95 % of 500 sets is uncertain by one in a hundred; the limits leave two of that, and one for what the
+/// correction takes to be simpler than it is.
 #[test]
 fn intervals_hold_the_truth_as_often_as_they_say_however_far_the_noise_follows_itself() {
     for autocorrelation in [0.0, 0.5, 0.8, 0.9] {
