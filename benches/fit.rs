@@ -7,7 +7,7 @@ mod common;
 use bondline::ensemble::Ensemble;
 use bondline::march::March;
 use bondline::plan::Plan;
-use bondline::study::estimate::{estimate, options};
+use bondline::study::estimate::{Search, estimate};
 use common::{Carrier, devices, lanes, shortest};
 use std::hint::black_box;
 use std::time::Instant;
@@ -37,7 +37,7 @@ fn main() {
                 let jacobian_s = began.elapsed().as_secs_f64();
 
                 let (began, before_s) = (Instant::now(), carrier.march.seconds);
-                let found = estimate(&case, &plan, &mut carrier.march, &options(carrier.precision));
+                let found = estimate(&[(&case, &plan)], &mut carrier.march, &Search::of(carrier.precision));
                 let found = found.unwrap_or_else(|error| panic!("{id}: {error}"));
                 let estimate_s = began.elapsed().as_secs_f64();
                 // The first round compiles kernels and touches memory.

@@ -1,12 +1,14 @@
 //! From what was typed to what the library takes.
 
-use crate::cli::{BackendKind, BoundsKind, Fit, On, PrecisionKind, SamplingKind, Sweep, Trusted};
+use crate::cli::{BackendKind, BoundsKind, Fit, Minimiser, On, PrecisionKind, PriorKind, SamplingKind, Sweep, Trusted};
 use crate::ending::{Failure, input};
 use bondline::case::unit::{Dimension, quantity};
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::{self, Sampling};
+use bondline::fit::Loss;
 use bondline::march::Precision;
 use bondline::march::choose::{Choice, Kind};
+use bondline::study::estimate::{PAPER, Search};
 use std::ops::Range;
 
 pub(crate) fn choice(on: &On) -> Choice {
@@ -72,12 +74,16 @@ pub(crate) fn values(case: &Case, texts: &[String], option: &str) -> Result<Vec<
         .map(|text| {
             let (name, value) = halves(text, option)?;
             let factor = factor(case, name, option)?;
-            match value.trim().parse::<f64>() {
-                Ok(value) if value.is_finite() && value > 0.0 => Ok((factor, value)),
-                _ => Err(input(format!("{option} {text:?}: expected a number above zero, found {value:?}"))),
-            }
+            Ok((factor, number(text, value, option)?))
         })
         .collect()
+}
+
+fn number(text: &str, value: &str, option: &str) -> Result<f64, Failure> {
+    match value.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err(input(format!("{option} {text:?}: expected a number above zero, found {value:?}"))),
+    }
 }
 
 fn factor(case: &Case, name: &str, option: &str) -> Result<usize, Failure> {
@@ -92,23 +98,54 @@ fn find(names: &[&str], name: &str, option: &str, noun: &str) -> Result<usize, F
     })
 }
 
-/// The sensors, window and side constraints typed take the place of the case's own.
-pub(crate) fn trust(case: &mut Case, data: &Trusted) -> Result<(), Failure> {
+/// The sensors, window and side constraints typed take the place of the cases' own.
+pub(crate) fn trust(cases: &mut [Case], data: &Trusted) -> Result<(), Failure> {
     if !data.sensors.is_empty() {
-        let names: Vec<&str> = case.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
-        case.estimate.sensors = data
-            .sensors
-            .iter()
-            .map(|name| find(&names, name.trim(), "--sensors", "sensor"))
-            .collect::<Result<_, _>>()?;
+        let names = |case: &Case| case.sensors.iter().map(|sensor| sensor.name.clone()).collect();
+        let chosen = chosen(cases, &data.sensors, "--sensors", "sensor", names)?;
+        for (case, chosen) in cases.iter_mut().zip(chosen) {
+            if chosen.is_empty() {
+                return Err(input(format!("--sensors: {:?} has none of {}", case.id, data.sensors.join(", "))));
+            }
+            case.estimate.sensors = chosen;
+        }
     }
-    if let Some(window) = &data.window {
-        case.estimate.window_s = Some(self::window(window)?);
-    }
-    if let Some(kind) = data.bounds {
-        case.estimate.bounds = bounds(kind);
+    for case in cases {
+        if let Some(window) = &data.window {
+            case.estimate.window_s = Some(self::window(window)?);
+        }
+        if let Some(kind) = data.bounds {
+            case.estimate.bounds = bounds(kind);
+        }
     }
     Ok(())
+}
+
+/// The places of what is named among what each case has by that name; one at least must have it.
+fn chosen(
+    cases: &[Case],
+    chosen: &[String],
+    option: &str,
+    noun: &str,
+    names: impl Fn(&Case) -> Vec<String>,
+) -> Result<Vec<Vec<usize>>, Failure> {
+    let known: Vec<Vec<String>> = cases.iter().map(names).collect();
+    let mut all: Vec<&str> = Vec::new();
+    for name in known.iter().flatten() {
+        if !all.contains(&name.as_str()) {
+            all.push(name);
+        }
+    }
+    for (place, name) in chosen.iter().enumerate() {
+        find(&all, name.trim(), option, noun)?;
+        if chosen[..place].iter().any(|earlier| earlier.trim() == name.trim()) {
+            return Err(input(format!("{option} names {:?} twice", name.trim())));
+        }
+    }
+    let places = |known: &Vec<String>| {
+        chosen.iter().filter_map(|name| known.iter().position(|other| other == name.trim())).collect()
+    };
+    Ok(known.iter().map(places).collect())
 }
 
 fn window(text: &str) -> Result<(f64, f64), Failure> {
@@ -122,34 +159,73 @@ fn window(text: &str) -> Result<(f64, f64), Failure> {
     }
 }
 
-/// The factors and start typed take the place of the case's own.
-pub(crate) fn fit(case: &mut Case, fit: &Fit) -> Result<(), Failure> {
+/// The factors, start, loss and prior typed take the place of the cases' own.
+pub(crate) fn fit(cases: &mut [Case], fit: &Fit) -> Result<(), Failure> {
     if !fit.factors.is_empty() {
-        let chosen: Vec<usize> =
-            fit.factors.iter().map(|name| factor(case, name, "--factors")).collect::<Result<_, _>>()?;
-        for (place, factor) in chosen.iter().enumerate() {
-            if chosen[..place].contains(factor) {
-                return Err(input(format!("--factors names {:?} twice", case.factors[*factor].name)));
-            }
+        let names = |case: &Case| case.factors.iter().map(|factor| factor.name.clone()).collect();
+        let chosen = chosen(cases, &fit.factors, "--factors", "factor", names)?;
+        for (case, chosen) in cases.iter_mut().zip(chosen) {
+            case.estimate.factors = chosen;
+            case.estimate.start.clear();
         }
-        case.estimate.factors = chosen;
-        case.estimate.start.clear();
     }
-    if !fit.start.is_empty() {
-        let mut start: Vec<f64> = case.estimate.factors.iter().map(|&factor| case.factors[factor].nominal).collect();
-        for (factor, value) in values(case, &fit.start, "--start")? {
-            let name = &case.factors[factor].name;
-            let place = case.estimate.factors.iter().position(|&chosen| chosen == factor);
-            let place = place.ok_or_else(|| input(format!("--start {name}: that factor is not estimated")))?;
-            let (low, high) = case.factors[factor].bounds(case.estimate.bounds);
+    starts(cases, &fit.start)?;
+    let loss = fit.loss.as_deref().map(Loss::named).transpose();
+    let loss = loss.map_err(|message| input(format!("--loss {:?}: {message}", fit.loss.as_deref().unwrap_or(""))))?;
+    for case in cases {
+        case.estimate.loss = loss.unwrap_or(case.estimate.loss);
+        case.estimate.prior = match fit.prior {
+            None => case.estimate.prior,
+            Some(PriorKind::None) => None,
+            Some(PriorKind::Small) => Some(Bounds::Small),
+            Some(PriorKind::Large) => Some(Bounds::Large),
+        };
+    }
+    Ok(())
+}
+
+/// Starts by name, of every case that estimates a factor of that name, or of the one that is named behind an `@`.
+fn starts(cases: &mut [Case], texts: &[String]) -> Result<(), Failure> {
+    if texts.is_empty() {
+        return Ok(());
+    }
+    for case in cases.iter_mut() {
+        case.estimate.start = case.estimate.factors.iter().map(|&factor| case.factors[factor].nominal).collect();
+    }
+    for text in texts {
+        let (name, value) = halves(text, "--start")?;
+        let (name, home) = name.trim().split_once('@').map_or((name.trim(), None), |(name, id)| (name, Some(id)));
+        let value = number(text, value, "--start")?;
+        let mut is_estimated = false;
+        for case in cases.iter_mut().filter(|case| home.is_none_or(|id| id == case.id)) {
+            let place = case.estimate.factors.iter().position(|&chosen| case.factors[chosen].name == name);
+            let Some(place) = place else { continue };
+            let (low, high) = case.factors[case.estimate.factors[place]].bounds(case.estimate.bounds);
             if !(low..=high).contains(&value) {
                 return Err(input(format!("--start {name}={value}: outside its bounds {low} to {high}")));
             }
-            start[place] = value;
+            case.estimate.start[place] = value;
+            is_estimated = true;
         }
-        case.estimate.start = start;
+        if !is_estimated {
+            return Err(input(format!("--start {name}: that factor is not estimated")));
+        }
     }
     Ok(())
+}
+
+/// How to look for the least.
+pub(crate) fn search(fit: &Fit, precision: Precision) -> Result<Search, Failure> {
+    const MOST: usize = 10_000;
+    if !(1..=MOST).contains(&fit.starts) {
+        return Err(input(format!("--starts {}: expected from 1 to {MOST}", fit.starts)));
+    }
+    let mut search = Search { starts: fit.starts, profiles: fit.profile.clone(), ..Search::of(precision) };
+    search.options.patience = fit.patience;
+    if fit.minimiser == Minimiser::Paper {
+        search.options.rules = PAPER;
+    }
+    Ok(search)
 }
 
 pub(crate) fn noise_k(text: &str) -> Result<f64, Failure> {

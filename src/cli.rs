@@ -47,6 +47,9 @@ pub(crate) enum Command {
     Estimate {
         #[command(flatten)]
         ask: Ask,
+        /// Further cases to fit at once: what they mean by a factor of one name is one factor
+        #[arg(value_name = "CASE", conflicts_with = "beside")]
+        others: Vec<PathBuf>,
         #[command(flatten)]
         data: Trusted,
         #[command(flatten)]
@@ -226,6 +229,21 @@ pub(crate) struct Fit {
     /// Where to start, as NAME=VALUE,...; the others start nominal
     #[arg(long, value_delimiter = ',')]
     pub start: Vec<String>,
+    /// How samples count that are far off: squares, soft-l1 or huber, with a width in standard deviations as huber=1.345
+    #[arg(long)]
+    pub loss: Option<String>,
+    /// What is known beforehand: nominal values, with two standard deviations to these side constraints
+    #[arg(long, value_enum)]
+    pub prior: Option<PriorKind>,
+    /// By what rules the damping goes and the descent ends
+    #[arg(long, value_enum, default_value = "trust-region")]
+    pub minimiser: Minimiser,
+    /// Descents side by side, the first from the case's start, the others from anywhere between the bounds
+    #[arg(long, default_value_t = 1)]
+    pub starts: usize,
+    /// Profile likelihood of these factors: intervals with the shape that the data give them
+    #[arg(long, value_name = "FACTORS", value_delimiter = ',')]
+    pub profile: Vec<String>,
     /// Iterations at most
     #[arg(long, default_value_t = 50)]
     pub patience: usize,
@@ -262,6 +280,22 @@ pub(crate) enum SamplingKind {
 pub(crate) enum BoundsKind {
     Small,
     Large,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PriorKind {
+    /// Nothing: the data alone speak
+    None,
+    Small,
+    Large,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Minimiser {
+    /// Steps within a radius that their gain moves
+    TrustRegion,
+    /// The paper's: ten times the damping after a failure, a tenth after a success
+    Paper,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -1,23 +1,21 @@
 //! What each command does: a study, a report, an ending.
 
 use crate::asked;
-use crate::cli::{Ask, Cli, Command, Keep, Materials, On, Sweep};
+use crate::cli::{Ask, Cli, Command, Fit, Keep, Materials, On, Sweep, Trusted};
 use crate::ending::{Ending, Failure, input};
 use crate::kept::Kept;
 use crate::watch::Watched;
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::Ensemble;
-use bondline::fit::Options;
-use bondline::march::{Precision, choose};
+use bondline::march::choose;
 use bondline::plan::Plan;
 use bondline::report::files::OutputFolder;
 use bondline::report::files::piece::{CaseMark, Draw, Piece, fingerprint};
 use bondline::report::{self, Seconds, Story, materials, summary};
 use bondline::study::beside::{Beside, BesideError, beside};
-use bondline::study::estimate::{EstimateError, Estimated, estimate, options};
+use bondline::study::estimate::{EstimateError, Estimated, estimate};
 use bondline::study::nominal::{Nominal, nominal};
 use bondline::study::sensitivity::{Sensitivity, difference_step, sensitivity};
-use bondline::study::twin::{TwinError, twin};
 use bondline::study::uncertainty::{Gathered, Uncertainty, reason};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -30,14 +28,14 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
         Command::Materials { look } => look_up(look),
         Command::Verify { json, group, on } => crate::verification::print(json, group.as_deref(), &on),
         Command::Twin { case, truth, noise, seed, out, force, on } => {
-            make_twin(&case, &truth, &noise, seed, &out, force, &on)
+            crate::synthesis::make(&case, &truth, &noise, seed, &out, force, &on)
         }
-        Command::Predict(ask) => Desk::open("predict", ask, 1, |_| Ok(()))?.answer(|desk| {
+        Command::Predict(ask) => Desk::open("predict", ask, &[], 1, |_| Ok(()))?.answer(|desk| {
             desk.predict()?;
             Ok(())
         }),
         Command::Uncertainty { ask, sweep, keep, piece: None } => {
-            Desk::open("uncertainty", ask, sweep.members, |_| Ok(()))?.answer(|desk| {
+            Desk::open("uncertainty", ask, &[], sweep.members, |_| Ok(()))?.answer(|desk| {
                 desk.predict()?;
                 desk.doubt(&sweep, keep)
             })
@@ -45,27 +43,25 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
         Command::Uncertainty { ask, sweep, keep, piece: Some(piece) } => {
             let members = asked::piece(&piece, sweep.members)?;
             // What `auto` takes is told by the whole sweep, or pieces of several sizes would be marched on several backends.
-            Desk::open("uncertainty", ask, sweep.members, |_| Ok(()))?.leave_piece(&sweep, keep, members)
+            Desk::open("uncertainty", ask, &[], sweep.members, |_| Ok(()))?.leave_piece(&sweep, keep, members)
         }
         Command::Merge(merge) => crate::merge::merge(&merge),
         Command::Sensitivity { ask, data, step, method: _ } => {
-            Desk::open("sensitivity", ask, 16, |case| asked::trust(case, &data))?.answer(|desk| {
+            Desk::open("sensitivity", ask, &[], 16, |cases| asked::trust(cases, &data))?.answer(|desk| {
                 desk.predict()?;
                 desk.differentiate(step)
             })
         }
-        Command::Estimate { ask, data, fit, beside } => {
-            let prepare = |case: &mut Case| asked::trust(case, &data).and_then(|()| asked::fit(case, &fit));
-            let mut other = beside.map(|path| load(&path, &ask.on)).transpose()?;
-            other.as_mut().map_or(Ok(()), prepare)?;
-            Desk::open("estimate", ask, 16, prepare)?.answer(|desk| {
-                desk.fit(fit.patience)?;
-                other.map_or(Ok(()), |other| desk.hold_beside(&other, fit.patience))
+        Command::Estimate { ask, others, data, fit, beside } => {
+            let mut other: Vec<Case> = beside.map(|path| load(&path, &ask.on)).transpose()?.into_iter().collect();
+            prepare(&mut other, &data, &fit)?;
+            Desk::open("estimate", ask, &others, 16, |cases| prepare(cases, &data, &fit))?.answer(|desk| {
+                desk.fit(&fit)?;
+                other.first().map_or(Ok(()), |other| desk.hold_beside(other, &fit))
             })
         }
         Command::Study { ask, sweep, data, fit } => {
-            let prepare = |case: &mut Case| asked::trust(case, &data).and_then(|()| asked::fit(case, &fit));
-            Desk::open("study", ask, sweep.members, prepare)?.answer(|desk| {
+            Desk::open("study", ask, &[], sweep.members, |cases| prepare(cases, &data, &fit))?.answer(|desk| {
                 desk.predict()?;
                 desk.doubt(&sweep, None)?;
                 desk.differentiate(None)?;
@@ -77,10 +73,15 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
                     desk.remark("no estimation: the case names no factors to estimate; give --factors");
                     return Ok(());
                 }
-                desk.fit(fit.patience)
+                desk.fit(&fit)
             })
         }
     }
+}
+
+/// What is typed of data and fit takes the place of what the cases say.
+fn prepare(cases: &mut [Case], data: &Trusted, fit: &Fit) -> Result<(), Failure> {
+    if cases.is_empty() { Ok(()) } else { asked::trust(cases, data).and_then(|()| asked::fit(cases, fit)) }
 }
 
 /// A question on the desk: the case, what marches it, and the answers so far.
@@ -89,6 +90,9 @@ struct Desk {
     ask: Ask,
     case: Case,
     plan: Plan,
+    /// The cases that are estimated with it, and their plans.
+    others: Vec<Case>,
+    other_plans: Vec<Plan>,
     march: Watched,
     folder: OutputFolder,
     began: Instant,
@@ -108,22 +112,30 @@ impl Desk {
     fn open(
         command: &'static str,
         ask: Ask,
+        others: &[PathBuf],
         members: usize,
-        prepare: impl FnOnce(&mut Case) -> Result<(), Failure>,
+        prepare: impl FnOnce(&mut [Case]) -> Result<(), Failure>,
     ) -> Result<Self, Failure> {
         let began = Instant::now();
-        let mut case = load(&ask.case, &ask.on)?;
-        prepare(&mut case)?;
+        let mut cases = all(std::iter::once(&ask.case).chain(others), &ask.on)?;
+        prepare(&mut cases)?;
+        let ids: Vec<&str> = cases.iter().map(|case| case.id.as_str()).collect();
+        let id = ids.join("+");
+        let others = cases.split_off(1);
+        let case = cases.remove(0);
         let plan = Plan::new(&case);
+        let other_plans = others.iter().map(Plan::new).collect();
         let plan_s = began.elapsed().as_secs_f64();
         let march = Watched::new(choose::open(&asked::choice(&ask.on), &plan, members)?, ask.on.quiet);
-        let path = ask.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&case.id).join(command));
-        let folder = OutputFolder::open(&path, &case.id, ask.force)?;
+        let path = ask.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&id).join(command));
+        let folder = OutputFolder::open(&path, &id, ask.force)?;
         Ok(Self {
             command,
             ask,
             case,
             plan,
+            others,
+            other_plans,
             march,
             folder,
             began,
@@ -148,6 +160,7 @@ impl Desk {
         let backend = self.march.backend_now();
         let story = Story {
             case: &self.case,
+            others: &self.others,
             command: self.command,
             version: env!("CARGO_PKG_VERSION"),
             backend: &backend,
@@ -270,9 +283,11 @@ impl Desk {
         Ok(())
     }
 
-    fn fit(&mut self, patience: usize) -> Result<(), Failure> {
-        let options = Options { patience, ..options(self.march.precision()) };
-        let outcome = estimate(&self.case, &self.plan, &mut self.march, &options);
+    fn fit(&mut self, fit: &Fit) -> Result<(), Failure> {
+        let search = asked::search(fit, self.march.precision())?;
+        let others = self.others.iter().zip(&self.other_plans);
+        let runs: Vec<(&Case, &Plan)> = std::iter::once((&self.case, &self.plan)).chain(others).collect();
+        let outcome = estimate(&runs, &mut self.march, &search);
         self.estimated = Some(outcome.map_err(|error| match error {
             EstimateError::March(error) => error.into(),
             other => input(other),
@@ -280,10 +295,12 @@ impl Desk {
         Ok(())
     }
 
-    fn hold_beside(&mut self, other: &Case, patience: usize) -> Result<(), Failure> {
-        let options = Options { patience, ..options(self.march.precision()) };
-        let Some(first) = &self.estimated else { return Ok(()) };
-        let outcome = beside((&self.case, first), other, &mut self.march, &options);
+    fn hold_beside(&mut self, other: &Case, fit: &Fit) -> Result<(), Failure> {
+        let search = asked::search(fit, self.march.precision())?;
+        let Some(first) = self.estimated.as_ref().and_then(|estimated| estimated.fitted.first()) else {
+            return Ok(());
+        };
+        let outcome = beside((&self.case, first), other, &mut self.march, &search);
         self.beside = Some(outcome.map_err(|error| match error {
             BesideError::Estimate(EstimateError::March(error)) => error.into(),
             other => input(other),
@@ -313,8 +330,21 @@ pub(crate) fn too_many_failed(outcome: &Uncertainty, most: Option<usize>) -> Opt
     })
 }
 
+/// Cases by their paths, all of whose faults are told; no two of one name, as reports tell them apart by it.
+fn all<'a>(paths: impl Iterator<Item = &'a PathBuf>, on: &On) -> Result<Vec<Case>, Failure> {
+    let mut cases: Vec<Case> = Vec::new();
+    for path in paths {
+        let case = load(path, on)?;
+        if let Some(twin) = cases.iter().find(|other| other.id == case.id) {
+            return Err(input(format!("{}: there is a case {:?} already", path.display(), twin.id)));
+        }
+        cases.push(case);
+    }
+    Ok(cases)
+}
+
 /// The case, with what `--set` changes.
-fn load(path: &Path, on: &On) -> Result<Case, Failure> {
+pub(crate) fn load(path: &Path, on: &On) -> Result<Case, Failure> {
     Ok(Case::load_with(path, &asked::sets(&on.sets)?)?)
 }
 
@@ -325,42 +355,5 @@ fn look_up(look: Materials) -> Result<Ending, Failure> {
         Materials::Show { name } => materials::show(&Material::named(&name)?),
         Materials::Check { file } => materials::check(&file)?,
     };
-    Ok(Ending { text, why: None })
-}
-
-fn make_twin(
-    path: &Path,
-    truth: &[String],
-    noise: &str,
-    seed: u64,
-    out: &Path,
-    force: bool,
-    on: &On,
-) -> Result<Ending, Failure> {
-    let case = load(path, on)?;
-    let mut row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
-    for (factor, value) in asked::values(&case, truth, "--truth")? {
-        row[factor] = value;
-    }
-    let noise_k = asked::noise_k(noise)?;
-    if out.exists() && !force {
-        return Err(input(format!("{} exists already; give --force to overwrite it", out.display())));
-    }
-    let plan = Plan::new(&case);
-    let mut choice = asked::choice(on);
-    choice.precision = choice.precision.or(Some(Precision::F64));
-    let mut march = Watched::new(choose::open(&choice, &plan, 1)?, on.quiet);
-    let made = twin(&case, &plan, &mut march, row, noise_k, seed).map_err(|error| match error {
-        TwinError::March(error) => error.into(),
-        other => input(other),
-    })?;
-    march.done();
-    report::files::measured(out, &case, &made)?;
-    let text = format!(
-        "{} samples of {} sensors, noise {noise_k} K, seed {seed}: {}\n",
-        made.instants_s.len(),
-        case.sensors.len(),
-        out.display()
-    );
     Ok(Ending { text, why: None })
 }

@@ -72,6 +72,7 @@ pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
     let folder = OutputFolder::open(&out, &case.id, merge.force)?;
     let story = Story {
         case: &case,
+        others: &[],
         command: "merge",
         version: env!("CARGO_PKG_VERSION"),
         backend: &backend(&first, &merged),

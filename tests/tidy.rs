@@ -6,7 +6,8 @@ use crate::support::{files, text};
 
 /// Which modules of the library each may use. The binary may use all of it, through its public face.
 const IMPORTS: &[(&str, &[&str])] = &[
-    ("case", &[]),
+    // Of the fit only the loss that a case asks for.
+    ("case", &["fit"]),
     ("traces", &[]),
     ("fit", &[]),
     ("ensemble", &["case"]),
@@ -14,8 +15,8 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("physics", &["plan"]),
     ("march", &["plan", "ensemble", "traces", "physics"]),
     ("study", &["case", "plan", "ensemble", "traces", "march", "fit"]),
-    // Of the march only what records name: backend and precision.
-    ("report", &["case", "traces", "study", "march"]),
+    // Of the march only what records name: backend and precision; of the fit the loss that is told.
+    ("report", &["case", "traces", "study", "march", "fit"]),
     ("verify", &["case", "plan", "ensemble", "traces", "march", "fit"]),
 ];
 

@@ -84,6 +84,12 @@ impl Factor {
         }
     }
 
+    /// One standard deviation of what is known of it: its side constraints lie two from their middle, as the paper has it.
+    pub fn deviation(&self, bounds: Bounds) -> f64 {
+        let (low, high) = self.bounds(bounds);
+        (high - low) / 4.0
+    }
+
     /// The least and the largest value that either side constraint allows.
     pub fn widest(&self) -> (f64, f64) {
         (self.small.0.min(self.large.0), self.small.1.max(self.large.1))

@@ -27,6 +27,8 @@ pub use material::{Conductivity, Material};
 pub use observation::Observation;
 pub use table::{OutOfRange, Schedule, Table};
 
+use crate::fit::Loss;
+
 /// A layup, its exposure, its sensors, what may vary and what was measured; validated.
 #[derive(Clone, Debug)]
 pub struct Case {
@@ -59,6 +61,11 @@ pub struct Estimate {
     /// Start of each factor of `factors`; empty starts at the nominal values.
     pub start: Vec<f64>,
     pub bounds: Bounds,
+    /// How samples count that are far off.
+    pub loss: Loss,
+    /// The side constraints that lie two standard deviations from what is known of each factor beforehand, its nominal
+    /// value; none where nothing but the data is to speak.
+    pub prior: Option<Bounds>,
 }
 
 /// How finely space and time are cut.

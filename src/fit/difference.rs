@@ -30,7 +30,7 @@ pub(super) fn sizes(point: &DVector<f64>) -> DVector<f64> {
 /// The points about a point of which differences are made.
 pub(super) struct Stencil {
     point: DVector<f64>,
-    /// How far from a variable its points lie, one or two of them.
+    /// How far from a variable its points lie, one or two of them; none of one that is held.
     offsets: Vec<Vec<f64>>,
 }
 
@@ -47,6 +47,8 @@ impl Stencil {
         let offsets = point.iter().zip(sizes).zip(bounds).map(|((&value, &size), &bounds)| {
             let step = step * size;
             let offsets = match sides {
+                // One that is held wants no points: a profile of many of them would march a third for nothing.
+                _ if bounds.0 == bounds.1 => Vec::new(),
                 Sides::Both => offsets(value, step, bounds).to_vec(),
                 Sides::One => vec![offset(value, step, bounds)],
             };
@@ -67,7 +69,7 @@ impl Stencil {
                 moved
             })
             .collect();
-        DMatrix::from_columns(&columns)
+        if columns.is_empty() { DMatrix::zeros(self.point.len(), 0) } else { DMatrix::from_columns(&columns) }
     }
 
     /// The derivatives from the residuals in the middle and those at its [`points`](Self::points).
@@ -87,6 +89,7 @@ impl Stencil {
                         _ => ((at_b - &residuals) * (a / b) - (at_a - &residuals) * (b / a)) / (a - b),
                     }
                 }
+                [] => continue,
                 _ => {
                     let Some(at) = columns.next() else { break };
                     if offsets[0] == 0.0 { continue } else { (at - &residuals) / offsets[0] }

@@ -12,10 +12,13 @@
 use super::{LeastSquares, Tangent};
 use nalgebra::{DMatrix, DVector};
 
-/// How residuals count that are far off. Each is r² near zero and grows like |r| beyond `width`, which is in standard
-/// deviations where residuals are.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How residuals count that are far off. The robust ones are r² near zero and grow like |r| beyond `width`, which is in
+/// standard deviations where residuals are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Loss {
+    /// r²: least squares.
+    #[default]
+    Squares,
     /// `2 w² (√(1 + (r/w)²) − 1)`: smooth, and damps a little everywhere.
     SoftL1 { width: f64 },
     /// r² up to the width, `2 w |r| − w²` beyond (Huber, Ann. Math. Stat. 35, 1964). A width of 1.345 keeps 95 % of the
@@ -23,13 +26,38 @@ pub enum Loss {
     Huber { width: f64 },
 }
 
+/// A residual of one standard deviation is half bent (SciPy's `f_scale`).
+const SOFT_L1_WIDTH: f64 = 1.0;
+/// 95 % of the efficiency of least squares where residuals are normal.
+const HUBER_WIDTH: f64 = 1.345;
+
 impl Loss {
+    /// The one of this name, `squares`, `soft-l1` or `huber`; the robust ones with a width in standard deviations where
+    /// one is given, `huber=2`, else 1 and 1.345.
+    ///
+    /// # Errors
+    /// What was expected, where there is none of this name or the width is not above zero.
+    pub fn named(text: &str) -> Result<Self, String> {
+        let (name, width) = text.split_once('=').map_or((text, None), |(name, width)| (name, Some(width)));
+        let width = |standard: f64| match width.map(|width| width.trim().parse::<f64>()) {
+            None => Ok(standard),
+            Some(Ok(width)) if width.is_finite() && width > 0.0 => Ok(width),
+            Some(_) => Err(format!("expected a width in standard deviations above zero, such as {name}={standard}")),
+        };
+        match name.trim() {
+            "squares" if text == "squares" => Ok(Self::Squares),
+            "soft-l1" => Ok(Self::SoftL1 { width: width(SOFT_L1_WIDTH)? }),
+            "huber" => Ok(Self::Huber { width: width(HUBER_WIDTH)? }),
+            _ => Err("expected squares, soft-l1 or huber, the latter two with a width such as huber=1.345".to_owned()),
+        }
+    }
+
     /// r̃.
     fn bent(self, r: f64) -> f64 {
         match self {
             Self::SoftL1 { width } => r * (2.0 / (1.0 + 1f64.hypot(r / width))).sqrt(),
             Self::Huber { width } if r.abs() > width => (2.0 * width * r.abs() - width * width).sqrt().copysign(r),
-            Self::Huber { .. } => r,
+            Self::Huber { .. } | Self::Squares => r,
         }
     }
 
@@ -40,13 +68,14 @@ impl Loss {
             Self::Huber { width } if bent.abs() > width => {
                 ((bent * bent + width * width) / (2.0 * width)).copysign(bent)
             }
-            Self::Huber { .. } => bent,
+            Self::Huber { .. } | Self::Squares => bent,
         }
     }
 
     /// ψ: half the slope of ρ, which is how far a residual pulls.
     fn influence(self, r: f64) -> f64 {
         match self {
+            Self::Squares => r,
             Self::SoftL1 { width } => r / 1f64.hypot(r / width),
             Self::Huber { width } => r.max(-width).min(width),
         }
@@ -55,6 +84,7 @@ impl Loss {
     /// The slope of ψ.
     fn stiffness(self, r: f64) -> f64 {
         match self {
+            Self::Squares => 1.0,
             Self::SoftL1 { width } => 1f64.hypot(r / width).powi(-3),
             Self::Huber { width } => f64::from(r.abs() <= width),
         }
@@ -73,12 +103,12 @@ impl Loss {
         Tangent { residuals, jacobian }
     }
 
-    /// The variance to judge straightened derivatives by ([`certainty`](super::certainty)) after a robust fit of
-    /// `variables` to residuals: `κ² (Σ ψ²/(n − p))/(mean ψ′)²` with `κ = 1 + (p/n) var ψ′/(mean ψ′)²` (Huber, *Robust
+    /// The variance to judge straightened derivatives by ([`certainty`](super::certainty)) after a robust fit of so many
+    /// variables, which may be a fraction where priors determine some in part, to residuals: `κ² (Σ ψ²/(n − p))/(mean ψ′)²` with `κ = 1 + (p/n) var ψ′/(mean ψ′)²` (Huber, *Robust
     /// Statistics*, 1981, section 7.6). Where all residuals are small it is that of least squares. Infinite where no
     /// sample is left over, or every one counts as far off.
-    pub fn variance(self, residuals: &DVector<f64>, variables: usize) -> f64 {
-        let (n, p) = (residuals.len() as f64, variables as f64);
+    pub fn variance(self, residuals: &DVector<f64>, variables: f64) -> f64 {
+        let (n, p) = (residuals.len() as f64, variables);
         let stiffness = residuals.map(|r| self.stiffness(r));
         let mean = stiffness.mean();
         if n <= p || mean <= 0.0 {
@@ -87,6 +117,24 @@ impl Loss {
         let kappa = 1.0 + p / n * stiffness.variance() / mean.powi(2);
         let pull: f64 = residuals.iter().map(|&r| self.influence(r).powi(2)).sum();
         kappa.powi(2) * pull / (n - p) / mean.powi(2)
+    }
+
+    /// By how much a rise of `Σ ρ(r)` is to be divided to be one of chi squared, of the [variance](Self::variance): a
+    /// parabola of straightened derivatives is stiffer than the loss by its mean stiffness (Schrader & Hettmansperger,
+    /// Biometrika 67, 1980).
+    pub fn scale(self, residuals: &DVector<f64>, variance: f64) -> f64 {
+        variance * residuals.map(|r| self.stiffness(r)).mean()
+    }
+}
+
+/// As [`Loss::named`] reads it.
+impl std::fmt::Display for Loss {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Squares => f.write_str("squares"),
+            Self::SoftL1 { width } => write!(f, "soft-l1={width}"),
+            Self::Huber { width } => write!(f, "huber={width}"),
+        }
     }
 }
 
@@ -126,6 +174,20 @@ mod tests {
     const LOSSES: [Loss; 2] = [Loss::SoftL1 { width: 1.5 }, Loss::Huber { width: 1.345 }];
 
     #[test]
+    fn a_loss_is_named_with_its_width_or_with_the_one_of_the_books() {
+        assert_eq!(Loss::named("squares"), Ok(Loss::Squares));
+        assert_eq!(Loss::named("soft-l1"), Ok(Loss::SoftL1 { width: 1.0 }));
+        assert_eq!(Loss::named("huber"), Ok(Loss::Huber { width: 1.345 }));
+        assert_eq!(Loss::named("huber=2.5"), Ok(Loss::Huber { width: 2.5 }));
+        for loss in LOSSES {
+            assert_eq!(Loss::named(&loss.to_string()), Ok(loss));
+        }
+        for wrong in ["huber=0", "huber=wide", "soft-l1=inf", "squares=2", "cauchy", ""] {
+            assert!(Loss::named(wrong).is_err_and(|said| said.starts_with("expected")), "{wrong:?}");
+        }
+    }
+
+    #[test]
     fn a_bent_residual_is_straightened_to_what_it_was_and_its_square_is_the_loss() {
         for loss in LOSSES {
             for r in [-40.0, -1.5, -1.0, -1e-9, 0.0, 0.3, 1.4, 7.0] {
@@ -142,9 +204,9 @@ mod tests {
     fn where_all_residuals_are_small_the_variance_is_that_of_least_squares() {
         let small = DVector::from_fn(10, |i, _| 1e-4 * (i as f64 - 4.5));
         for loss in LOSSES {
-            assert!((loss.variance(&small, 2) / (small.norm_squared() / 8.0) - 1.0).abs() < 1e-6);
-            assert_eq!(loss.variance(&small, 10), f64::INFINITY);
+            assert!((loss.variance(&small, 2.0) / (small.norm_squared() / 8.0) - 1.0).abs() < 1e-6);
+            assert_eq!(loss.variance(&small, 10.0), f64::INFINITY);
         }
-        assert_eq!(LOSSES[1].variance(&DVector::from_element(10, 3.0), 2), f64::INFINITY);
+        assert_eq!(LOSSES[1].variance(&DVector::from_element(10, 3.0), 2.0), f64::INFINITY);
     }
 }

@@ -53,7 +53,7 @@ pub mod termination;
 pub use difference::difference;
 pub use identify::{Certainty, certainty};
 pub use loss::{Loss, Robust};
-pub use prior::{Prior, WithPriors};
+pub use prior::{Posterior, Prior, Weighed, WithPriors, posterior};
 pub use subset::{Dropped, Limits, Reason, Subset, subset};
 pub use termination::Termination;
 
@@ -83,6 +83,22 @@ pub trait LeastSquares {
     /// When nothing at all can be computed.
     fn tangents(&mut self, _points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, Self::Error> {
         Ok(None)
+    }
+}
+
+impl<P: LeastSquares> LeastSquares for &mut P {
+    type Error = P::Error;
+
+    fn bounds(&self) -> &[(f64, f64)] {
+        (**self).bounds()
+    }
+
+    fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, P::Error> {
+        (**self).residuals(points)
+    }
+
+    fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, P::Error> {
+        (**self).tangents(points)
     }
 }
 
@@ -227,9 +243,26 @@ pub fn minimize_all<P: LeastSquares>(
     starts: &DMatrix<f64>,
     options: &Options,
 ) -> Result<Vec<Fit>, P::Error> {
-    let bounds = problem.bounds().to_vec();
-    let mut descents: Vec<Descent> =
-        starts.column_iter().map(|start| Descent::new(&start.into_owned(), &bounds, options)).collect();
+    let bounds = vec![problem.bounds().to_vec(); starts.ncols()];
+    minimize_within(problem, starts, &bounds, options)
+}
+
+/// [`minimize_all`] with bounds of its own for each start, in the place of the problem's: a variable whose bounds are
+/// equal is held there while the others are sought, which makes a profile of many points.
+///
+/// # Errors
+/// Those of the problem.
+pub fn minimize_within<P: LeastSquares>(
+    problem: &mut P,
+    starts: &DMatrix<f64>,
+    bounds: &[Vec<(f64, f64)>],
+    options: &Options,
+) -> Result<Vec<Fit>, P::Error> {
+    let mut descents: Vec<Descent> = starts
+        .column_iter()
+        .zip(bounds)
+        .map(|(start, bounds)| Descent::new(&start.into_owned(), bounds, options))
+        .collect();
     loop {
         let mut wanting: Vec<&mut Descent> = descents.iter_mut().filter_map(Descent::wanting_tangent).collect();
         if !wanting.is_empty() {

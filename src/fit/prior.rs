@@ -1,7 +1,7 @@
 //! What is known of variables before there are data, as residuals like those of data: `(P − mean)/deviation`.
 
 use super::identify::{Certainty, certainty};
-use super::{Fit, LeastSquares, Tangent};
+use super::{Fit, LeastSquares, Loss, Tangent};
 use nalgebra::DMatrix;
 
 /// What is known of one variable beforehand.
@@ -53,47 +53,107 @@ impl<P: LeastSquares> LeastSquares for WithPriors<P> {
     }
 }
 
+/// A problem whose residuals count by a weight each, all the same: data by their scatter beside priors at their word.
+pub struct Weighed<P> {
+    pub problem: P,
+    pub weight: f64,
+}
+
+impl<P: LeastSquares> LeastSquares for Weighed<P> {
+    type Error = P::Error;
+
+    fn bounds(&self) -> &[(f64, f64)] {
+        self.problem.bounds()
+    }
+
+    fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, P::Error> {
+        Ok(self.problem.residuals(points)? * self.weight)
+    }
+
+    fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, P::Error> {
+        let weigh = |tangent: Tangent| Tangent {
+            residuals: tangent.residuals * self.weight,
+            jacobian: tangent.jacobian * self.weight,
+        };
+        Ok(self.problem.tangents(points)?.map(|tangents| tangents.into_iter().map(weigh).collect()))
+    }
+}
+
 impl Prior {
     fn residual(&self, value: f64) -> f64 {
         (value - self.mean) / self.deviation
     }
 }
 
-/// How well data and priors together determine the variables at the end of a fit whose last `priors` residuals are those
-/// of priors, and the variance of the residuals of the data.
+/// What data and priors together say at the end of a fit, straightened where it was robust.
+#[derive(Clone, Debug)]
+pub struct Posterior {
+    /// Residuals and derivatives of the data, and after them those of the priors.
+    tangent: Tangent,
+    samples: usize,
+    /// Of the residuals of the data.
+    pub variance: f64,
+    /// Of the loss: what a rise of it is to be divided by to be one of chi squared.
+    pub scale: f64,
+}
+
+/// What is known at the end of a fit by a loss, whose last `priors` residuals are those of priors.
 ///
 /// The deviations of priors are taken at their word, those of the data are not: their variance is estimated from their
-/// own residuals as `s² = S/(n − q)`, where `q = tr(J (JᵀJ/s² + Λ)⁻¹ Jᵀ)/s²` is how many variables the data had to
-/// determine, priors of precision Λ having had a share in them. The covariance is `(JᵀJ/s² + Λ)⁻¹`. To take s² for the
-/// variance of all residuals alike would widen or narrow what is known beforehand by how well the data fit.
-pub fn posterior(fit: &Fit, priors: usize) -> (Certainty, f64) {
+/// own residuals, for squares as `s² = S/(n − q)`, where `q = tr(J (JᵀJ/s² + Λ)⁻¹ Jᵀ)/s²` is how many variables the data
+/// had to determine, priors of precision Λ having had a share in them. The covariance is `(JᵀJ/s² + Λ)⁻¹`. To take s² for
+/// the variance of all residuals alike would widen or narrow what is known beforehand by how well the data fit.
+pub fn posterior(fit: &Fit, loss: Loss, priors: usize) -> Posterior {
     let samples = fit.residuals.len() - priors;
-    let squares = fit.residuals.rows(0, samples).norm_squared();
-    let mut variance = squares / samples as f64;
+    let data =
+        loss.straightened(&fit.residuals.rows(0, samples).into_owned(), &fit.jacobian.rows(0, samples).into_owned());
+    let (mut residuals, mut jacobian) = (fit.residuals.clone(), fit.jacobian.clone());
+    residuals.rows_mut(0, samples).copy_from(&data.residuals);
+    jacobian.rows_mut(0, samples).copy_from(&data.jacobian);
+    let mut variance = loss.variance(&data.residuals, 0.0);
     // Each turn changes q by less than the one before by a factor of n − q; the limit is one that nothing meets.
     for _ in 0..100 {
-        let determined = determined(&weighted(&fit.jacobian, samples, variance), samples);
-        let found = if samples as f64 > determined { squares / (samples as f64 - determined) } else { f64::INFINITY };
+        let found = loss.variance(&data.residuals, determined(&jacobian, samples, variance));
         let is_settled = (found - variance).abs() <= 1e-12 * variance;
         variance = found;
         if is_settled || !variance.is_finite() {
             break;
         }
     }
-    (certainty(&weighted(&fit.jacobian, samples, variance), 1.0), variance)
+    let scale = loss.scale(&data.residuals, variance);
+    Posterior { tangent: Tangent { residuals, jacobian }, samples, variance, scale }
 }
 
-/// A Jacobian with the rows of the data over their standard deviation.
-fn weighted(jacobian: &DMatrix<f64>, samples: usize, variance: f64) -> DMatrix<f64> {
+impl Posterior {
+    /// Those of the data alone.
+    pub fn residuals(&self) -> &[f64] {
+        &self.tangent.residuals.as_slice()[..self.samples]
+    }
+
+    /// Derivatives to be judged by a variance, all of them, as if that were the variance of the data: those of priors
+    /// are multiplied by its root, so that it cancels in what they say.
+    pub fn jacobian(&self, variance: f64) -> DMatrix<f64> {
+        let mut jacobian = self.tangent.jacobian.clone();
+        let priors = jacobian.nrows() - self.samples;
+        if priors > 0 {
+            jacobian.rows_mut(self.samples, priors).scale_mut(variance.sqrt());
+        }
+        jacobian
+    }
+
+    /// What is determined where the data count by a variance: [`variance`](Self::variance) where their residuals are
+    /// independent, more where those follow each other.
+    pub fn certainty(&self, variance: f64) -> Certainty {
+        certainty(&self.jacobian(variance), variance)
+    }
+}
+
+/// The leverage of the data, of a variance: how many variables they determine.
+fn determined(jacobian: &DMatrix<f64>, samples: usize, variance: f64) -> f64 {
     let deviation = if variance > 0.0 { variance.sqrt() } else { 1.0 };
-    DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| {
-        jacobian[(i, j)] / if i < samples { deviation } else { 1.0 }
-    })
-}
-
-/// The leverage of the first rows: how many variables they determine.
-fn determined(jacobian: &DMatrix<f64>, samples: usize) -> f64 {
-    let q: DMatrix<f64> = jacobian.clone().qr().q();
+    let mut weighted = jacobian.clone();
+    weighted.rows_mut(0, samples).unscale_mut(deviation);
+    let q: DMatrix<f64> = weighted.qr().q();
     q.rows(0, samples).norm_squared()
 }
 
@@ -132,8 +192,9 @@ mod tests {
         let mut problem = WithPriors { problem: Repeated(readings), priors };
         let options = Options { tolerance_gradient: 1e-12, tolerance_reduction: 1e-20, ..Options::default() };
         let Ok(fit) = minimize(&mut problem, &DVector::from_element(1, 1.0), &options);
-        let (certainty, variance) = posterior(&fit, 1);
-        (fit, certainty, variance)
+        let found = posterior(&fit, Loss::Squares, 1);
+        let certainty = found.certainty(found.variance);
+        (fit, certainty, found.variance)
     }
 
     /// With residuals of one unit the data weigh 16 and the prior 1/0.25² = 16: the estimate lies halfway.

@@ -3,8 +3,9 @@
 use super::figures::nearest;
 use super::{Story, gas, words};
 use crate::case::Case;
+use crate::fit::Loss;
 use crate::study::beside::Beside;
-use crate::study::estimate::Estimated;
+use crate::study::estimate::{Estimand, Estimated};
 use crate::study::sensitivity::Sensitivity;
 use crate::study::uncertainty::Uncertainty;
 
@@ -20,7 +21,7 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
     let mut say = |about: &'static str, said: String| found.push(Finding { about, said });
     let bondline = story.bondline();
     if let (Some(nominal), Some(sensor)) = (story.nominal_march(), bondline) {
-        let name = &story.case.sensors[sensor].name;
+        let name = story.sensor(story.case, sensor);
         let peak = nominal.peaks[sensor];
         say(
             "Peak",
@@ -65,20 +66,22 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
         say("Beside", explained(story, outcome));
     }
     if let Some(outcome) = story.estimated {
-        say("Estimate", estimate(story.case, outcome));
-        for (seen, (before, after)) in story.fitted(outcome).zip(&outcome.misfits) {
+        say("Estimate", estimate(outcome));
+        if let Some(said) = shared(story, outcome) {
+            say("Shared", said);
+        }
+        for (name, (before, after)) in story.misfits(outcome) {
             say(
                 "Fit",
                 format!(
-                    "{} is off by {} (root mean square) with the nominal factors and by {} with the estimates, over {} to \
-                     {}.",
-                    story.case.sensors[seen.sensor].name,
+                    "{name} is off by {} (root mean square) with the nominal factors and by {} with the estimates.",
                     words::misfit(before.rms_k),
-                    words::misfit(after.rms_k),
-                    words::seconds(outcome.window_s.0),
-                    words::seconds(outcome.window_s.1)
+                    words::misfit(after.rms_k)
                 ),
             );
+        }
+        if let Some(said) = ends(outcome) {
+            say("Starts", said);
         }
         let ended = if outcome.converged { "It converged" } else { "It did not converge" };
         let turns = words::counted(outcome.path.len().saturating_sub(1), "iteration");
@@ -175,15 +178,68 @@ pub(super) fn estimable(case: &Case, outcome: &Sensitivity) -> String {
     format!("{set} (condition number {condition}; {} for all together).", words::condition(all.condition_number))
 }
 
-fn estimate(case: &Case, outcome: &Estimated) -> String {
+fn estimate(outcome: &Estimated) -> String {
     let values: Vec<String> = (0..outcome.factors.len())
         .map(|index| {
-            let factor = &case.factors[outcome.factors[index]];
-            let interval = words::interval(outcome.intervals[index], outcome.bounds[index]);
+            let factor = &outcome.factors[index].factor;
+            let interval = words::interval(outcome.intervals[index], outcome.factors[index].bounds);
             format!("{} = {:.3} (95 % interval: {interval})", factor.name, outcome.values[index])
         })
         .collect();
     format!("{}.", words::listed(&values))
+}
+
+/// Which factors are one in several cases, and which are another in each.
+fn shared(story: &Story, outcome: &Estimated) -> Option<String> {
+    let cases: Vec<&str> = story.cases().map(|case| case.id.as_str()).collect();
+    let is_shared = |factor: &&Estimand| factor.places.iter().flatten().count() > 1;
+    let name = |factor: &Estimand| factor.factor.name.clone();
+    let (shared, own): (Vec<&Estimand>, Vec<&Estimand>) = outcome.factors.iter().partition(is_shared);
+    let [shared, own] = [shared, own].map(|factors| factors.into_iter().map(name).collect::<Vec<String>>());
+    let said = match (shared.len(), own.len()) {
+        (0, _) => format!("{} share no factor: they are fitted side by side.", words::listed(&cases)),
+        (_, 0) => format!("{} share all factors.", words::listed(&cases)),
+        _ => format!("{} share {}; {} of one case alone.", words::listed(&cases), words::listed(&shared), {
+            let verb = if own.len() == 1 { "is" } else { "are" };
+            format!("{} {verb}", words::listed(&own))
+        }),
+    };
+    (cases.len() > 1).then_some(said)
+}
+
+/// What was made least, where it is not the sum of squares alone.
+pub(super) fn objective(outcome: &Estimated) -> Option<String> {
+    let loss = match outcome.loss {
+        Loss::Squares => None,
+        Loss::SoftL1 { width } => Some(("soft L1", width)),
+        Loss::Huber { width } => Some(("Huber's", width)),
+    };
+    let loss = loss.map(|(name, width)| {
+        format!(
+            "samples beyond {} standard deviations count by their distance ({name} loss)",
+            words::significant(width, 3)
+        )
+    });
+    let prior = outcome.prior.map(|bounds| {
+        format!(
+            "each factor is held to its nominal value, with two standard deviations to its {} bounds",
+            bounds.name()
+        )
+    });
+    let said: Vec<String> = loss.into_iter().chain(prior).collect();
+    (!said.is_empty()).then(|| format!("What was made least: {}.", words::listed(&said)))
+}
+
+/// Where several descents ended.
+pub(super) fn ends(outcome: &Estimated) -> Option<String> {
+    let least = outcome.ends.iter().filter(|end| end.is_least).count();
+    let others = outcome.ends.len() - least;
+    let rest = match others {
+        0 => "no other minimum was met".to_owned(),
+        _ => format!("{} ended higher, in other minima or short of one", words::counted(others, "other")),
+    };
+    (outcome.ends.len() > 1)
+        .then(|| format!("Of {} {least} ended at the estimate; {rest}.", words::counted(outcome.ends.len(), "start")))
 }
 
 /// A clause without its closing point, to be put into a sentence.

@@ -5,7 +5,7 @@ use crate::case::exposure::OpenFace;
 use crate::case::material::{Mark, Provenance};
 use crate::case::*;
 use crate::march::{Backend, Precision};
-use crate::study::estimate::{Combination, Estimated, Landscape, Turn};
+use crate::study::estimate::Estimated;
 use crate::study::nominal::{Misfit, Nominal, Peak};
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::uncertainty::{Failure, PeakSpread, Spread, Uncertainty};
@@ -14,6 +14,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 mod charring;
+mod estimated;
+
+use estimated::estimated;
 
 /// A case and an answer to every question about it.
 pub(super) struct Outcomes {
@@ -30,6 +33,7 @@ impl Outcomes {
         let study = command == "study";
         Story {
             case: &self.case,
+            others: &[],
             command,
             version: "0.1.0",
             backend: &self.backend,
@@ -207,6 +211,7 @@ fn case() -> Case {
             window_s: Some((0.0, 80.0)),
             start: vec![1.1, 0.9],
             bounds: Bounds::Small,
+            ..Estimate::default()
         },
         resolution: Resolution { cells: 64, first_step_s: 0.01, growth: 0.05, largest_step_s: 0.5, every_s: 0.5 },
     }
@@ -323,68 +328,12 @@ fn sensitivity() -> Sensitivity {
     }
 }
 
-fn estimated(before: Nominal) -> Estimated {
-    let axis =
-        |low: f64, high: f64| -> Vec<f64> { (0..31).map(|n| low + (high - low) * f64::from(n) / 30.0).collect() };
-    let (x, y) = (axis(0.75, 1.25), axis(0.9, 1.1));
-    let objective = |k: f64, c: f64| {
-        let (along, across) = (k - 0.97 + (c - 1.02), k - 0.97 - (c - 1.02));
-        900.0 + 9e5 * across * across + 1.2e4 * along * along
-    };
-    let path = [(1.1, 0.9), (1.02, 0.96), (0.985, 1.01), (0.972, 1.018), (0.97, 1.02)];
-    Estimated {
-        factors: vec![3, 4],
-        sensors: vec![3],
-        window_s: (0.0, 80.0),
-        bounds: vec![(0.75, 1.25), (0.9, 1.1)],
-        start: vec![1.1, 0.9],
-        values: vec![0.97, 1.02],
-        standard_errors: vec![0.012, 0.015],
-        intervals: vec![(0.946, 0.994), (0.99, 1.05)],
-        at_bound: vec![false, false],
-        identifiability: set(vec![3, 4], vec![vec![1.0, 0.993], vec![0.993, 1.0]], 17.0),
-        combinations: vec![Combination {
-            pair: (0, 1),
-            correlation: 0.993,
-            is_ratio: true,
-            value: 0.97 / 1.02,
-            relative_error: 0.003,
-        }],
-        objective_k2: (objective(1.1, 0.9), objective(0.97, 1.02)),
-        path: path
-            .iter()
-            .enumerate()
-            .map(|(n, &(k, c))| Turn {
-                values: vec![k, c],
-                objective_k2: objective(k, c),
-                damping: 10_f64.powi(-(n as i32)),
-            })
-            .collect(),
-        marches: 46,
-        termination: "the objective no longer falls".to_owned(),
-        converged: true,
-        advice: "Nothing to do.".to_owned(),
-        before,
-        after: nominal(0.93),
-        misfits: vec![(misfit(26.0), misfit(3.1))],
-        residuals: vec![(0..81).map(|n| (f64::from(n), 2.5 * wobble(n as usize) + 0.03 * f64::from(n))).unzip()],
-        autocorrelation: 0.62,
-        effective_samples: 19.0,
-        samples: 81,
-        landscape: Some(Landscape {
-            objective_k2: y.iter().map(|&c| x.iter().map(|&k| objective(k, c)).collect()).collect(),
-            x,
-            y,
-        }),
-    }
-}
-
 pub(super) fn outcomes() -> Outcomes {
     let (case, nominal) = (case(), nominal(1.0));
     Outcomes {
         uncertainty: uncertainty(&case, &nominal),
         sensitivity: sensitivity(),
-        estimated: estimated(nominal.clone()),
+        estimated: estimated(&case, nominal.clone()),
         backend: Backend { name: "AMD EPYC, 2 threads".to_owned(), kind: "cpu", precision: Precision::F64 },
         nominal,
         case,

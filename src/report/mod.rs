@@ -18,11 +18,11 @@ mod svg;
 mod warnings;
 mod words;
 
-use crate::case::{Case, Observation};
+use crate::case::Case;
 use crate::march::{Backend, Precision};
 use crate::study::beside::Beside;
-use crate::study::estimate::Estimated;
-use crate::study::nominal::Nominal;
+use crate::study::estimate::{Estimated, Fitted};
+use crate::study::nominal::{Misfit, Nominal};
 use crate::study::sensitivity::Sensitivity;
 use crate::study::uncertainty::Uncertainty;
 use files::{OutputFolder, record, tables};
@@ -33,6 +33,8 @@ use std::time::Instant;
 #[derive(Clone, Copy, Debug)]
 pub struct Story<'a> {
     pub case: &'a Case,
+    /// The cases that were estimated together with it.
+    pub others: &'a [Case],
     /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`.
     pub command: &'a str,
     pub version: &'a str,
@@ -69,7 +71,7 @@ pub enum ReportError {
     #[error("figure {id}: {message}")]
     Figure { id: String, message: String },
     #[error("table {name}: {message}")]
-    Table { name: &'static str, message: String },
+    Table { name: String, message: String },
     #[error("{path:?}: {message}")]
     Parquet { path: PathBuf, message: String },
     #[error("{path:?}: {message}")]
@@ -81,7 +83,7 @@ pub enum ReportError {
 impl<'a> Story<'a> {
     /// The march at the nominal factors, whichever study made it.
     pub fn nominal_march(&self) -> Option<&'a Nominal> {
-        self.nominal.or(self.estimated.map(|outcome| &outcome.before))
+        self.nominal.or(self.estimated.and_then(|outcome| outcome.fitted.first()).map(|fitted| &fitted.before))
     }
 
     /// The deepest sensor: the bondline, where there is one.
@@ -90,9 +92,42 @@ impl<'a> Story<'a> {
         (0..sensors.len()).max_by(|&a, &b| sensors[a].depth_m.total_cmp(&sensors[b].depth_m))
     }
 
-    /// The observations an estimate was fitted to, in the order of its misfits and residuals.
-    fn fitted(&self, outcome: &'a Estimated) -> impl Iterator<Item = &'a Observation> {
-        self.case.observations.iter().filter(|seen| outcome.sensors.contains(&seen.sensor))
+    /// The case, and those that were estimated together with it.
+    fn cases(&self) -> impl Iterator<Item = &'a Case> {
+        std::iter::once(self.case).chain(self.others)
+    }
+
+    /// What names the story: of several cases `lcat-2259+lcat-2330`.
+    pub fn id(&self) -> String {
+        let ids: Vec<&str> = self.cases().map(|case| case.id.as_str()).collect();
+        ids.join("+")
+    }
+
+    /// What its analysts called the cases.
+    fn name(&self) -> String {
+        let names: Vec<&str> = self.cases().map(|case| case.name.as_str()).collect();
+        words::listed(&names)
+    }
+
+    /// Every case of an estimate, with what came of it.
+    fn fits(&self, outcome: &'a Estimated) -> impl Iterator<Item = (&'a Case, &'a Fitted)> {
+        self.cases().zip(&outcome.fitted)
+    }
+
+    /// Every observation that an estimate was fitted to: of which sensor, and of which case where there are several; and
+    /// its misfit before and after.
+    fn misfits(&self, outcome: &'a Estimated) -> Vec<(String, &'a (Misfit, Misfit))> {
+        let of = |(case, fitted): (&'a Case, &'a Fitted)| {
+            let names = fitted.sensors.iter().map(move |&sensor| self.sensor(case, sensor));
+            names.zip(&fitted.misfits)
+        };
+        self.fits(outcome).flat_map(of).collect()
+    }
+
+    /// `TC4`, or `TC4 of lcat-2330` where there are several cases.
+    fn sensor(&self, case: &Case, sensor: usize) -> String {
+        let name = &case.sensors[sensor].name;
+        if self.others.is_empty() { name.clone() } else { format!("{name} of {}", case.id) }
     }
 }
 

@@ -23,7 +23,7 @@ pub fn screen(story: &Story) -> String {
     });
     let elapsed_s = story.seconds.began.elapsed().as_secs_f64();
     let mut lines = vec![
-        format!("{}: {}", story.command, story.case.name),
+        format!("{}: {}", story.command, story.name()),
         format!("{}{}, {} s", members, backend_words(story.backend), words::significant(elapsed_s, 2)),
     ];
     // A study tells on the screen what four commands tell on four.
@@ -163,22 +163,29 @@ fn estimate(story: &Story, outcome: &Estimated, room: &Room) -> Vec<String> {
     for index in 0..outcome.factors.len().min(room.factors) {
         lines.push(format!(
             "{:<20}{:>8.3}{:>10.4}{:>10}{:>20}  {}",
-            words::short(&story.case.factors[outcome.factors[index]].name, 19),
-            outcome.start[index],
+            words::short(&outcome.factors[index].factor.name, 19),
+            outcome.path[0].values[index],
             outcome.values[index],
             words::significant(outcome.standard_errors[index], 2),
-            words::interval(outcome.intervals[index], outcome.bounds[index]),
+            words::interval(outcome.intervals[index], outcome.factors[index].bounds),
             if outcome.at_bound[index] { "at bound" } else { "" }
         ));
     }
-    for (seen, (before, after)) in story.fitted(outcome).zip(&outcome.misfits).take(room.fitted) {
+    for profile in outcome.profiles.iter().take(room.factors) {
+        let estimand = &outcome.factors[profile.factor];
+        let within = words::profiled(profile.interval, estimand.bounds);
+        lines.push(format!("{}: 95 % by its profile: {within}", estimand.factor.name));
+    }
+    for (name, (before, after)) in story.misfits(outcome).into_iter().take(room.fitted) {
         lines.push(format!(
-            "{} is off by {} (rms) with the nominal factors, {} with these",
-            story.case.sensors[seen.sensor].name,
+            "{name} is off by {} (rms) nominally, {} with these factors",
             words::misfit(before.rms_k),
             words::misfit(after.rms_k)
         ));
     }
+    lines.extend(
+        findings::objective(outcome).into_iter().chain(findings::ends(outcome)).flat_map(|said| wrapped("", &said)),
+    );
     let ended = if outcome.converged { "converged" } else { "NOT converged" };
     lines.push(format!(
         "{ended} after {}: {}",

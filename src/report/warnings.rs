@@ -13,6 +13,8 @@ const EXCURSION_K: f64 = 10.0;
 /// Beyond this a per cent of model error may be tens of per cent of an estimate (the range 30 to 100 marks
 /// strong dependence in Belsley, Kuh & Welsch, *Regression Diagnostics*, 1980).
 const CONDITION: f64 = 50.0;
+/// Beyond this data weigh four times too much against what is known beforehand.
+const SHORTFALL: f64 = 2.0;
 /// Residuals whose neighbours correlate so are a pattern, not noise.
 const AUTOCORRELATION: f64 = 0.5;
 
@@ -44,10 +46,16 @@ pub(super) fn all(story: &Story) -> Vec<String> {
         ));
     }
     if let Some(outcome) = story.estimated {
-        estimate(story.case, outcome, &mut doubts);
-        march(story.case, &outcome.after, "fitted", &mut doubts);
+        estimate(story, outcome, &mut doubts);
+        for (case, fitted) in story.fits(outcome) {
+            march(case, &fitted.after, "fitted", &mut doubts);
+        }
+        for (case, fitted) in story.fits(outcome).skip(1) {
+            march(case, &fitted.before, "nominal", &mut doubts);
+            excursions(case, &[&fitted.before, &fitted.after], &mut doubts);
+        }
     }
-    let fitted = story.estimated.map(|outcome| &outcome.after);
+    let fitted = story.estimated.and_then(|outcome| outcome.fitted.first()).map(|fitted| &fitted.after);
     let marches: Vec<&Nominal> = story.nominal_march().into_iter().chain(fitted).collect();
     excursions(story.case, &marches, &mut doubts);
     doubts
@@ -176,21 +184,21 @@ fn known(case: &Case, index: usize) -> Vec<(&'static str, (f64, f64))> {
     known
 }
 
-fn estimate(case: &Case, outcome: &Estimated, doubts: &mut Vec<String>) {
+fn estimate(story: &Story, outcome: &Estimated, doubts: &mut Vec<String>) {
     if !outcome.converged {
         doubts.push(format!("The estimate did not converge ({}). {}", outcome.termination, outcome.advice));
     }
-    for (index, &factor) in outcome.factors.iter().enumerate() {
-        let (low, high) = outcome.bounds[index];
+    for (index, factor) in outcome.factors.iter().enumerate() {
+        let (low, high) = factor.bounds;
         if outcome.at_bound[index] {
             doubts.push(format!(
                 "{} stands on its bound at {:.3} (allowed {low:.2} to {high:.2}): the data want it beyond, or the \
                  model lacks something.",
-                case.factors[factor].name, outcome.values[index]
+                factor.factor.name, outcome.values[index]
             ));
         }
     }
-    combinations(case, outcome, doubts);
+    combinations(outcome, doubts);
     let set = &outcome.identifiability;
     if set.condition_number > CONDITION {
         doubts.push(format!(
@@ -199,7 +207,14 @@ fn estimate(case: &Case, outcome: &Estimated, doubts: &mut Vec<String>) {
             set.weakest
         ));
     }
-    if outcome.autocorrelation > AUTOCORRELATION && is_seen(case, outcome) {
+    if outcome.prior.is_some() && outcome.shortfall > SHORTFALL {
+        doubts.push(format!(
+            "The data weigh too much against the priors: what they leave scatters, and follows itself, as if their standard \
+             deviations were {} times as large. The intervals know; for the estimates too, give the data such a sigma.",
+            words::significant(outcome.shortfall, 2)
+        ));
+    }
+    if outcome.autocorrelation > AUTOCORRELATION && is_seen(story, outcome) {
         doubts.push(format!(
             "The residuals are not noise: neighbours correlate by {}, so {} carry the information of {}. The model \
              lacks something, and standard errors are too small; the intervals allow for it.",
@@ -212,17 +227,19 @@ fn estimate(case: &Case, outcome: &Estimated, doubts: &mut Vec<String>) {
 
 /// Whether residuals are large enough to matter: a tenth of the standard deviation of the measurement, at one sensor
 /// at least. Data made without noise leave rounding, and rounding has patterns.
-fn is_seen(case: &Case, outcome: &Estimated) -> bool {
-    let fitted = case.observations.iter().filter(|seen| outcome.sensors.contains(&seen.sensor));
-    fitted.zip(&outcome.misfits).any(|(seen, (_, after))| {
-        let finest_k = seen.sigma_k.iter().copied().fold(f64::INFINITY, f64::min);
-        after.rms_k > 0.1 * finest_k
+fn is_seen(story: &Story, outcome: &Estimated) -> bool {
+    story.fits(outcome).any(|(case, fitted)| {
+        let seen = case.observations.iter().filter(|seen| fitted.sensors.contains(&seen.sensor));
+        seen.zip(&fitted.misfits).any(|(seen, (_, after))| {
+            let finest_k = seen.sigma_k.iter().copied().fold(f64::INFINITY, f64::min);
+            after.rms_k > 0.1 * finest_k
+        })
     })
 }
 
 /// Estimates that stand in each other's way, and what the data determine in their place.
-fn combinations(case: &Case, outcome: &Estimated, doubts: &mut Vec<String>) {
-    let name = |place: usize| case.factors[outcome.factors[place]].name.as_str();
+fn combinations(outcome: &Estimated, doubts: &mut Vec<String>) {
+    let name = |place: usize| outcome.factors[place].factor.name.as_str();
     for found in &outcome.combinations {
         let (first, second) = (name(found.pair.0), name(found.pair.1));
         let correlate = format!(
@@ -264,11 +281,21 @@ mod tests {
         outcomes.estimated.at_bound[0] = true;
         outcomes.estimated.converged = false;
         outcomes.estimated.identifiability.condition_number = 400.0;
-        outcomes.estimated.after.arrival = Arrival::Strayed { time_s: 12.0 };
+        outcomes.estimated.fitted[0].after.arrival = Arrival::Strayed { time_s: 12.0 };
         outcomes.nominal.balance.back_out_j_m2 *= 1.2;
         for fault in ["bound", "converge", "ill-conditioned", "balance", "ran away"] {
             assert_eq!(saying(&outcomes, fault), 1, "{fault}");
         }
+    }
+
+    #[test]
+    fn data_that_scatter_more_than_they_say_are_doubted_where_they_stand_against_priors() {
+        let mut outcomes = fixture::outcomes();
+        assert_eq!(saying(&outcomes, "weigh too much against the priors"), 0, "there are none");
+        outcomes.estimated.prior = Some(crate::case::Bounds::Small);
+        assert_eq!(saying(&outcomes, "as if their standard deviations were 3.3 times as large"), 1);
+        outcomes.estimated.shortfall = 1.2;
+        assert_eq!(saying(&outcomes, "weigh too much against the priors"), 0);
     }
 
     #[test]
@@ -287,7 +314,7 @@ mod tests {
     fn the_pattern_of_what_rounding_leaves_is_no_doubt() {
         let mut outcomes = fixture::outcomes();
         assert_eq!(saying(&outcomes, "not noise"), 1);
-        for (_, after) in &mut outcomes.estimated.misfits {
+        for (_, after) in &mut outcomes.estimated.fitted[0].misfits {
             after.rms_k = 1e-6;
         }
         assert_eq!(saying(&outcomes, "not noise"), 0);
@@ -297,8 +324,8 @@ mod tests {
     fn gas_that_is_lost_on_its_way_is_doubted() {
         let mut outcomes = fixture::outcomes().charring();
         assert_eq!(saying(&outcomes, "The mass of the nominal march does not balance"), 0);
-        outcomes.estimated.before.balance.gas_out_kg_m2 *= 0.99;
-        outcomes.nominal.balance = outcomes.estimated.before.balance;
+        outcomes.estimated.fitted[0].before.balance.gas_out_kg_m2 *= 0.99;
+        outcomes.nominal.balance = outcomes.estimated.fitted[0].before.balance;
         assert_eq!(saying(&outcomes, "The mass of the nominal march does not balance"), 1);
     }
 
@@ -306,7 +333,7 @@ mod tests {
     fn a_ply_hotter_than_its_tables_is_doubted_and_one_within_them_is_not() {
         let mut outcomes = fixture::outcomes();
         assert_eq!(saying(&outcomes, "Pyrogel 3350 (INS1) met 1,320 K (1,047 °C), beyond its tables"), 1);
-        outcomes.estimated.after.extremes_k[3].1 = 1250.0;
+        outcomes.estimated.fitted[0].after.extremes_k[3].1 = 1250.0;
         assert_eq!(saying(&outcomes, "Pyrogel 3350 (INS1 and INS2) met 1,320 K"), 1);
         outcomes.case.layup.plies[2].material = std::sync::Arc::clone(&outcomes.case.layup.plies[0].material);
         assert_eq!(saying(&outcomes, "Pyrogel 3350 (INS2) met 1,250 K"), 1);

@@ -74,6 +74,16 @@ pub(super) fn interval((low, high): (f64, f64), (least, most): (f64, f64)) -> St
     if is_known { format!("{low:.3} to {high:.3}") } else { "not determined".to_owned() }
 }
 
+/// An interval by profile likelihood; a side without an end goes up to the bound, and is not known to end there.
+pub(super) fn profiled((low, high): (Option<f64>, Option<f64>), (least, most): (f64, f64)) -> String {
+    match (low, high) {
+        (None, None) => "not determined".to_owned(),
+        (Some(low), None) => format!("from {low:.3} to beyond its bound {most:.2}"),
+        (None, Some(high)) => format!("from below its bound {least:.2} to {high:.3}"),
+        (Some(low), Some(high)) => format!("{low:.3} to {high:.3}"),
+    }
+}
+
 /// A whole number, thousands grouped: `5,000`.
 pub(super) fn count(number: usize) -> String {
     group(&number.to_string())
@@ -199,6 +209,15 @@ mod tests {
         for wide in [(-129.4, 131.5), (f64::NEG_INFINITY, f64::INFINITY), (f64::NAN, f64::NAN)] {
             assert_eq!(interval(wide, (0.75, 1.25)), "not determined");
         }
+    }
+
+    #[test]
+    fn a_profile_that_a_bound_ends_is_said_to_go_beyond_it() {
+        let bounds = (0.75, 1.25);
+        assert_eq!(profiled((Some(0.8), Some(1.1)), bounds), "0.800 to 1.100");
+        assert_eq!(profiled((None, Some(1.1)), bounds), "from below its bound 0.75 to 1.100");
+        assert_eq!(profiled((Some(0.8), None), bounds), "from 0.800 to beyond its bound 1.25");
+        assert_eq!(profiled((None, None), bounds), "not determined");
     }
 
     #[test]

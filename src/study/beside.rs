@@ -1,9 +1,8 @@
 //! How much of a misfit does other physics explain? A second case fitted to the same observations.
 
-use super::estimate::{EstimateError, Estimated, estimate};
+use super::estimate::{EstimateError, Estimated, Fitted, Search, estimate};
 use super::nominal::Nominal;
 use crate::case::{Case, Face, Observation};
-use crate::fit::Options;
 use crate::march::March;
 use crate::plan::Plan;
 
@@ -53,21 +52,21 @@ pub enum BesideError {
 /// # Errors
 /// When the observations differ, or what [`estimate`] fails of.
 pub fn beside(
-    (case, first): (&Case, &Estimated),
+    (case, first): (&Case, &Fitted),
     other: &Case,
     march: &mut dyn March,
-    options: &Options,
+    search: &Search,
 ) -> Result<Beside, BesideError> {
     if let Some(why) = different(case, other) {
         return Err(BesideError::OtherObservations { case: case.id.clone(), other: other.id.clone(), why });
     }
-    let estimated = estimate(other, &Plan::new(other), march, options)?;
+    let estimated = estimate(&[(other, &Plan::new(other))], march, search)?;
     let cooling_s = cooling_s(case);
     let left = |(seen, twin): (&Observation, &Observation)| {
         let rms_k = |from_s: f64, to_s: f64| {
             [
                 rms_k(seen, &first.after, seen.sensor, from_s, to_s),
-                rms_k(twin, &estimated.after, twin.sensor, from_s, to_s),
+                rms_k(twin, &estimated.fitted[0].after, twin.sensor, from_s, to_s),
             ]
         };
         Left { sensor: seen.sensor, heating_k: rms_k(0.0, cooling_s), cooling_k: rms_k(cooling_s, f64::INFINITY) }
@@ -76,7 +75,7 @@ pub fn beside(
     Ok(Beside {
         id: other.id.clone(),
         name: other.name.clone(),
-        factors: estimated.factors.iter().map(|&factor| other.factors[factor].name.clone()).collect(),
+        factors: estimated.factors.iter().map(|factor| factor.factor.name.clone()).collect(),
         left: case.observations.iter().zip(twins.flatten()).map(left).collect(),
         cooling_s,
         estimated,

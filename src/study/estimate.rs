@@ -1,27 +1,34 @@
 //! Which factors make the prediction meet the measurement?
 
+mod combination;
+mod estimand;
+mod landscape;
+mod profile;
+
+pub use combination::Combination;
+pub use estimand::Estimand;
+pub use landscape::Landscape;
+pub use profile::Profile;
+
 use super::nominal::{Misfit, Nominal};
 use super::sensitivity::{Identifiability, difference_step};
-use super::thermocouples::{Sample, Thermocouples, samples};
-use crate::case::Case;
-use crate::ensemble::Ensemble;
-use crate::fit::interval::{effective_samples, lag_one, residual_variance, student_95};
-use crate::fit::{Fit, LeastSquares, Options, minimize};
-use crate::march::{March, MarchError, Precision, march_all};
+use super::thermocouples::{Part, Sample, Thermocouples, samples};
+use crate::case::{Bounds, Case};
+use crate::ensemble::{Ensemble, Sampling, SamplingKind};
+use crate::fit::interval::{effective_samples, inflation, lag_one, noise_autocorrelation, student_95};
+use crate::fit::{Fit, Loss, Options, Prior, Robust, Rules, Weighed, WithPriors, minimize_all, posterior};
+use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
-use crate::traces::{Arrival, Traces};
-use nalgebra::DVector;
+use crate::traces::Traces;
+use estimand::estimands;
+use nalgebra::DMatrix;
+use profile::{About, profiles};
 
 /// Estimated factors and how they were found.
 #[derive(Clone, Debug)]
 pub struct Estimated {
-    /// Indices into the case's factors, in the order of every vector here.
-    pub factors: Vec<usize>,
-    /// Indices of the sensors whose observations were fitted.
-    pub sensors: Vec<usize>,
-    pub window_s: (f64, f64),
-    pub bounds: Vec<(f64, f64)>,
-    pub start: Vec<f64>,
+    /// In the order of every vector here.
+    pub factors: Vec<Estimand>,
     pub values: Vec<f64>,
     /// From the covariance scaled by the residuals, as if they were independent; infinite where not determined.
     pub standard_errors: Vec<f64>,
@@ -32,15 +39,42 @@ pub struct Estimated {
     pub identifiability: Identifiability,
     /// What pairs of estimates determine that neither does alone.
     pub combinations: Vec<Combination>,
+    /// How samples counted that were far off, and the side constraints that priors were made of, if any.
+    pub loss: Loss,
+    pub prior: Option<Bounds>,
     /// Sum of squared residuals in K² (the paper's S), at the start and at the end.
     pub objective_k2: (f64, f64),
     /// The points visited, the start first.
     pub path: Vec<Turn>,
+    /// Where every start ended, the case's own first; the estimate is the lowest.
+    pub ends: Vec<End>,
     /// Members marched.
     pub marches: usize,
     pub termination: String,
     pub converged: bool,
     pub advice: String,
+    /// One a case, in their order.
+    pub fitted: Vec<Fitted>,
+    /// Lag-one autocorrelation of the weighted residuals, and the number of independent samples that the noise leaves
+    /// which it tells of.
+    pub autocorrelation: f64,
+    pub effective_samples: f64,
+    pub samples: usize,
+    /// By how much the standard deviations of the data fall short of how they scatter and follow each other: intervals and
+    /// profiles are of data with so many times their deviations, the estimates of data with their own.
+    pub shortfall: f64,
+    /// Of a pair of factors: the objective over the plane of the two.
+    pub landscape: Option<Landscape>,
+    /// Of the factors they were asked of.
+    pub profiles: Vec<Profile>,
+}
+
+/// One of the cases fitted.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// Indices of the sensors whose observations were fitted.
+    pub sensors: Vec<usize>,
+    pub window_s: (f64, f64),
     /// The nominal march and the one at the estimates.
     pub before: Nominal,
     pub after: Nominal,
@@ -48,56 +82,6 @@ pub struct Estimated {
     pub misfits: Vec<(Misfit, Misfit)>,
     /// One a fitted observation: times and measured less predicted, over the window.
     pub residuals: Vec<(Vec<f64>, Vec<f64>)>,
-    /// Lag-one autocorrelation of the residuals and the number of independent samples that it leaves.
-    pub autocorrelation: f64,
-    pub effective_samples: f64,
-    pub samples: usize,
-    /// Of a pair of factors: the objective over the plane of the two.
-    pub landscape: Option<Landscape>,
-}
-
-/// Of two estimates that stand in each other's way, what the data do determine: what one gains the other gives in the
-/// same proportion, or takes in the inverse one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Combination {
-    /// Places among the estimated factors.
-    pub pair: (usize, usize),
-    /// Of their estimates.
-    pub correlation: f64,
-    /// The ratio of the first to the second, where they rise together; else their product.
-    pub is_ratio: bool,
-    pub value: f64,
-    /// One standard deviation relative to the value, to first order, of residuals that are independent.
-    pub relative_error: f64,
-}
-
-/// Two estimates that correlate beyond this cannot be told apart in practice (Beck & Arnold, *Parameter
-/// Estimation*, 1977, draw the line at 0.9).
-const CORRELATION: f64 = 0.95;
-
-impl Combination {
-    /// Of every pair of estimates that cannot be told apart. Where one has no standard error its share cancels no more,
-    /// and the combination's is no number.
-    pub fn all(values: &[f64], standard_errors: &[f64], correlation: &[Vec<f64>]) -> Vec<Self> {
-        let pairs = (0..values.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
-        pairs
-            .filter(|&(first, second)| correlation[second][first].abs() > CORRELATION)
-            .map(|(first, second)| {
-                let correlation = correlation[second][first];
-                let is_ratio = correlation > 0.0;
-                let [a, b] = [first, second].map(|place| standard_errors[place] / values[place]);
-                let variance = (a - b).powi(2) + 2.0 * a * b * (1.0 - correlation.abs());
-                let (one, other) = (values[first], values[second]);
-                Self {
-                    pair: (first, second),
-                    correlation,
-                    is_ratio,
-                    value: if is_ratio { one / other } else { one * other },
-                    relative_error: variance.sqrt(),
-                }
-            })
-            .collect()
-    }
 }
 
 /// One accepted iteration.
@@ -109,14 +93,17 @@ pub struct Turn {
     pub damping: f64,
 }
 
-/// The objective over two factors: the paper's design space.
+/// One start and where it led.
 #[derive(Clone, Debug)]
-pub struct Landscape {
-    /// Values of the first factor, and of the second.
-    pub x: Vec<f64>,
-    pub y: Vec<f64>,
-    /// S in K², `objective_k2[j][i]` at `x[i]`, `y[j]`; NaN where the member failed.
-    pub objective_k2: Vec<Vec<f64>>,
+pub struct End {
+    pub start: Vec<f64>,
+    pub values: Vec<f64>,
+    /// What is made least: weighted squares or their loss, and those of priors.
+    pub objective: f64,
+    pub converged: bool,
+    /// Whether no data tell this end from the estimate: its objective is higher by less than a hundredth of what one
+    /// standard error adds.
+    pub is_least: bool,
 }
 
 /// Why nothing was estimated.
@@ -124,215 +111,256 @@ pub struct Landscape {
 pub enum EstimateError {
     #[error("nothing to estimate: the case names no factors; give --factors")]
     NoFactors,
-    #[error("nothing to estimate from: the sensors chosen have no samples between {0} s and {1} s")]
-    NoSamples(f64, f64),
+    #[error("nothing to estimate in {0:?}: it has none of the factors of the others")]
+    NothingShared(String),
+    #[error("nothing to estimate from: the sensors chosen of {case:?} have no samples between {from_s} s and {to_s} s")]
+    NoSamples { case: String, from_s: f64, to_s: f64 },
+    #[error(
+        "factor {factor:?}: the cases allow no value in common; the highest low bound is {low}, the lowest high one {high}"
+    )]
+    NoRoom { factor: String, low: f64, high: f64 },
+    #[error("no profile of {name:?}: it is not estimated; there are {known}")]
+    NoProfile { name: String, known: String },
+    #[error("{case:?} asks for another loss or prior than {first:?}; give --loss and --prior for all")]
+    OtherObjective { first: String, case: String },
     #[error(transparent)]
     March(#[from] MarchError),
 }
 
-/// How to minimise with derivatives by differences of marches in a precision: a reduction below their error is not
-/// waited for, for it never comes.
-pub fn options(precision: Precision) -> Options {
-    let difference_step = difference_step(precision);
-    match precision {
-        Precision::F32 => Options { difference_step, tolerance_reduction: 1e-6, ..Options::default() },
-        Precision::F64 => Options { difference_step, ..Options::default() },
+/// How to look for the least.
+#[derive(Clone, Debug)]
+pub struct Search {
+    pub options: Options,
+    /// The case's own start, and as many drawn evenly between the bounds as make up this number, all side by side; the
+    /// lowest end counts. At least one.
+    pub starts: usize,
+    /// The factors whose profiles are wanted, by name.
+    pub profiles: Vec<String>,
+}
+
+impl Search {
+    /// From one start, with derivatives by differences of marches in a precision: a reduction below their error is not
+    /// waited for, for it never comes.
+    pub fn of(precision: Precision) -> Self {
+        let difference_step = difference_step(precision);
+        let options = match precision {
+            Precision::F32 => Options { difference_step, tolerance_reduction: 1e-6, ..Options::default() },
+            Precision::F64 => Options { difference_step, ..Options::default() },
+        };
+        Self { options, starts: 1, profiles: Vec::new() }
     }
 }
 
-/// Values of the factors on each side of a landscape.
-const LANDSCAPE: usize = 25;
+/// The paper's rules, whose tolerances it leaves open, for residuals in standard deviations: S of 1 is an estimate off by
+/// its standard error, so that 0.01 is off by a tenth of it, and nobody reads a millionth of a factor.
+pub const PAPER: Rules =
+    Rules::Paper { damping: 1e-3, tolerance_objective: 1e-2, tolerance_slope: 1e-2, tolerance_step: 1e-6 };
 
-/// Estimate the factors that the case names from the sensors and the window it names.
+/// The seed of the starts drawn: which they are does not matter, and that they are the same does.
+const STARTS_SEED: u64 = 1;
+
+/// Estimate the factors that the cases name from the sensors and the windows they name, all at once: one vector of
+/// residuals, in which a factor that cases share is one variable.
 ///
 /// # Errors
-/// When the case names nothing to estimate or to estimate from, or the device fails.
-pub fn estimate(
-    case: &Case,
-    plan: &Plan,
-    march: &mut dyn March,
-    options: &Options,
-) -> Result<Estimated, EstimateError> {
-    let window_s = case.estimate.window_s.unwrap_or((0.0, case.exposure.duration_s));
-    let factors = case.estimate.factors.clone();
-    let observed = samples(case, plan);
-    let flat = observed.concat();
-    if factors.is_empty() {
-        return Err(EstimateError::NoFactors);
-    }
-    if flat.is_empty() {
-        return Err(EstimateError::NoSamples(window_s.0, window_s.1));
-    }
-    let nominal: Vec<f64> = factors.iter().map(|&factor| case.factors[factor].nominal).collect();
-    let start = if case.estimate.start.is_empty() { nominal } else { case.estimate.start.clone() };
+/// When a case names nothing to estimate or to estimate from, the cases do not go together, or the device fails.
+pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search) -> Result<Estimated, EstimateError> {
+    let cases: Vec<&Case> = runs.iter().map(|(case, _)| *case).collect();
+    let factors = estimands(&cases)?;
+    let (loss, prior) = objective(&cases)?;
+    let observed: Vec<Vec<Vec<Sample>>> = runs.iter().map(|(case, plan)| samples(case, plan)).collect();
+    check(&cases, &factors, &observed)?;
+    let profiled = profiled(&factors, &search.profiles)?;
+    let flat: Vec<Sample> = observed.iter().flatten().flatten().copied().collect();
+    let bounds: Vec<(f64, f64)> = factors.iter().map(|factor| factor.bounds).collect();
 
-    let mut problem = Thermocouples::new(case, plan, march, &factors, case.estimate.bounds, flat.clone());
-    let fit = minimize(&mut problem, &DVector::from_vec(start.clone()), options)?;
-    let bounds = problem.bounds().to_vec();
-    let mut marches = problem.marches;
-    let rows: Vec<Vec<f64>> = fit.path.iter().map(|turn| problem.row(turn.point.iter().copied())).collect();
-    let landscape = match bounds[..] {
-        [x, y] => {
-            let plane = plane(x, y);
-            let rows = plane.2.iter().map(|&(x, y)| problem.row([x, y])).collect();
-            marches += plane.2.len();
-            Some((plane, rows))
-        }
-        _ => None,
-    };
+    let parts = runs.iter().zip(&observed).enumerate().map(|(which, ((case, plan), observed))| {
+        let places = factors.iter().map(|factor| factor.places[which]).collect();
+        Part::new(case, plan, places, observed.concat())
+    });
+    let problem = Robust { problem: Thermocouples::new(march, parts.collect(), bounds.clone()), loss };
+    let mut problem = WithPriors { problem, priors: priors(&factors, prior) };
+    let fits = minimize_all(&mut problem, &starts(&factors, search.starts), &search.options)?;
+    let least = lowest(&fits);
+    let fit = &fits[least];
+    let WithPriors { problem: Robust { mut problem, .. }, priors } = problem;
+    let path: Vec<Vec<f64>> = fit.path.iter().map(|turn| turn.point.iter().copied().collect()).collect();
+    let nominal = problem.nominal()?;
+    let (path_k2, last) = problem.objectives_k2(&path)?;
+    let landscape = landscape::landscape(&mut problem, &bounds)?;
+    let fitted: Vec<Fitted> = (runs.iter().zip(&observed).zip(nominal.iter().zip(&last)))
+        .map(|((run, observed), traces)| Fitted::of(*run, observed, traces))
+        .collect();
 
-    // The whole traces along the path, at the nominal factors, and over the plane of two factors.
-    let nominal = Nominal::of(case, plan, &march.march(plan, &Ensemble::nominal(&case.factors), 0..1)?, 0);
-    let (path_k2, last) = objectives(case, plan, march, rows, &flat)?;
-    let landscape = match landscape {
-        Some(((x, y, _), rows)) => {
-            let (flat_k2, _) = objectives(case, plan, march, rows, &flat)?;
-            Some(Landscape { objective_k2: flat_k2.chunks(x.len()).map(<[f64]>::to_vec).collect(), x, y })
-        }
-        None => None,
-    };
-    let after = Nominal::of(case, plan, &last, last.members() - 1);
-
-    let residuals = residuals(&observed, plan, &after);
-    let autocorrelation = lag_one(&residuals.iter().map(|(_, off_k)| off_k.clone()).collect::<Vec<_>>());
-    let effective = effective_samples(flat.len(), autocorrelation);
-    let judged = judge(case, &fit, &factors, &flat);
+    let found = posterior(fit, loss, priors.len());
+    let mut weighted = found.residuals().iter().copied();
+    let traces: Vec<Vec<f64>> =
+        observed.iter().flatten().map(|trace| weighted.by_ref().take(trace.len()).collect()).collect();
+    let autocorrelation = lag_one(&traces);
+    let noise = noise_autocorrelation(autocorrelation, flat.len(), factors.len());
     let values: Vec<f64> = fit.point.iter().copied().collect();
-    // Residuals that follow each other are worth fewer samples: the interval is as wide as theirs would be. The
-    // degrees of freedom stay those of all samples, for of one or two effective ones Student's t is unbounded and
-    // says nothing.
-    let half = student_95(flat.len() as f64 - factors.len() as f64) * (flat.len() as f64 / effective).sqrt();
-    let is_fitted = |seen: usize| {
-        case.estimate.sensors.is_empty() || case.estimate.sensors.contains(&case.observations[seen].sensor)
-    };
-    let fitted = (0..case.observations.len()).filter(|&seen| is_fitted(seen));
+    let names: Vec<&str> = factors.iter().map(|factor| factor.factor.name.as_str()).collect();
+    let all: Vec<usize> = (0..factors.len()).collect();
+    let variance = found.variance;
+    let judged = Identifiability::of(&names, &all, &values, &found.jacobian(variance), &flat, variance);
+    // Residuals that follow each other are worth fewer samples: the interval is as wide as theirs would be, which what is
+    // known beforehand narrows. The degrees of freedom stay those of all samples, for of one or two effective ones
+    // Student's t is unbounded and says nothing.
+    let inflation = inflation(flat.len(), factors.len(), noise);
+    let errors = found.certainty(variance * inflation).standard_errors;
+    let half = student_95(flat.len() as f64 - factors.len() as f64);
+
+    // A fit without a residual left, or without samples to spare, has no scatter to weigh the data by.
+    let shortfall = (found.scale * inflation).sqrt();
+    let weight = 1.0 / shortfall;
+    let profiled = if weight.is_normal() && half.is_finite() { profiled } else { Vec::new() };
+    let data = Weighed { problem: Robust { problem: &mut problem, loss }, weight };
+    let about = About { values: &values, bounds: &bounds, errors: &errors, half, correlation: &judged.correlation };
+    let profiles = profiles(&mut WithPriors { problem: data, priors }, &profiled, &about, &search.options)?;
+    let ends = fits.iter().map(|other| End {
+        start: other.path[0].point.iter().copied().collect(),
+        values: other.point.iter().copied().collect(),
+        objective: other.objective,
+        converged: other.termination.converged(),
+        is_least: other.objective - fit.objective <= 0.01 * found.scale,
+    });
     Ok(Estimated {
-        sensors: fitted.clone().map(|seen| case.observations[seen].sensor).collect(),
-        window_s,
-        start,
         standard_errors: judged.standard_errors.clone(),
         intervals: values
             .iter()
-            .zip(&judged.standard_errors)
+            .zip(&errors)
             .map(|(value, error)| (value - half * error, value + half * error))
             .collect(),
         at_bound: values.iter().zip(&bounds).map(|(value, (low, high))| value <= low || value >= high).collect(),
+        combinations: Combination::all(&values, &judged.standard_errors, &judged.correlation),
+        identifiability: judged,
+        loss,
+        prior,
         objective_k2: (path_k2[0], path_k2[path_k2.len() - 1]),
-        path: fit
-            .path
-            .iter()
-            .zip(&path_k2)
-            .map(|(turn, &objective_k2)| Turn {
-                values: turn.point.iter().copied().collect(),
-                objective_k2,
-                damping: turn.damping,
-            })
+        path: (fit.path.iter().zip(path.iter().zip(&path_k2)))
+            .map(|(turn, (values, &objective_k2))| Turn { values: values.clone(), objective_k2, damping: turn.damping })
             .collect(),
-        marches: marches + path_k2.len() + 1,
+        ends: ends.collect(),
+        marches: problem.marches,
         termination: fit.termination.to_string(),
         converged: fit.termination.converged(),
         advice: fit.termination.advice().to_owned(),
-        misfits: fitted.map(|seen| (nominal.misfits[seen], after.misfits[seen])).collect(),
-        before: nominal,
-        after,
-        residuals,
+        fitted,
         autocorrelation,
-        effective_samples: effective,
+        effective_samples: effective_samples(flat.len(), noise),
         samples: flat.len(),
+        shortfall,
         landscape,
-        combinations: Combination::all(&values, &judged.standard_errors, &judged.correlation),
-        identifiability: judged,
+        profiles,
         values,
-        bounds,
         factors,
     })
 }
 
-/// Values along both sides of a plane between bounds, and its points, row after row.
-type Plane = (Vec<f64>, Vec<f64>, Vec<(f64, f64)>);
-
-fn plane(x: (f64, f64), y: (f64, f64)) -> Plane {
-    let side = |(low, high): (f64, f64)| -> Vec<f64> {
-        (0..LANDSCAPE).map(|i| low + (high - low) * i as f64 / (LANDSCAPE - 1) as f64).collect()
-    };
-    let (x, y) = (side(x), side(y));
-    let points = y.iter().flat_map(|&y| x.iter().map(move |&x| (x, y))).collect();
-    (x, y, points)
-}
-
-/// The paper's S of rows of factors, K², NaN for one that failed; and the traces of the last of them.
-fn objectives(
-    case: &Case,
-    plan: &Plan,
-    march: &mut dyn March,
-    rows: Vec<Vec<f64>>,
-    samples: &[Sample],
-) -> Result<(Vec<f64>, Traces), MarchError> {
-    let ensemble = Ensemble::at(case.factors.len(), rows.concat());
-    let mut objectives_k2 = vec![];
-    let mut last = None;
-    march_all(march, plan, &ensemble, &mut |traces| {
-        for member in 0..traces.members() {
-            let squares = samples.iter().map(|s| (traces.trace(member, s.sensor)[s.instant] - s.measured_k).powi(2));
-            let is_done = traces.arrivals[member] == Arrival::Done;
-            objectives_k2.push(if is_done { squares.sum() } else { f64::NAN });
-        }
-        last = Some(traces);
-    })?;
-    Ok((objectives_k2, last.expect("a path has at least its start")))
-}
-
-/// What the data determine at the estimates, their noise taken to be as large as the residuals.
-fn judge(case: &Case, fit: &Fit, factors: &[usize], samples: &[Sample]) -> Identifiability {
-    let variance = residual_variance(fit.objective, samples.len(), factors.len());
-    let values: Vec<f64> = fit.point.iter().copied().collect();
-    Identifiability::of(case, factors, &values, &fit.jacobian, samples, variance)
-}
-
-/// Times and measured less predicted of each observation fitted, within the window.
-fn residuals(observed: &[Vec<Sample>], plan: &Plan, after: &Nominal) -> Vec<(Vec<f64>, Vec<f64>)> {
-    let of = |samples: &Vec<Sample>| {
-        samples
-            .iter()
-            .map(|s| (plan.instants_s[s.instant], s.measured_k - after.temperatures_k[s.sensor][s.instant]))
-            .unzip()
-    };
-    observed.iter().map(of).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::fit::identify::certainty;
-    use nalgebra::DMatrix;
-
-    /// Residuals in the logarithms of two variables, which they know through sum or difference far better than alone.
-    fn judged(sign: f64) -> (Vec<f64>, Vec<f64>, Vec<Vec<f64>>) {
-        let values = vec![0.5, 2.0];
-        let row = |together: f64, apart: f64| [together + apart, sign * (together - apart)];
-        let rows = [row(100.0, 0.0), row(0.0, 1.0), row(100.0, 0.0), row(0.0, 1.0)];
-        let jacobian = DMatrix::from_fn(4, 2, |i, j| rows[i][j] / values[j]);
-        let found = certainty(&jacobian, 1.0);
-        let correlation = found.correlation.row_iter().map(|row| row.iter().copied().collect()).collect();
-        (values, found.standard_errors, correlation)
+/// The loss and the priors that all cases ask for.
+fn objective(cases: &[&Case]) -> Result<(Loss, Option<Bounds>), EstimateError> {
+    let asked = |case: &Case| (case.estimate.loss, case.estimate.prior);
+    let first = cases.first().ok_or(EstimateError::NoFactors)?;
+    match cases.iter().find(|case| asked(case) != asked(first)) {
+        Some(case) => Err(EstimateError::OtherObjective { first: first.id.clone(), case: case.id.clone() }),
+        None => Ok(asked(first)),
     }
+}
 
-    #[test]
-    fn what_two_estimates_determine_together_has_the_error_of_its_logarithm() {
-        for (sign, is_ratio, value) in [(1.0, false, 1.0), (-1.0, true, 0.25)] {
-            let (values, errors, correlation) = judged(sign);
-            assert!(errors[0] / values[0] > 0.3 && errors[1] / values[1] > 0.3, "neither is known: {errors:?}");
-            let [found] = Combination::all(&values, &errors, &correlation)[..] else { panic!("one pair") };
-            assert_eq!((found.pair, found.is_ratio, found.value), ((0, 1), is_ratio, value));
-            assert_eq!(found.correlation < 0.0, !is_ratio);
-            // Two residuals of 100 times the logarithm: 1/(100 √2).
-            assert!((found.relative_error - 0.01 / 2f64.sqrt()).abs() < 1e-9, "{found:?}");
+/// That every case has something to estimate and to estimate it from.
+fn check(cases: &[&Case], factors: &[Estimand], observed: &[Vec<Vec<Sample>>]) -> Result<(), EstimateError> {
+    if factors.is_empty() {
+        return Err(EstimateError::NoFactors);
+    }
+    for (which, (case, observed)) in cases.iter().zip(observed).enumerate() {
+        if factors.iter().all(|factor| factor.places[which].is_none()) {
+            return Err(EstimateError::NothingShared(case.id.clone()));
+        }
+        if observed.iter().all(Vec::is_empty) {
+            let (from_s, to_s) = window_s(case);
+            return Err(EstimateError::NoSamples { case: case.id.clone(), from_s, to_s });
         }
     }
+    Ok(())
+}
 
-    #[test]
-    fn estimates_that_can_be_told_apart_need_no_combination() {
-        let found = Combination::all(&[1.0, 1.0], &[0.1, 0.1], &[vec![1.0, 0.9], vec![0.9, 1.0]]);
-        assert!(found.is_empty());
+/// The places of the factors of these names; one that cases tell apart is meant in all of them.
+fn profiled(factors: &[Estimand], names: &[String]) -> Result<Vec<usize>, EstimateError> {
+    let mut places = Vec::new();
+    for name in names {
+        let is_meant = |factor: &Estimand| {
+            let known = &factor.factor.name;
+            known == name || known.split('@').next() == Some(name)
+        };
+        let meant: Vec<usize> = (0..factors.len()).filter(|&place| is_meant(&factors[place])).collect();
+        if meant.is_empty() {
+            let known: Vec<&str> = factors.iter().map(|factor| factor.factor.name.as_str()).collect();
+            return Err(EstimateError::NoProfile { name: name.clone(), known: known.join(", ") });
+        }
+        places.extend(meant);
+    }
+    places.sort_unstable();
+    places.dedup();
+    Ok(places)
+}
+
+fn window_s(case: &Case) -> (f64, f64) {
+    case.estimate.window_s.unwrap_or((0.0, case.exposure.duration_s))
+}
+
+fn priors(factors: &[Estimand], prior: Option<Bounds>) -> Vec<Prior> {
+    let of = |bounds| {
+        let each = factors.iter().enumerate();
+        each.map(move |(variable, Estimand { factor, .. })| Prior {
+            variable,
+            mean: factor.nominal,
+            deviation: factor.deviation(bounds),
+        })
+    };
+    prior.map(of).into_iter().flatten().collect()
+}
+
+/// The cases' own start, and others drawn evenly between the bounds, one a column.
+fn starts(factors: &[Estimand], starts: usize) -> DMatrix<f64> {
+    let within: Vec<_> = factors
+        .iter()
+        .map(|estimand| crate::case::Factor { small: estimand.bounds, ..estimand.factor.clone() })
+        .collect();
+    let sampling = Sampling { kind: SamplingKind::Uniform, seed: STARTS_SEED };
+    let drawn = Ensemble::sample(&within, Bounds::Small, &sampling, starts.saturating_sub(1));
+    let own = factors.iter().map(|factor| factor.start);
+    let others = (0..drawn.len()).flat_map(|member| drawn.member(member));
+    DMatrix::from_iterator(factors.len(), starts.max(1), own.chain(others))
+}
+
+/// The first of those that ended lowest but for rounding; one that could not be computed is not lower than any.
+fn lowest(fits: &[Fit]) -> usize {
+    const ROUNDING: f64 = 1e-6;
+    let least = fits.iter().map(|fit| fit.objective).fold(f64::INFINITY, f64::min);
+    fits.iter().position(|fit| fit.objective <= (1.0 + ROUNDING) * least).unwrap_or(0)
+}
+
+impl Fitted {
+    /// A case from its nominal march and one that ends with the estimates.
+    fn of((case, plan): (&Case, &Plan), observed: &[Vec<Sample>], (nominal, last): (&Traces, &Traces)) -> Self {
+        let before = Nominal::of(case, plan, nominal, 0);
+        let after = Nominal::of(case, plan, last, last.members() - 1);
+        let chosen = &case.estimate.sensors;
+        let is_fitted = |seen: &usize| chosen.is_empty() || chosen.contains(&case.observations[*seen].sensor);
+        let seen: Vec<usize> = (0..case.observations.len()).filter(is_fitted).collect();
+        let residuals = |samples: &Vec<Sample>| {
+            samples
+                .iter()
+                .map(|s| (plan.instants_s[s.instant], s.measured_k - after.temperatures_k[s.sensor][s.instant]))
+                .unzip()
+        };
+        Self {
+            sensors: seen.iter().map(|&seen| case.observations[seen].sensor).collect(),
+            window_s: window_s(case),
+            misfits: seen.iter().map(|&seen| (before.misfits[seen], after.misfits[seen])).collect(),
+            residuals: observed.iter().map(residuals).collect(),
+            before,
+            after,
+        }
     }
 }

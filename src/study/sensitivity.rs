@@ -1,6 +1,6 @@
 //! What does each factor do to each thermocouple, and which can be estimated together?
 
-use super::thermocouples::{Sample, Thermocouples, samples};
+use super::thermocouples::{Part, Sample, Thermocouples, samples};
 use crate::case::Case;
 use crate::fit::difference::difference;
 use crate::fit::identify::{Certainty, certainty};
@@ -31,7 +31,7 @@ pub struct Sensitivity {
 /// How well a set of factors is determined by the data.
 #[derive(Clone, Debug)]
 pub struct Identifiability {
-    /// Indices into the case's factors.
+    /// Indices into the factors of the case, or of an estimate.
     pub factors: Vec<usize>,
     /// Root mean square of the scaled sensitivity P ∂T/∂P over the data, K.
     pub magnitude_k: Vec<f64>,
@@ -71,7 +71,9 @@ pub fn sensitivity(case: &Case, plan: &Plan, march: &mut dyn March, step: f64) -
         .collect();
     let factors: Vec<usize> = (0..case.factors.len()).collect();
     let nominal = DVector::from_iterator(factors.len(), case.factors.iter().map(|factor| factor.nominal));
-    let mut problem = Thermocouples::new(case, plan, march, &factors, case.estimate.bounds, whole.clone());
+    let part = Part::new(case, plan, factors.iter().copied().map(Some).collect(), whole.clone());
+    let bounds = case.factors.iter().map(|factor| factor.bounds(case.estimate.bounds)).collect();
+    let mut problem = Thermocouples::new(march, vec![part], bounds);
     let tangent = difference(&mut problem, &nominal, step)?;
     let derivatives_k = factors.iter().map(|&factor| {
         let column: Vec<f64> = tangent.jacobian.column(factor).iter().copied().collect();
@@ -85,38 +87,32 @@ pub fn sensitivity(case: &Case, plan: &Plan, march: &mut dyn March, step: f64) -
     let jacobian = DMatrix::from_fn(judges.len(), factors.len(), |i, factor| {
         tangent.jacobian[(judges[i].sensor * instants + judges[i].instant, factor)] / judges[i].sigma_k
     });
-    let widths: Vec<f64> = case
-        .factors
-        .iter()
-        .map(|factor| {
-            let (low, high) = factor.bounds(case.estimate.bounds);
-            (high - low) / 4.0
-        })
-        .collect();
+    let widths: Vec<f64> = case.factors.iter().map(|factor| factor.deviation(case.estimate.bounds)).collect();
     // In units of what is known beforehand: of two factors that stand in each other's way, the one whose doubt moves
     // the data less goes, not the one that is worth less per unit of itself.
     let doubts = DMatrix::from_fn(judges.len(), factors.len(), |i, factor| jacobian[(i, factor)] * widths[factor]);
     let reduced = subset(&doubts, 1.0, &vec![1.0; factors.len()], &Limits::default());
     let values: Vec<f64> = nominal.iter().copied().collect();
+    let names: Vec<&str> = case.factors.iter().map(|factor| factor.name.as_str()).collect();
     Ok(Sensitivity {
         method: "difference",
         step,
         instants_s: plan.instants_s.clone(),
         derivatives_k: derivatives_k.collect(),
-        all: Identifiability::of(case, &factors, &values, &jacobian, &judges, 1.0),
+        all: Identifiability::of(&names, &factors, &values, &jacobian, &judges, 1.0),
         proposed: {
             let values: Vec<f64> = reduced.kept.iter().map(|&factor| values[factor]).collect();
-            Identifiability::of(case, &reduced.kept, &values, &jacobian.select_columns(&reduced.kept), &judges, 1.0)
+            Identifiability::of(&names, &reduced.kept, &values, &jacobian.select_columns(&reduced.kept), &judges, 1.0)
         },
         reduction: reduced.dropped.iter().map(|dropped| loss(case, dropped, widths[dropped.variable])).collect(),
     })
 }
 
 impl Identifiability {
-    /// What a Jacobian, weighted as its samples are, says of factors at their values; `variance` is that of
-    /// the weighted residuals.
+    /// What a Jacobian, weighted as its samples are, says of some of the factors of these names at their values; `variance`
+    /// is that of the weighted residuals. Rows after those of the samples are of what is known beforehand.
     pub fn of(
-        case: &Case,
+        names: &[&str],
         factors: &[usize],
         values: &[f64],
         jacobian: &DMatrix<f64>,
@@ -139,7 +135,7 @@ impl Identifiability {
             alignment: rows(&found.alignment),
             condition_number: found.condition_number,
             rank: found.rank,
-            weakest: weakest(case, factors, values, jacobian, samples, &found),
+            weakest: weakest(names, factors, values, jacobian, samples, &found),
             standard_errors: found.standard_errors,
         }
     }
@@ -147,14 +143,14 @@ impl Identifiability {
 
 /// The direction in which the data say least, as changes of factors in per cent and what they do to the data.
 fn weakest(
-    case: &Case,
+    names: &[&str],
     factors: &[usize],
     values: &[f64],
     jacobian: &DMatrix<f64>,
     samples: &[Sample],
     found: &Certainty,
 ) -> String {
-    let name = |place: usize| case.factors[factors[place]].name.as_str();
+    let name = |place: usize| names[factors[place]];
     if let Some(place) = found.lengths.iter().position(|&length| length == 0.0) {
         return format!("the data do not change with {} at all", name(place));
     }

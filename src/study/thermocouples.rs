@@ -1,15 +1,16 @@
-//! Thermocouples as a least-squares problem: predicted less measured, over the standard deviation.
+//! Thermocouples as a least-squares problem: predicted less measured, over the standard deviation, of one case or of
+//! several at once.
 //!
 //! With `r = (T − Y)/σ` the sum of squares is the paper's S (Eqs 3, 4) for σ of one kelvin, and the
 //! Jacobian of the residuals its sensitivity matrix (Eq. 5).
 
 use super::nominal::trusted;
-use crate::case::{Bounds, Case};
+use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::fit::LeastSquares;
 use crate::march::{March, MarchError, march_all};
 use crate::plan::Plan;
-use crate::traces::Arrival;
+use crate::traces::{Arrival, Traces};
 use nalgebra::DMatrix;
 
 /// One number to be met.
@@ -21,46 +22,83 @@ pub struct Sample {
     pub sigma_k: f64,
 }
 
-/// Some factors of a case, the others at their nominal values, and the samples that judge them.
+/// Some factors, the others at their nominal values, and the samples of every case that judge them.
 pub struct Thermocouples<'a> {
-    plan: &'a Plan,
     march: &'a mut dyn March,
-    nominal: Vec<f64>,
-    /// Indices of the factors that vary.
-    factors: Vec<usize>,
+    parts: Vec<Part<'a>>,
     bounds: Vec<(f64, f64)>,
-    samples: Vec<Sample>,
     /// Members marched so far.
     pub marches: usize,
 }
 
-impl<'a> Thermocouples<'a> {
-    pub fn new(
-        case: &Case,
-        plan: &'a Plan,
-        march: &'a mut dyn March,
-        factors: &[usize],
-        bounds: Bounds,
-        samples: Vec<Sample>,
-    ) -> Self {
-        Self {
-            plan,
-            march,
-            nominal: case.factors.iter().map(|factor| factor.nominal).collect(),
-            factors: factors.to_vec(),
-            bounds: factors.iter().map(|&factor| case.factors[factor].bounds(bounds)).collect(),
-            samples,
-            marches: 0,
-        }
+/// One case of them.
+pub struct Part<'a> {
+    plan: &'a Plan,
+    nominal: Vec<f64>,
+    /// Of each variable the place among the factors of the case, where it is one of them.
+    places: Vec<Option<usize>>,
+    samples: Vec<Sample>,
+}
+
+impl<'a> Part<'a> {
+    pub fn new(case: &Case, plan: &'a Plan, places: Vec<Option<usize>>, samples: Vec<Sample>) -> Self {
+        Self { plan, nominal: case.factors.iter().map(|factor| factor.nominal).collect(), places, samples }
     }
 
-    /// A row of all factors with these values for the ones that vary.
-    pub fn row(&self, values: impl IntoIterator<Item = f64>) -> Vec<f64> {
-        let mut row = self.nominal.clone();
-        for (&factor, value) in self.factors.iter().zip(values) {
-            row[factor] = value;
+    /// Members with these values, a point each, for the factors that vary.
+    fn ensemble<'p>(&self, points: impl Iterator<Item = &'p [f64]>) -> Ensemble {
+        let row = |point: &[f64]| {
+            let mut row = self.nominal.clone();
+            for (place, &value) in self.places.iter().zip(point) {
+                if let Some(place) = place {
+                    row[*place] = value;
+                }
+            }
+            row
+        };
+        Ensemble::at(self.nominal.len(), points.flat_map(row).collect())
+    }
+}
+
+impl<'a> Thermocouples<'a> {
+    pub fn new(march: &'a mut dyn March, parts: Vec<Part<'a>>, bounds: Vec<(f64, f64)>) -> Self {
+        Self { march, parts, bounds, marches: 0 }
+    }
+
+    /// The march of each case at its nominal factors.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn nominal(&mut self) -> Result<Vec<Traces>, MarchError> {
+        self.marches += self.parts.len();
+        let march = &mut *self.march;
+        let at = |part: &Part| march.march(part.plan, &Ensemble::at(part.nominal.len(), part.nominal.clone()), 0..1);
+        self.parts.iter().map(at).collect()
+    }
+
+    /// The paper's S at points, K², over the samples of all cases, NaN where a member failed; and the traces of each case
+    /// that hold the last of them, as their last.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn objectives_k2(&mut self, points: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Traces>), MarchError> {
+        let mut objectives_k2 = vec![0.0; points.len()];
+        let mut ends = Vec::new();
+        for part in &self.parts {
+            let mut last = None;
+            march_all(self.march, part.plan, &part.ensemble(points.iter().map(Vec::as_slice)), &mut |traces| {
+                for member in 0..traces.members() {
+                    let off_k2 = |s: &Sample| (traces.trace(member, s.sensor)[s.instant] - s.measured_k).powi(2);
+                    let is_done = traces.arrivals[member] == Arrival::Done;
+                    objectives_k2[traces.first + member] +=
+                        if is_done { part.samples.iter().map(off_k2).sum() } else { f64::NAN };
+                }
+                last = Some(traces);
+            })?;
+            ends.extend(last);
+            self.marches += points.len();
         }
-        row
+        Ok((objectives_k2, ends))
     }
 }
 
@@ -72,18 +110,23 @@ impl LeastSquares for Thermocouples<'_> {
     }
 
     fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, MarchError> {
-        let rows = points.column_iter().flat_map(|point| self.row(point.iter().copied())).collect();
-        let ensemble = Ensemble::at(self.nominal.len(), rows);
-        let mut residuals = DMatrix::from_element(self.samples.len(), points.ncols(), f64::NAN);
-        march_all(self.march, self.plan, &ensemble, &mut |traces| {
-            for member in (0..traces.members()).filter(|&member| traces.arrivals[member] == Arrival::Done) {
-                for (i, sample) in self.samples.iter().enumerate() {
-                    let predicted_k = traces.trace(member, sample.sensor)[sample.instant];
-                    residuals[(i, traces.first + member)] = (predicted_k - sample.measured_k) / sample.sigma_k;
+        let rows = self.parts.iter().map(|part| part.samples.len()).sum();
+        let mut residuals = DMatrix::from_element(rows, points.ncols(), f64::NAN);
+        let mut first = 0;
+        let columns: Vec<Vec<f64>> = points.column_iter().map(|point| point.iter().copied().collect()).collect();
+        for part in &self.parts {
+            march_all(self.march, part.plan, &part.ensemble(columns.iter().map(Vec::as_slice)), &mut |traces| {
+                for member in (0..traces.members()).filter(|&member| traces.arrivals[member] == Arrival::Done) {
+                    for (i, sample) in part.samples.iter().enumerate() {
+                        let predicted_k = traces.trace(member, sample.sensor)[sample.instant];
+                        residuals[(first + i, traces.first + member)] =
+                            (predicted_k - sample.measured_k) / sample.sigma_k;
+                    }
                 }
-            }
-        })?;
-        self.marches += points.ncols();
+            })?;
+            first += part.samples.len();
+            self.marches += points.ncols();
+        }
         Ok(residuals)
     }
 }

@@ -56,6 +56,40 @@ fn an_observation_of_no_sensor_and_one_that_is_no_number_are_told_with_their_pla
 }
 
 #[test]
+fn a_loss_or_a_prior_that_is_none_is_told_with_its_place() {
+    let scratch = Scratch::new("faults-objective");
+    let line = 1 + CASE.lines().position(|line| line.starts_with("sensors = ")).expect("a line");
+    for (key, column, said) in [
+        ("loss = \"cauchy\"", 8, "expected squares, soft-l1 or huber"),
+        ("loss = \"huber=-1\"", 8, "expected a width in standard deviations above zero"),
+        ("prior = \"wide\"", 9, "expected \"small\" or \"large\", found \"wide\""),
+    ] {
+        scratch.write("c/case.toml", CASE.replacen("sensors = ", &format!("{key}\nsensors = "), 1) + OBSERVED);
+        refused(&scratch, say(&scratch, "estimate c"), 1, &[&format!("c/case.toml:{line}:{column}: {said}")]);
+    }
+}
+
+#[test]
+fn cases_that_do_not_go_together_are_told_with_what_keeps_them_apart() {
+    let scratch = Scratch::new("faults-together");
+    let text = CASE.to_owned() + OBSERVED;
+    scratch.write("a/case.toml", &text);
+    scratch.write("b/case.toml", text.replacen("window = ", "loss = \"huber\"\nwindow = ", 1));
+    scratch.write("c/case.toml", text.replacen("small = [0.8, 1.2]", "nominal = 1.5\nsmall = [1.4, 1.6]", 1));
+    scratch.write("d/case.toml", text.replace("f_k", "f_other"));
+    scratch.write("e/case.toml", CASE);
+    for (line, said) in [
+        ("estimate a b", "\"b\" asks for another loss or prior than \"a\"; give --loss and --prior for all"),
+        ("estimate a c", "factor \"f_k\": the cases allow no value in common; the highest low bound is 1.4"),
+        ("estimate a d --factors f_k", "nothing to estimate in \"d\": it has none of the factors of the others"),
+        ("estimate a e", "the sensors chosen of \"e\" have no samples between 0 s and 30 s"),
+        ("estimate a b --sensors TC7", "--sensors: no sensor is called \"TC7\"; there are TC1, TC2"),
+    ] {
+        refused(&scratch, say(&scratch, line), 5, &[said]);
+    }
+}
+
+#[test]
 fn a_number_that_is_none_in_a_table_is_told_with_its_file_and_place() {
     let scratch = Scratch::new("faults-table");
     let (_, after) = CASE.split_once("flux = ").expect("a flux");
@@ -95,6 +129,14 @@ fn what_is_typed_wrong_is_told_with_what_was_expected() {
         ("estimate c --start f_q=1", "--start f_q: that factor is not estimated"),
         ("estimate c --start f_k=3", "--start f_k=3: outside its bounds 0.8 to 1.2"),
         ("estimate c --start f_k", "--start \"f_k\": expected NAME=VALUE"),
+        ("estimate c --loss cauchy", "--loss \"cauchy\": expected squares, soft-l1 or huber"),
+        ("estimate c --loss huber=0", "--loss \"huber=0\": expected a width in standard deviations above zero"),
+        ("estimate c --prior wide", "invalid value 'wide'"),
+        ("estimate c --starts 0", "--starts 0: expected from 1 to 10000"),
+        ("estimate c --profile f_q", "no profile of \"f_q\": it is not estimated; there are f_k"),
+        ("estimate c c", "c: there is a case \"c\" already"),
+        ("estimate c missing.toml", "missing.toml: no such file"),
+        ("estimate c c --beside c", "cannot be used with"),
         ("estimate c --window 30:0", "expected a start before the end, found 30 s and 0 s"),
         ("estimate c --window soon", "expected START:END in seconds, such as 0:80"),
         ("estimate c --window 100:200", "no samples between 100 s and 200 s"),

@@ -3,6 +3,7 @@
 mod bounded;
 mod certified;
 mod endings;
+mod intervals;
 mod robust;
 
 use bondline::fit::{Fit, LeastSquares, Options, minimize};

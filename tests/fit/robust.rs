@@ -72,7 +72,7 @@ fn robust_standard_errors_are_the_scatter_of_the_estimates() {
             for _ in 0..400 {
                 let fit = robust(readings(&mut bits, outliers), loss);
                 let straight = loss.straightened(&fit.residuals, &fit.jacobian);
-                let variance = loss.variance(&straight.residuals, 2);
+                let variance = loss.variance(&straight.residuals, 2.0);
                 told += certainty(&straight.jacobian, variance).standard_errors[0] / 400.0;
                 let variance = residual_variance(fit.objective, fit.residuals.len(), 2);
                 bent += certainty(&fit.jacobian, variance).standard_errors[0] / 400.0;

@@ -7,6 +7,7 @@ use super::written::{Section, Written, all};
 use crate::case::error::Read;
 use crate::case::unit::Dimension;
 use crate::case::{Bounds, Estimate, Factor, Observation, Sensor};
+use crate::fit::Loss;
 
 /// Observations from a CSV, or written out under the names of their sensors. Samples after the duration are left out.
 pub(super) fn observations(
@@ -136,13 +137,28 @@ pub(super) fn estimate(
     let seen = indices(&section, "sensors", sensors.map(names));
     let window_s = section.optional("window").map(|written| window(written, duration_s)).transpose();
     let bounds = section.optional("bounds").map_or(Ok(Bounds::Small), bounds);
+    let loss = section.optional("loss").map_or(Ok(Loss::default()), loss);
+    let prior = section.optional("prior").map(self::bounds).transpose();
     let starts = section.optional("start").map(Written::section).transpose();
     section.close();
     let start = match (&chosen, bounds, starts, factors) {
         (Ok(chosen), Ok(bounds), Ok(Some(starts)), Some(factors)) => start(&starts, chosen, factors, bounds),
         _ => Ok(Vec::new()),
     };
-    Ok(Estimate { factors: chosen?, sensors: seen?, window_s: window_s?, start: start?, bounds: bounds? })
+    Ok(Estimate {
+        factors: chosen?,
+        sensors: seen?,
+        window_s: window_s?,
+        start: start?,
+        bounds: bounds?,
+        loss: loss?,
+        prior: prior?,
+    })
+}
+
+fn loss(written: Written<'_>) -> Read<Loss> {
+    let text = written.text()?;
+    Loss::named(text).map_err(|message| written.fault(format!("{message}, found {text:?}")))
 }
 
 /// Names of a list, as indices into those that there are; as none where those are at fault.

@@ -5,17 +5,17 @@ use super::super::words;
 use super::{file_name, line, measured, temperature, time};
 use crate::case::{Case, Observation};
 use crate::study::beside::{Beside, Left};
-use crate::study::estimate::Estimated;
+use crate::study::estimate::Fitted;
 
-pub(super) fn figures(case: &Case, first: &Estimated, outcome: &Beside) -> Vec<Figure> {
+pub(super) fn figures(case: &Case, first: &Fitted, outcome: &Beside) -> Vec<Figure> {
     let shown = case.observations.iter().zip(&outcome.left);
     shown.map(|(seen, left)| figure(case, first, outcome, seen, left)).collect()
 }
 
-fn figure(case: &Case, first: &Estimated, outcome: &Beside, seen: &Observation, left: &Left) -> Figure {
+fn figure(case: &Case, first: &Fitted, outcome: &Beside, seen: &Observation, left: &Left) -> Figure {
     let sensor = seen.sensor;
     let name = &case.sensors[sensor].name;
-    let (without, with) = (&first.after, &outcome.estimated.after);
+    let (without, with) = (&first.after, &outcome.estimated.fitted[0].after);
     let cooling = Layer::Window { name: "cool-down".to_owned(), from: outcome.cooling_s, to: case.exposure.duration_s };
     let layers = vec![
         cooling,

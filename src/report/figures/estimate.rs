@@ -1,24 +1,26 @@
 //! The fit, how it was found and what it leaves: Figures 8, 21–25 and 29–31 of the paper.
 
 use super::super::figure::{Axis, Figure, Ink, Layer, Stroke};
-use super::super::words;
+use super::super::{Story, words};
 use super::{cited, correlations, driven_by_temperature, file_name, line, measured, temperature, time};
 use crate::case::{Case, Observation};
-use crate::study::estimate::{Estimated, Landscape};
+use crate::study::estimate::{Estimated, Fitted, Landscape};
 use crate::study::nominal::Misfit;
 
-pub(super) fn figures(case: &Case, outcome: &Estimated) -> Vec<Figure> {
-    let mut misfits = outcome.misfits.iter();
+pub(super) fn figures(story: &Story, outcome: &Estimated) -> Vec<Figure> {
+    let case = story.case;
     let (mut figures, mut checks) = (Vec::new(), Vec::new());
-    for seen in &case.observations {
-        let fitted = outcome.sensors.contains(&seen.sensor);
-        let misfit = if fitted { misfits.next() } else { None };
-        let shelf = if fitted { &mut figures } else { &mut checks };
-        shelf.push(fit(case, outcome, seen, misfit));
+    for (case, fitted) in story.fits(outcome) {
+        for seen in &case.observations {
+            let place = fitted.sensors.iter().position(|&sensor| sensor == seen.sensor);
+            let shelf = if place.is_some() { &mut figures } else { &mut checks };
+            shelf.push(fit(story, case, outcome, fitted, seen, place.map(|place| &fitted.misfits[place])));
+        }
     }
     figures.extend(outcome.landscape.as_ref().map(|landscape| design_space(case, outcome, landscape)));
+    figures.extend(super::profile::figures(outcome));
     figures.push(descent(case, outcome));
-    figures.push(residuals(case, outcome));
+    figures.extend(story.fits(outcome).map(|(case, fitted)| residuals(story, case, outcome, fitted)));
     if outcome.factors.len() > 1 {
         figures.push(correlations(
             "estimates",
@@ -27,7 +29,7 @@ pub(super) fn figures(case: &Case, outcome: &Estimated) -> Vec<Figure> {
                 "How the errors of two estimates go together. The weakest direction: {}.",
                 outcome.identifiability.weakest
             ),
-            names(case, outcome),
+            names(outcome),
             &outcome.identifiability.correlation,
         ));
     }
@@ -36,26 +38,33 @@ pub(super) fn figures(case: &Case, outcome: &Estimated) -> Vec<Figure> {
 }
 
 /// The paper's twin fit started away from the nominal factors (Figures 22–25), its measured one at them (29–31).
-fn is_twin(case: &Case, outcome: &Estimated) -> bool {
-    outcome.factors.iter().zip(&outcome.start).any(|(&factor, &start)| start != case.factors[factor].nominal)
+fn is_twin(outcome: &Estimated) -> bool {
+    outcome.factors.iter().any(|factor| factor.start != factor.factor.nominal)
 }
 
-fn names(case: &Case, outcome: &Estimated) -> Vec<String> {
-    outcome.factors.iter().map(|&factor| case.factors[factor].name.clone()).collect()
+fn names(outcome: &Estimated) -> Vec<String> {
+    outcome.factors.iter().map(|factor| factor.factor.name.clone()).collect()
 }
 
 /// One sensor; `misfit` before and after where it was fitted.
-fn fit(case: &Case, outcome: &Estimated, seen: &Observation, misfit: Option<&(Misfit, Misfit)>) -> Figure {
+fn fit(
+    story: &Story,
+    case: &Case,
+    outcome: &Estimated,
+    fitted: &Fitted,
+    seen: &Observation,
+    misfit: Option<&(Misfit, Misfit)>,
+) -> Figure {
     let sensor = seen.sensor;
-    let name = &case.sensors[sensor].name;
-    let number = match (driven_by_temperature(case), is_twin(case, outcome)) {
+    let name = &story.sensor(case, sensor);
+    let number = match (driven_by_temperature(case), is_twin(outcome)) {
         _ if name != "TC4" || misfit.is_none() => String::new(),
         (true, true) => cited(25),
         (true, false) => "as Figures 30 and 31 of the paper".to_owned(),
         (false, _) => cited(if outcome.factors.len() > 2 { 8 } else { 21 }),
     };
-    let (from, to) = outcome.window_s;
-    let (before, after) = (&outcome.before, &outcome.after);
+    let (from, to) = fitted.window_s;
+    let (before, after) = (&fitted.before, &fitted.after);
     let layers = vec![
         Layer::Window { name: "fitted window".to_owned(), from, to },
         line("nominal".to_owned(), Ink::Guide, Stroke::Dashed, &before.instants_s, &before.temperatures_k[sensor]),
@@ -85,7 +94,7 @@ fn fit(case: &Case, outcome: &Estimated, seen: &Observation, misfit: Option<&(Mi
 }
 
 fn design_space(case: &Case, outcome: &Estimated, landscape: &Landscape) -> Figure {
-    let names = names(case, outcome);
+    let names = names(outcome);
     let axis = |index: usize| Axis::linear(names.get(index).map_or("", String::as_str));
     let visited =
         |index: usize| -> Vec<f64> { outcome.path.iter().filter_map(|turn| turn.values.get(index).copied()).collect() };
@@ -103,7 +112,7 @@ fn design_space(case: &Case, outcome: &Estimated, landscape: &Landscape) -> Figu
         Layer::Points { name: String::new(), ink: Ink::Measured, x: x.clone(), y: y.clone(), error: Vec::new() },
         Layer::Points { name: "estimate".to_owned(), ink: Ink::Series(1), x: last(&x), y: last(&y), error: Vec::new() },
     ];
-    let number = match (driven_by_temperature(case), is_twin(case, outcome)) {
+    let number = match (driven_by_temperature(case), is_twin(outcome)) {
         (true, true) => "as Figures 22 and 23 of the paper".to_owned(),
         _ => String::new(),
     };
@@ -136,7 +145,7 @@ fn levels(values: &[Vec<f64>]) -> Vec<f64> {
 fn descent(case: &Case, outcome: &Estimated) -> Figure {
     let x: Vec<f64> = (0..outcome.path.len()).map(|turn| turn as f64).collect();
     let y: Vec<f64> = outcome.path.iter().map(|turn| turn.objective_k2).collect();
-    let number = match (driven_by_temperature(case), is_twin(case, outcome)) {
+    let number = match (driven_by_temperature(case), is_twin(outcome)) {
         (true, true) => cited(24),
         (true, false) => cited(29),
         (false, _) => String::new(),
@@ -146,7 +155,7 @@ fn descent(case: &Case, outcome: &Estimated) -> Figure {
         number,
         title: "Objective by iteration".to_owned(),
         caption: format!(
-            "The sum of squared residuals fell from {} K² to {} K² in {}. It ended so: {}.",
+            "The sum of squared residuals went from {} K² to {} K² in {}. It ended so: {}.",
             words::significant(outcome.objective_k2.0, 3),
             words::significant(outcome.objective_k2.1, 3),
             words::counted(outcome.path.len().saturating_sub(1), "iteration"),
@@ -161,11 +170,11 @@ fn descent(case: &Case, outcome: &Estimated) -> Figure {
     }
 }
 
-fn residuals(case: &Case, outcome: &Estimated) -> Figure {
-    let fitted: Vec<&Observation> =
-        case.observations.iter().filter(|seen| outcome.sensors.contains(&seen.sensor)).collect();
+fn residuals(story: &Story, case: &Case, outcome: &Estimated, fitted: &Fitted) -> Figure {
+    let is_fitted = |seen: &&Observation| fitted.sensors.contains(&seen.sensor);
+    let shown: Vec<&Observation> = case.observations.iter().filter(is_fitted).collect();
     let mut layers = Vec::new();
-    if let Some(seen) = fitted.first() {
+    if let Some(seen) = shown.first() {
         let both: Vec<f64> = seen.sigma_k.iter().map(|sigma| 2.0 * sigma).collect();
         layers.push(Layer::Band {
             name: "± 2 σ measured".to_owned(),
@@ -176,14 +185,18 @@ fn residuals(case: &Case, outcome: &Estimated) -> Figure {
             high: super::thinned(&both),
         });
     }
-    for (seen, (times_s, residuals_k)) in fitted.iter().zip(&outcome.residuals) {
+    for (seen, (times_s, residuals_k)) in shown.iter().zip(&fitted.residuals) {
         let name = case.sensors[seen.sensor].name.clone();
         layers.push(line(name, Ink::Series(seen.sensor), Stroke::Solid, times_s, residuals_k));
     }
     Figure {
-        id: "residuals".to_owned(),
+        id: if story.others.is_empty() { "residuals".to_owned() } else { file_name("residuals", &case.id) },
         number: String::new(),
-        title: "What the fit leaves".to_owned(),
+        title: if story.others.is_empty() {
+            "What the fit leaves".to_owned()
+        } else {
+            format!("What the fit leaves of {}", case.id)
+        },
         caption: format!(
             "Measured less predicted over the fitted window. Neighbouring residuals correlate by {}: {} carry the \
              information of {}.",
@@ -191,7 +204,7 @@ fn residuals(case: &Case, outcome: &Estimated) -> Figure {
             words::counted(outcome.samples, "sample"),
             words::significant(outcome.effective_samples, 2),
         ),
-        x: time(case).within(outcome.window_s.0, outcome.window_s.1),
+        x: time(case).within(fitted.window_s.0, fitted.window_s.1),
         y: Axis::linear("Measured less predicted, K"),
         layers,
     }

@@ -8,6 +8,7 @@ mod beside;
 mod estimate;
 mod gas;
 mod nominal;
+mod profile;
 mod sensitivity;
 mod uncertainty;
 
@@ -28,9 +29,9 @@ pub fn all(story: &Story) -> Vec<Figure> {
         story.uncertainty.map(|outcome| uncertainty::figures(case, outcome, story.nominal)).unwrap_or_default(),
     );
     figures.extend(story.sensitivity.map(|outcome| sensitivity::figures(case, outcome)).unwrap_or_default());
-    figures.extend(story.estimated.map(|outcome| estimate::figures(case, outcome)).unwrap_or_default());
+    figures.extend(story.estimated.map(|outcome| estimate::figures(story, outcome)).unwrap_or_default());
     if let (Some(first), Some(outcome)) = (story.estimated, story.beside) {
-        figures.extend(beside::figures(case, first, outcome));
+        figures.extend(beside::figures(case, &first.fitted[0], outcome));
     }
     tell_apart(&mut figures);
     figures
@@ -70,7 +71,7 @@ fn cited(number: usize) -> String {
 }
 
 /// A file name: what is drawn, then of what, with nothing a file system could mind.
-fn file_name(what: &str, of: &str) -> String {
+pub(super) fn file_name(what: &str, of: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || c == '_' || c == '.' { c } else { '-' };
     format!("{what}-{}", of.chars().map(safe).collect::<String>())
 }

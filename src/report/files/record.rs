@@ -1,13 +1,15 @@
 //! `summary.json`: the outcome for a program. Numbers that are unbounded or unknown are `null`.
 
+mod estimated;
+
 use super::super::{ReportError, Story, findings, precision_words};
 use crate::case::Case;
 use crate::study::beside::{Beside, Left};
-use crate::study::estimate::{Combination, Estimated};
 use crate::study::nominal::Reading;
 use crate::study::sensitivity::Identifiability;
 use crate::study::uncertainty::Uncertainty;
 use crate::traces::Arrival;
+use estimated::EstimatedRecord;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
@@ -15,7 +17,7 @@ use serde::ser::{SerializeMap, Serializer};
 #[derive(Serialize)]
 struct Record<'a> {
     command: &'a str,
-    case: &'a str,
+    case: String,
     version: &'a str,
     seed: Option<u64>,
     backend: Backend<'a>,
@@ -28,24 +30,8 @@ struct Record<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     gauges: Option<Named<'a, ReadingRecord>>,
     balance: Balance,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    factors: Option<Named<'a, FactorRecord>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    objective: Option<Objective>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    iterations: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    marches: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    termination: Option<&'a str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    converged: Option<bool>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    condition_number: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    correlation: Option<&'a [Vec<f64>]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    determined: Option<Vec<Determined<'a>>>,
+    #[serde(flatten)]
+    estimated: Option<EstimatedRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<BesideRecord<'a>>,
     /// Sensor → factor → share of the spread at the sensor's nominal peak.
@@ -105,24 +91,6 @@ struct Balance {
     mass: Option<f64>,
 }
 
-#[derive(Serialize)]
-struct FactorRecord {
-    value: f64,
-    standard_error: f64,
-    low: f64,
-    high: f64,
-}
-
-/// What a pair of estimates that cannot be told apart determines.
-#[derive(Serialize)]
-struct Determined<'a> {
-    factors: [&'a str; 2],
-    /// `ratio` or `product`.
-    combination: &'a str,
-    value: f64,
-    relative_standard_error: f64,
-}
-
 /// A second case fitted to the same observations: root mean squares of the first and of it, K.
 #[derive(Serialize)]
 struct BesideRecord<'a> {
@@ -137,13 +105,6 @@ struct LeftRecord {
     heating_k: [f64; 2],
     cooling_k: [f64; 2],
     explained: f64,
-}
-
-/// Sum of squared residuals, K².
-#[derive(Serialize)]
-struct Objective {
-    start: f64,
-    end: f64,
 }
 
 #[derive(Serialize)]
@@ -199,10 +160,9 @@ fn beside<'a>(case: &'a Case, outcome: &'a Beside) -> BesideRecord<'a> {
 pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String, ReportError> {
     let march = story.nominal_march();
     let readings = march.filter(|outcome| !outcome.readings.is_empty());
-    let estimated = story.estimated;
     let record = Record {
         command: story.command,
-        case: &story.case.id,
+        case: story.id(),
         version: story.version,
         seed: story.seed,
         backend: Backend {
@@ -226,15 +186,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
             energy: march.map(|outcome| outcome.balance.residual()),
             mass: readings.map(|outcome| outcome.balance.mass_residual()),
         },
-        factors: estimated.map(|outcome| factors(story, outcome)),
-        objective: estimated.map(|outcome| Objective { start: outcome.objective_k2.0, end: outcome.objective_k2.1 }),
-        iterations: estimated.map(|outcome| outcome.path.len().saturating_sub(1)),
-        marches: estimated.map(|outcome| outcome.marches),
-        termination: estimated.map(|outcome| outcome.termination.as_str()),
-        converged: estimated.map(|outcome| outcome.converged),
-        condition_number: estimated.map(|outcome| outcome.identifiability.condition_number),
-        correlation: estimated.map(|outcome| outcome.identifiability.correlation.as_slice()),
-        determined: estimated.map(|outcome| determined(story, outcome)),
+        estimated: story.estimated.map(|outcome| EstimatedRecord::of(story, outcome)),
         beside: story.beside.map(|outcome| beside(story.case, outcome)),
         shares: story.uncertainty.map(|_| shares(story)),
         indices: story.uncertainty.map(|outcome| indices(story, outcome)),
@@ -271,28 +223,6 @@ fn sensors<'a>(story: &Story<'a>) -> Named<'a, PeakRecord> {
 fn gauges(readings: &[Reading]) -> Named<'static, ReadingRecord> {
     let record = |of: &Reading| ReadingRecord { peak: of.peak, peak_time_s: of.peak_time_s, end: of.end };
     Named(readings.iter().map(|reading| (reading.gauge.name(), record(reading))).collect())
-}
-
-fn factors<'a>(story: &Story<'a>, outcome: &Estimated) -> Named<'a, FactorRecord> {
-    let record = |index: usize| FactorRecord {
-        value: outcome.values[index],
-        standard_error: outcome.standard_errors[index],
-        low: outcome.intervals[index].0,
-        high: outcome.intervals[index].1,
-    };
-    let named = outcome.factors.iter().enumerate();
-    Named(named.map(|(index, &factor)| (story.case.factors[factor].name.as_str(), record(index))).collect())
-}
-
-fn determined<'a>(story: &Story<'a>, outcome: &Estimated) -> Vec<Determined<'a>> {
-    let name = |place: usize| story.case.factors[outcome.factors[place]].name.as_str();
-    let of = |found: &Combination| Determined {
-        factors: [name(found.pair.0), name(found.pair.1)],
-        combination: if found.is_ratio { "ratio" } else { "product" },
-        value: found.value,
-        relative_standard_error: found.relative_error,
-    };
-    outcome.combinations.iter().map(of).collect()
 }
 
 fn shares<'a>(story: &Story<'a>) -> Named<'a, Named<'a, f64>> {

@@ -8,18 +8,22 @@
 //! | `shares.csv` | `sensor`, `time_s`, each factor's share of the spread, correlation, and first-order Sobol index |
 //! | `sensitivities.csv` | `sensor`, `time_s`, K per unit of each factor |
 //! | `residuals.csv` | `sensor`, `time_s`, measured less predicted over the fitted window |
+//! | `traces-CASE.csv`, `residuals-CASE.csv` | the same of the further cases of a joint estimate |
 //! | `path.csv` | `iteration`, the factors, the objective, the damping |
+//! | `profiles.csv` | `held`, the factor that is held, all factors, the rise of the objective in squares of a standard error |
 //! | `landscape.csv` | the two factors and the objective over their plane |
 
+use super::super::figures::file_name;
 use super::super::{ReportError, Story};
-use crate::study::estimate::{Estimated, Landscape};
+use crate::case::Case;
+use crate::study::estimate::{Estimated, Fitted, Landscape};
 use crate::study::nominal::Nominal;
 use crate::study::sensitivity::Sensitivity;
 use crate::study::uncertainty::Uncertainty;
 
 /// A table being written.
 struct Table {
-    name: &'static str,
+    name: String,
     rows: csv::Writer<Vec<u8>>,
 }
 
@@ -30,7 +34,8 @@ struct Table {
 pub(in super::super) fn all(story: &Story) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
     let mut tables = Vec::new();
     if let Some(nominal) = story.nominal_march() {
-        tables.push(traces(story, nominal, story.estimated.map(|outcome| &outcome.after))?);
+        let fitted = story.estimated.and_then(|outcome| outcome.fitted.first());
+        tables.push(traces("traces.csv", story.case, nominal, fitted.map(|fitted| &fitted.after))?);
     }
     if let Some(outcome) = story.uncertainty {
         tables.push(percentiles(story, outcome)?);
@@ -40,18 +45,29 @@ pub(in super::super) fn all(story: &Story) -> Result<Vec<(String, Vec<u8>)>, Rep
         tables.push(sensitivities(story, outcome)?);
     }
     if let Some(outcome) = story.estimated {
-        tables.push(residuals(story, outcome)?);
-        tables.push(path(story, outcome)?);
+        for (which, (case, fitted)) in story.fits(outcome).enumerate() {
+            if which == 0 {
+                tables.push(residuals("residuals.csv", case, fitted)?);
+                continue;
+            }
+            let name = |table: &str| format!("{}.csv", file_name(table, &case.id));
+            tables.push(traces(&name("traces"), case, &fitted.before, Some(&fitted.after))?);
+            tables.push(residuals(&name("residuals"), case, fitted)?);
+        }
+        tables.push(path(outcome)?);
+        if !outcome.profiles.is_empty() {
+            tables.push(profiles(outcome)?);
+        }
         if let Some(landscape) = &outcome.landscape {
-            tables.push(plane(story, outcome, landscape)?);
+            tables.push(plane(outcome, landscape)?);
         }
     }
     Ok(tables)
 }
 
 impl Table {
-    fn new<S: AsRef<str>>(name: &'static str, columns: impl IntoIterator<Item = S>) -> Result<Self, ReportError> {
-        let mut table = Self { name, rows: csv::Writer::from_writer(Vec::new()) };
+    fn new<S: AsRef<str>>(name: &str, columns: impl IntoIterator<Item = S>) -> Result<Self, ReportError> {
+        let mut table = Self { name: name.to_owned(), rows: csv::Writer::from_writer(Vec::new()) };
         table.text(columns.into_iter().map(|column| column.as_ref().to_owned()).collect())?;
         Ok(table)
     }
@@ -67,12 +83,14 @@ impl Table {
 
     fn close(self) -> Result<(String, Vec<u8>), ReportError> {
         let Self { name, rows } = self;
-        let bytes = rows.into_inner().map_err(|error| ReportError::Table { name, message: error.to_string() })?;
-        Ok((name.to_owned(), bytes))
+        match rows.into_inner() {
+            Ok(bytes) => Ok((name, bytes)),
+            Err(error) => Err(ReportError::Table { name, message: error.to_string() }),
+        }
     }
 
     fn fault(&self, error: &csv::Error) -> ReportError {
-        ReportError::Table { name: self.name, message: error.to_string() }
+        ReportError::Table { name: self.name.clone(), message: error.to_string() }
     }
 }
 
@@ -93,14 +111,19 @@ fn head(first: &[&str], rest: impl IntoIterator<Item = String>) -> Vec<String> {
     first.iter().map(|&column| column.to_owned()).chain(rest).collect()
 }
 
-fn traces(story: &Story, nominal: &Nominal, fitted: Option<&Nominal>) -> Result<(String, Vec<u8>), ReportError> {
+fn traces(
+    name: &str,
+    case: &Case,
+    nominal: &Nominal,
+    fitted: Option<&Nominal>,
+) -> Result<(String, Vec<u8>), ReportError> {
     let names = |ending: &str| -> Vec<String> {
-        story.case.sensors.iter().map(|sensor| format!("{}{ending}", sensor.name)).collect()
+        case.sensors.iter().map(|sensor| format!("{}{ending}", sensor.name)).collect()
     };
     let after = if fitted.is_some() { names("_fitted_K") } else { Vec::new() };
     let gauges = nominal.readings.iter().map(|reading| reading.gauge.name().to_owned());
     let columns = names("_K").into_iter().chain(after).chain(gauges);
-    let mut table = Table::new("traces.csv", head(&["time_s"], columns))?;
+    let mut table = Table::new(name, head(&["time_s"], columns))?;
     for (instant, &time_s) in nominal.instants_s.iter().enumerate() {
         let before = nominal.temperatures_k.iter().map(|trace| trace[instant]);
         let after = fitted.into_iter().flat_map(|march| &march.temperatures_k).map(|trace| trace[instant]);
@@ -146,19 +169,18 @@ fn sensitivities(story: &Story, outcome: &Sensitivity) -> Result<(String, Vec<u8
     table.close()
 }
 
-fn residuals(story: &Story, outcome: &Estimated) -> Result<(String, Vec<u8>), ReportError> {
-    let mut table = Table::new("residuals.csv", ["sensor", "time_s", "residual_K"])?;
-    let fitted = story.case.observations.iter().filter(|seen| outcome.sensors.contains(&seen.sensor));
-    for (seen, (times_s, residuals_k)) in fitted.zip(&outcome.residuals) {
+fn residuals(name: &str, case: &Case, fitted: &Fitted) -> Result<(String, Vec<u8>), ReportError> {
+    let mut table = Table::new(name, ["sensor", "time_s", "residual_K"])?;
+    for (&sensor, (times_s, residuals_k)) in fitted.sensors.iter().zip(&fitted.residuals) {
         for (&time_s, &residual_k) in times_s.iter().zip(residuals_k) {
-            table.row(Some(&story.case.sensors[seen.sensor].name), [time_s, residual_k])?;
+            table.row(Some(&case.sensors[sensor].name), [time_s, residual_k])?;
         }
     }
     table.close()
 }
 
-fn path(story: &Story, outcome: &Estimated) -> Result<(String, Vec<u8>), ReportError> {
-    let names = outcome.factors.iter().map(|&factor| story.case.factors[factor].name.clone());
+fn path(outcome: &Estimated) -> Result<(String, Vec<u8>), ReportError> {
+    let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
     let columns = names.chain(["objective_K2".to_owned(), "damping".to_owned()]);
     let mut table = Table::new("path.csv", head(&["iteration"], columns))?;
     for (iteration, turn) in outcome.path.iter().enumerate() {
@@ -168,8 +190,20 @@ fn path(story: &Story, outcome: &Estimated) -> Result<(String, Vec<u8>), ReportE
     table.close()
 }
 
-fn plane(story: &Story, outcome: &Estimated, landscape: &Landscape) -> Result<(String, Vec<u8>), ReportError> {
-    let names = outcome.factors.iter().map(|&factor| story.case.factors[factor].name.clone());
+fn profiles(outcome: &Estimated) -> Result<(String, Vec<u8>), ReportError> {
+    let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
+    let mut table = Table::new("profiles.csv", head(&["held"], names.chain(["rise".to_owned()])))?;
+    for profile in &outcome.profiles {
+        for (point, &rise) in profile.points.iter().zip(&profile.rises) {
+            let held = &outcome.factors[profile.factor].factor.name;
+            table.row(Some(held), point.iter().copied().chain([rise]))?;
+        }
+    }
+    table.close()
+}
+
+fn plane(outcome: &Estimated, landscape: &Landscape) -> Result<(String, Vec<u8>), ReportError> {
+    let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
     let mut table = Table::new("landscape.csv", names.take(2).chain(["objective_K2".to_owned()]))?;
     for (&y, row) in landscape.y.iter().zip(&landscape.objective_k2) {
         for (&x, &objective_k2) in landscape.x.iter().zip(row) {
@@ -209,7 +243,7 @@ mod tests {
     fn gauges_stand_behind_the_sensors_where_gas_moves_and_nowhere_else() {
         let outcomes = fixture::outcomes();
         let of = |outcomes: &fixture::Outcomes| {
-            let (_, bytes) = traces(&outcomes.story("predict"), &outcomes.nominal, None).expect("a table");
+            let (_, bytes) = traces("traces.csv", &outcomes.case, &outcomes.nominal, None).expect("a table");
             String::from_utf8(bytes).expect("text")
         };
         assert!(of(&outcomes).starts_with("time_s,TC1_K,TC2_K,TC3_K,TC4_K\n"));

@@ -275,7 +275,15 @@ pub(super) fn method(story: &Story) -> String {
         out += &paragraph(
             "Estimation: the Levenberg-Marquardt method (Levenberg 1944; Marquardt 1963; Özışık & Orlande, Inverse \
              Heat Transfer, 2000) within the bounds. Standard errors hold for a model without error and residuals \
-             that are independent noise; the 95 % intervals are widened by the autocorrelation of the residuals.",
+             that are independent noise; the 95 % intervals are widened by the autocorrelation of the residuals, or rather \
+             of the noise, of which a fit takes the slow part.",
+        );
+    }
+    if story.estimated.is_some_and(|outcome| !outcome.profiles.is_empty()) {
+        out += &paragraph(
+            "Profiles: one factor is held at value after value while all others are sought again, and what was made least \
+             rises above its least. In squares of a standard error that rise is one of Student's t squared (Bates & Watts, \
+             Nonlinear Regression Analysis, 1988), whatever the curve of the prediction.",
         );
     }
     out + &paragraph(

@@ -9,6 +9,7 @@ mod table;
 
 use super::figure::Figure;
 use super::{Story, backend_words, chart, findings, warnings, words};
+use crate::case::Case;
 use serde_json::json;
 use table::{escaped, list, paragraph};
 
@@ -44,7 +45,7 @@ pub(super) fn page(story: &Story, figures: &[Figure], stills: &[String]) -> Stri
          {header}<nav aria-label=\"Sections\">\n{links}</nav>\n<main>\n{summary}{body}</main>\n\
          {plotly}\n<script type=\"application/json\" id=\"charts\">{charts}</script>\n\
          <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
-        title = escaped(&format!("{}: {}", story.case.name, story.command)),
+        title = escaped(&format!("{}: {}", story.name(), story.command)),
         header = header(story),
         summary = summary(story),
         plotly = plotly(),
@@ -61,10 +62,9 @@ fn plotly() -> String {
 }
 
 fn header(story: &Story) -> String {
-    let case = story.case;
     let mut facts = vec![
         format!("bondline {} {}", story.version, story.command),
-        format!("case {}", case.id),
+        format!("case {}", story.id()),
         backend_words(story.backend),
     ];
     facts.extend(story.seed.map(|seed| format!("seed {seed}")));
@@ -80,14 +80,17 @@ fn header(story: &Story) -> String {
     let facts: String = facts.iter().map(|fact| format!("<li>{}</li>\n", escaped(fact))).collect();
     format!(
         "<header>\n<h1>{}</h1>\n<ul class=\"facts\">\n{facts}</ul>\n{}</header>\n",
-        escaped(&case.name),
-        note(story)
+        escaped(&story.name()),
+        notes(story)
     )
 }
 
 /// What the analyst must know of the data, loudly where they are not what they stand for.
-fn note(story: &Story) -> String {
-    let case = story.case;
+fn notes(story: &Story) -> String {
+    story.cases().map(note).collect()
+}
+
+fn note(case: &Case) -> String {
     let lower = case.note.to_lowercase();
     let loud = lower.contains("synthetic") || lower.contains("surrogate");
     let mut out = String::new();

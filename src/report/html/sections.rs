@@ -1,12 +1,13 @@
 //! The answers, a section each: tables and figures.
 
 use super::super::figure::Figure;
-use super::super::findings::{explained, ranked, sentence};
+use super::super::findings::{ends, explained, objective, ranked, sentence};
 use super::super::{Story, gas, words};
 use super::table::{escaped, list, paragraph, table};
 use super::{Section, case};
+use crate::case::Case;
 use crate::study::beside::Beside;
-use crate::study::estimate::Estimated;
+use crate::study::estimate::{Estimand, Estimated};
 use crate::study::nominal::{Misfit, Nominal};
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::uncertainty::Uncertainty;
@@ -44,7 +45,12 @@ pub(super) fn all(story: &Story, figures: &[Figure], stills: &[String]) -> Vec<S
     if let Some(outcome) = story.beside {
         add("beside", "Beside another case", beside(story, outcome) + &shown("beside"));
     }
-    add("case", "Case", case::described(story.case) + &shown("case"));
+    if story.others.is_empty() {
+        add("case", "Case", case::described(story.case) + &shown("case"));
+    } else {
+        let titled = |case: &Case| paragraph(&format!("{}: {}", case.id, case.name)) + &case::described(case);
+        add("case", "Cases", story.cases().map(titled).collect());
+    }
     add("method", "Method", case::method(story));
     sections
 }
@@ -239,33 +245,31 @@ fn sensitivity(story: &Story, outcome: &Sensitivity) -> String {
 }
 
 fn estimation(story: &Story, outcome: &Estimated) -> String {
-    let case = story.case;
     let rows: Vec<Vec<String>> = (outcome.factors.iter().enumerate())
-        .map(|(place, &index)| {
-            let factor = &case.factors[index];
-            let (least, most) = outcome.bounds[place];
+        .map(|(place, Estimand { factor, bounds, .. })| {
+            let (least, most) = *bounds;
             let bounded = if outcome.at_bound[place] { "reached" } else { "" };
             vec![
                 factor.name.clone(),
                 words::meaning(factor),
-                format!("{:.3}", outcome.start[place]),
+                format!("{:.3}", outcome.path[0].values[place]),
                 format!("{:.4}", outcome.values[place]),
                 words::significant(outcome.standard_errors[place], 2),
-                words::interval(outcome.intervals[place], outcome.bounds[place]),
+                words::interval(outcome.intervals[place], *bounds),
                 format!("{least:.2} to {most:.2} {bounded}").trim_end().to_owned(),
             ]
         })
         .collect();
-    let misfits: Vec<Vec<String>> = (story.fitted(outcome).zip(&outcome.misfits))
-        .flat_map(|(seen, (before, after))| {
+    let misfits: Vec<Vec<String>> = (story.misfits(outcome).into_iter())
+        .flat_map(|(name, (before, after))| {
             [("nominal", before), ("estimated", after)].map(|(when, misfit)| {
-                let mut row = vec![format!("{} {when}", case.sensors[seen.sensor].name)];
+                let mut row = vec![format!("{name} {when}")];
                 row.extend(misfit_cells(misfit));
                 row
             })
         })
         .collect();
-    let said = [
+    let mut said = vec![
         format!("How it ended: {}. {}", sentence(&outcome.termination), outcome.advice),
         format!(
             "The sum of squared residuals went from {} K² to {} K².",
@@ -284,14 +288,31 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
             words::significant(outcome.effective_samples, 2)
         ),
     ];
+    said.extend(objective(outcome));
+    said.extend(ends(outcome));
     let head = ["Factor", "Scales", "Start", "Estimate", "± (1 σ)", "95 % within", "Bounds"];
     table("Estimates", &head, &rows)
+        + &profiles(outcome)
         + &table(
             "Prediction less measurement over the fitted window",
             &["Sensor", "Root mean square, K", "On average, K", "At worst, K", "Then, s", "Samples"],
             &misfits,
         )
         + &list(&said)
+}
+
+fn profiles(outcome: &Estimated) -> String {
+    let rows: Vec<Vec<String>> = (outcome.profiles.iter())
+        .map(|profile| {
+            let Estimand { factor, bounds, .. } = &outcome.factors[profile.factor];
+            vec![
+                factor.name.clone(),
+                words::interval(outcome.intervals[profile.factor], *bounds),
+                words::profiled(profile.interval, *bounds),
+            ]
+        })
+        .collect();
+    table("Intervals at 95 %, linear and by profile likelihood", &["Factor", "Linear", "By profile"], &rows)
 }
 
 fn beside(story: &Story, outcome: &Beside) -> String {

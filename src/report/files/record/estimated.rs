@@ -1,0 +1,161 @@
+//! What an estimate adds to the summary.
+
+use super::Named;
+use crate::case::{Bounds, Case};
+use crate::report::Story;
+use crate::study::estimate::{Combination, End, Estimand, Estimated, Fitted, Profile};
+use serde::Serialize;
+
+/// Keys in the order written.
+#[derive(Serialize)]
+pub(super) struct EstimatedRecord<'a> {
+    factors: Named<'a, FactorRecord<'a>>,
+    /// Case → sensor → how far off.
+    misfits: Named<'a, Named<'a, MisfitRecord>>,
+    objective: Objective,
+    /// How samples counted that were far off, as it is typed.
+    loss: String,
+    /// The side constraints that priors were made of.
+    prior: Option<&'a str>,
+    starts: Starts,
+    iterations: usize,
+    marches: usize,
+    termination: &'a str,
+    converged: bool,
+    condition_number: f64,
+    correlation: &'a [Vec<f64>],
+    determined: Vec<Determined<'a>>,
+    /// Where 95 % intervals by profile likelihood end; `null` where a bound comes first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    profiles: Option<Named<'a, Ends>>,
+    samples: usize,
+    autocorrelation: f64,
+    effective_samples: f64,
+    shortfall: f64,
+}
+
+#[derive(Serialize)]
+struct FactorRecord<'a> {
+    value: f64,
+    standard_error: f64,
+    low: f64,
+    high: f64,
+    /// In which cases, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    cases: Vec<&'a str>,
+}
+
+#[derive(Serialize)]
+struct Ends {
+    low: Option<f64>,
+    high: Option<f64>,
+}
+
+/// Root mean square of predicted less measured over the window, K.
+#[derive(Serialize)]
+struct MisfitRecord {
+    nominal_rms_k: f64,
+    estimated_rms_k: f64,
+}
+
+/// Sum of squared residuals, K².
+#[derive(Serialize)]
+struct Objective {
+    start: f64,
+    end: f64,
+}
+
+/// How many descents there were, how many converged, and how many ended where the estimate is.
+#[derive(Serialize)]
+struct Starts {
+    asked: usize,
+    converged: usize,
+    least: usize,
+}
+
+/// What a pair of estimates that cannot be told apart determines.
+#[derive(Serialize)]
+struct Determined<'a> {
+    factors: [&'a str; 2],
+    /// `ratio` or `product`.
+    combination: &'a str,
+    value: f64,
+    relative_standard_error: f64,
+}
+
+impl<'a> EstimatedRecord<'a> {
+    pub(super) fn of(story: &Story<'a>, outcome: &'a Estimated) -> Self {
+        let counted = |is: fn(&End) -> bool| outcome.ends.iter().filter(|end| is(end)).count();
+        Self {
+            factors: factors(story, outcome),
+            misfits: Named(
+                story.fits(outcome).map(|(case, fitted)| (case.id.as_str(), misfits(case, fitted))).collect(),
+            ),
+            objective: Objective { start: outcome.objective_k2.0, end: outcome.objective_k2.1 },
+            loss: outcome.loss.to_string(),
+            prior: outcome.prior.map(Bounds::name),
+            starts: Starts {
+                asked: outcome.ends.len(),
+                converged: counted(|end| end.converged),
+                least: counted(|end| end.is_least),
+            },
+            iterations: outcome.path.len().saturating_sub(1),
+            marches: outcome.marches,
+            termination: &outcome.termination,
+            converged: outcome.converged,
+            condition_number: outcome.identifiability.condition_number,
+            correlation: &outcome.identifiability.correlation,
+            determined: outcome.combinations.iter().map(|found| determined(outcome, found)).collect(),
+            profiles: profiles(outcome),
+            samples: outcome.samples,
+            autocorrelation: outcome.autocorrelation,
+            effective_samples: outcome.effective_samples,
+            shortfall: outcome.shortfall,
+        }
+    }
+}
+
+fn factors<'a>(story: &Story<'a>, outcome: &'a Estimated) -> Named<'a, FactorRecord<'a>> {
+    let cases = |places: &[Option<usize>]| -> Vec<&'a str> {
+        let within = story.cases().zip(places).filter(|(_, place)| place.is_some() && places.len() > 1);
+        within.map(|(case, _)| case.id.as_str()).collect()
+    };
+    let record = |(index, estimand): (usize, &'a Estimand)| {
+        let record = FactorRecord {
+            value: outcome.values[index],
+            standard_error: outcome.standard_errors[index],
+            low: outcome.intervals[index].0,
+            high: outcome.intervals[index].1,
+            cases: cases(&estimand.places),
+        };
+        (estimand.factor.name.as_str(), record)
+    };
+    Named(outcome.factors.iter().enumerate().map(record).collect())
+}
+
+fn profiles(outcome: &Estimated) -> Option<Named<'_, Ends>> {
+    let of = |profile: &Profile| {
+        let (low, high) = profile.interval;
+        (outcome.factors[profile.factor].factor.name.as_str(), Ends { low, high })
+    };
+    let named: Vec<(&str, Ends)> = outcome.profiles.iter().map(of).collect();
+    (!named.is_empty()).then_some(Named(named))
+}
+
+fn misfits<'a>(case: &'a Case, fitted: &Fitted) -> Named<'a, MisfitRecord> {
+    let named = fitted.sensors.iter().zip(&fitted.misfits).map(|(&sensor, (before, after))| {
+        let record = MisfitRecord { nominal_rms_k: before.rms_k, estimated_rms_k: after.rms_k };
+        (case.sensors[sensor].name.as_str(), record)
+    });
+    Named(named.collect())
+}
+
+fn determined<'a>(outcome: &'a Estimated, found: &Combination) -> Determined<'a> {
+    let name = |place: usize| outcome.factors[place].factor.name.as_str();
+    Determined {
+        factors: [name(found.pair.0), name(found.pair.1)],
+        combination: if found.is_ratio { "ratio" } else { "product" },
+        value: found.value,
+        relative_standard_error: found.relative_error,
+    }
+}

@@ -1,0 +1,118 @@
+//! What is estimated of several cases at once: their factors, shared by name.
+
+use super::EstimateError;
+use crate::case::{Case, Factor};
+
+/// A factor that is estimated, in every case that has it.
+#[derive(Clone, Debug)]
+pub struct Estimand {
+    /// As the first of the cases has it; its name ends in `@` and the case's where the other cases mean something else by
+    /// it.
+    pub factor: Factor,
+    /// Its place among the factors of each case, where it is one of them.
+    pub places: Vec<Option<usize>>,
+    /// Side constraints that all its cases allow.
+    pub bounds: (f64, f64),
+    pub start: f64,
+}
+
+/// The factors that any of the cases names to be estimated, in their order. One of a name is one in all cases in which it
+/// scales the same property of the same substances; where it scales others, as the insulator of another layup, it is
+/// another, and only a case that names it itself estimates it.
+pub(super) fn estimands(cases: &[&Case]) -> Result<Vec<Estimand>, EstimateError> {
+    let mut found: Vec<Estimand> = Vec::new();
+    for (which, case) in cases.iter().enumerate() {
+        for (chosen, &place) in case.estimate.factors.iter().enumerate() {
+            if found.iter().any(|estimand| estimand.places[which] == Some(place)) {
+                continue;
+            }
+            let factor = &case.factors[place];
+            let places: Vec<Option<usize>> = cases.iter().map(|other| alike(case, factor, other)).collect();
+            let start = case.estimate.start.get(chosen).copied().unwrap_or(factor.nominal);
+            let bounds = bounds(cases, &places, factor)?;
+            found.push(Estimand { factor: factor.clone(), places, bounds, start: start.max(bounds.0).min(bounds.1) });
+        }
+    }
+    let names: Vec<String> = found.iter().map(|estimand| estimand.factor.name.clone()).collect();
+    for estimand in &mut found {
+        let home = estimand.places.iter().position(Option::is_some);
+        if let Some(home) = home.filter(|_| names.iter().filter(|name| **name == estimand.factor.name).count() > 1) {
+            estimand.factor.name += &format!("@{}", cases[home].id);
+        }
+    }
+    Ok(found)
+}
+
+/// The place of the factor in another case that has the name of this one and scales the same.
+fn alike(case: &Case, factor: &Factor, other: &Case) -> Option<usize> {
+    other.factors.iter().position(|twin| {
+        let is_same = (&twin.name, twin.property, &twin.group) == (&factor.name, factor.property, &factor.group);
+        is_same && substances(other, twin) == substances(case, factor)
+    })
+}
+
+/// The materials of the plies that a factor scales, each once.
+fn substances<'a>(case: &'a Case, factor: &Factor) -> Vec<&'a str> {
+    let scaled = case.layup.plies.iter().filter(|ply| ply.group == factor.group || ply.name == factor.group);
+    let mut materials: Vec<&str> = scaled.map(|ply| ply.material.id.as_str()).collect();
+    materials.sort_unstable();
+    materials.dedup();
+    materials
+}
+
+fn bounds(cases: &[&Case], places: &[Option<usize>], factor: &Factor) -> Result<(f64, f64), EstimateError> {
+    let each =
+        cases.iter().zip(places).filter_map(|(case, place)| Some(case.factors[(*place)?].bounds(case.estimate.bounds)));
+    let (low, high) = each.fold((f64::NEG_INFINITY, f64::INFINITY), |(a, b), (low, high)| (a.max(low), b.min(high)));
+    if low < high { Ok((low, high)) } else { Err(EstimateError::NoRoom { factor: factor.name.clone(), low, high }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::{Bounds, Property};
+
+    fn case(id: &str, material: &str) -> Case {
+        let mut case = Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
+        case.id = id.to_owned();
+        let felt = crate::case::Material::named(material).expect("a shipped material");
+        for ply in case.layup.plies.iter_mut().filter(|ply| ply.group == "INS") {
+            ply.material = std::sync::Arc::new(felt.clone());
+        }
+        case
+    }
+
+    #[test]
+    fn a_factor_is_shared_by_name_where_it_scales_the_same_substance_and_split_where_it_does_not() {
+        let cases = [case("thick", "pyrogel3350"), case("thin", "pyrogel2250")];
+        let found = estimands(&cases.each_ref()).expect("bounds that meet");
+        let told: Vec<(&str, &[Option<usize>])> =
+            found.iter().map(|estimand| (estimand.factor.name.as_str(), estimand.places.as_slice())).collect();
+        let (cloth, thick, thin) = ([Some(0), Some(0)], [Some(3), None], [None, Some(3)]);
+        assert_eq!(told, [("f_eps_OF", &cloth[..]), ("f_k_INS@thick", &thick[..]), ("f_k_INS@thin", &thin[..])]);
+        let same = [case("a", "pyrogel3350"), case("b", "pyrogel3350")];
+        assert_eq!(estimands(&same.each_ref()).expect("bounds that meet").len(), 2);
+    }
+
+    #[test]
+    fn a_case_that_has_a_factor_shares_it_though_another_asks_for_it_and_what_it_scales_counts() {
+        let mut cases = [case("a", "pyrogel3350"), case("b", "pyrogel3350")];
+        cases[1].estimate.factors.clear();
+        let found = estimands(&cases.each_ref()).expect("bounds that meet");
+        assert!(found.len() == 2 && found.iter().all(|estimand| estimand.places[1].is_some()));
+        cases[1].factors[3].property = Property::HeatCapacity;
+        assert_eq!(estimands(&cases.each_ref()).expect("bounds that meet")[1].places, [Some(3), None]);
+    }
+
+    #[test]
+    fn bounds_are_those_that_all_cases_allow_and_none_in_common_is_a_fault() {
+        let mut cases = [case("a", "pyrogel3350"), case("b", "pyrogel3350")];
+        cases[0].estimate.bounds = Bounds::Large;
+        cases[0].estimate.start = vec![1.0, 1.4];
+        let found = estimands(&cases.each_ref()).expect("bounds that meet");
+        assert_eq!((found[1].bounds, found[1].start), ((0.75, 1.25), 1.25), "a start is moved between them");
+        cases[1].factors[3].small = (1.6, 1.8);
+        let fault = estimands(&cases.each_ref()).expect_err("no room");
+        assert!(fault.to_string().contains("f_k_INS") && fault.to_string().contains("1.6"), "{fault}");
+    }
+}

@@ -1,0 +1,246 @@
+//! Profile likelihood: how much worse the data are met where one factor is held and all others are sought again.
+//!
+//! Along the profile of a factor the objective rises from its least by `Δ`, which is distributed as the square of Student's
+//! t where the residuals are as they are taken to be: the values whose rise stays below `t²` are the confidence interval
+//! (Bates & Watts, *Nonlinear Regression Analysis*, 1988, section 6.1). It needs no derivative at the estimate: where the
+//! problem is near linear the interval is the linear one, and where it is not, or a bound is near, it has the shape that
+//! the data give it. Data count by their scatter and by how far their residuals follow each other, as in the linear
+//! interval; priors count at their word.
+
+use crate::fit::{Fit, LeastSquares, Options, minimize_within};
+use nalgebra::DMatrix;
+
+/// The profile of one factor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// Its place among the estimated factors.
+    pub factor: usize,
+    /// All factors at the lowest point of each value that it was held at, values rising, the estimate's among them.
+    pub points: Vec<Vec<f64>>,
+    /// By how much what is made least rises there, in squares of a standard error; no number where nothing could be
+    /// marched.
+    pub rises: Vec<f64>,
+    /// The rise at which the 95 % interval ends.
+    pub level: f64,
+    /// Where it ends below and above; `None` where the bound comes first.
+    pub interval: (Option<f64>, Option<f64>),
+}
+
+/// What is known at the estimate.
+pub(super) struct About<'a> {
+    pub values: &'a [f64],
+    pub bounds: &'a [(f64, f64)],
+    /// Standard errors by which linear intervals are made, their half-width in these, and the correlation.
+    pub errors: &'a [f64],
+    pub half: f64,
+    pub correlation: &'a [Vec<f64>],
+}
+
+/// Values a side at first, to half as far again as the linear interval reaches.
+const SIDE: usize = 8;
+const REACH: f64 = 1.5;
+
+/// A side of a profile on its way out from the estimate.
+struct Flank {
+    place: usize,
+    /// How far from the estimate it has been followed, and the bound; below zero on the lower side.
+    from: f64,
+    to: f64,
+    end: f64,
+    values: usize,
+    /// Points and objectives, from the inside out.
+    met: Vec<(Vec<f64>, f64)>,
+}
+
+/// The profiles of the factors at these places. All points of all of them are descents side by side; a side that has not
+/// risen to the level is followed twice as far, up to the bound.
+pub(super) fn profiles<P: LeastSquares>(
+    problem: &mut P,
+    places: &[usize],
+    about: &About,
+    options: &Options,
+) -> Result<Vec<Profile>, P::Error> {
+    if places.is_empty() {
+        return Ok(Vec::new());
+    }
+    let level = about.half.powi(2);
+    let free = DMatrix::from_column_slice(about.values.len(), 1, about.values);
+    let least = minimize_within(problem, &free, &[about.bounds.to_vec()], options)?;
+    let Some(least) = least.first() else { return Ok(Vec::new()) };
+    let mut flanks: Vec<Flank> =
+        places.iter().flat_map(|&place| [-1.0, 1.0].map(|side| about.flank(place, side))).collect();
+    loop {
+        let mut going: Vec<&mut Flank> =
+            flanks.iter_mut().filter(|flank| !flank.is_done(least.objective, level)).collect();
+        let held: Vec<(usize, f64)> = going.iter().flat_map(|flank| flank.held(about)).collect();
+        if held.is_empty() {
+            break;
+        }
+        let starts: Vec<f64> = held.iter().flat_map(|&(place, value)| about.start(place, value)).collect();
+        let starts = DMatrix::from_vec(about.values.len(), held.len(), starts);
+        let bounds: Vec<Vec<(f64, f64)>> = held.iter().map(|&(place, value)| about.held(place, value)).collect();
+        let mut fits = minimize_within(problem, &starts, &bounds, options)?.into_iter();
+        for flank in &mut going {
+            flank.take(fits.by_ref().take(flank.values));
+        }
+    }
+    Ok(flanks.chunks(2).map(|sides| profile(&sides[0], &sides[1], least, level)).collect())
+}
+
+impl About<'_> {
+    fn flank(&self, place: usize, side: f64) -> Flank {
+        let (low, high) = self.bounds[place];
+        let end = if side < 0.0 { low } else { high } - self.values[place];
+        let reach = REACH * self.half * self.errors[place];
+        // A reach of zero would never double to anything.
+        let to = if reach > 0.0 && reach < end.abs() { side * reach } else { end };
+        Flank { place, from: 0.0, to, end, values: if end == 0.0 { 0 } else { SIDE }, met: Vec::new() }
+    }
+
+    /// Where to start from with a factor held: where the lowest points would lie if the problem were linear.
+    fn start(&self, place: usize, value: f64) -> Vec<f64> {
+        let along = |other: usize| {
+            let share = self.correlation[other][place] * self.errors[other] / self.errors[place];
+            let (low, high) = self.bounds[other];
+            let there = self.values[other] + share * (value - self.values[place]);
+            if there.is_finite() { there.max(low).min(high) } else { self.values[other] }
+        };
+        (0..self.values.len()).map(|other| if other == place { value } else { along(other) }).collect()
+    }
+
+    /// The bounds with a factor held.
+    fn held(&self, place: usize, value: f64) -> Vec<(f64, f64)> {
+        let mut bounds = self.bounds.to_vec();
+        bounds[place] = (value, value);
+        bounds
+    }
+}
+
+impl Flank {
+    /// The values to hold the factor at next.
+    fn held(&self, about: &About) -> Vec<(usize, f64)> {
+        let at = |step: usize| self.from + (self.to - self.from) * step as f64 / self.values as f64;
+        let (low, high) = about.bounds[self.place];
+        (1..=self.values).map(|step| (self.place, (about.values[self.place] + at(step)).max(low).min(high))).collect()
+    }
+
+    fn take(&mut self, fits: impl Iterator<Item = Fit>) {
+        self.met.extend(fits.map(|fit| (fit.point.iter().copied().collect(), fit.objective)));
+        self.from = self.to;
+        self.values = if self.to == self.end { 0 } else { SIDE / 2 };
+        self.to = if (2.0 * self.to).abs() < self.end.abs() { 2.0 * self.to } else { self.end };
+    }
+
+    /// Whether there is nowhere to go, or no need.
+    fn is_done(&self, least: f64, level: f64) -> bool {
+        self.values == 0 || self.met.iter().any(|(_, objective)| objective - least >= level)
+    }
+}
+
+fn profile(below: &Flank, above: &Flank, least: &Fit, level: f64) -> Profile {
+    let place = below.place;
+    let middle = (least.point.iter().copied().collect(), least.objective);
+    let end = |flank: &Flank| {
+        let way: Vec<(f64, f64)> = std::iter::once(&middle)
+            .chain(&flank.met)
+            .map(|(point, objective): &(Vec<f64>, f64)| (point[place], objective - least.objective))
+            .filter(|(_, rise)| rise.is_finite())
+            .collect();
+        crossing(&way, level)
+    };
+    let interval = (end(below), end(above));
+    let met = below.met.iter().rev().chain(std::iter::once(&middle)).chain(&above.met);
+    let (points, rises) = met.map(|(point, objective)| (point.clone(), objective - least.objective)).unzip();
+    Profile { factor: place, points, rises, level, interval }
+}
+
+/// Where a way of values and rises first reaches a level. Between two of its points the root of the rise is taken as
+/// straight, which it is where the problem is linear.
+fn crossing(way: &[(f64, f64)], level: f64) -> Option<f64> {
+    let pair = way.windows(2).find(|pair| pair[1].1 >= level)?;
+    let [a, b] = [pair[0], pair[1]].map(|(value, rise)| (value, rise.max(0.0).sqrt()));
+    Some(a.0 + (b.0 - a.0) * (level.sqrt() - a.1) / (b.1 - a.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    /// Two variables met through any residuals, between bounds.
+    struct Met<F> {
+        bounds: [(f64, f64); 2],
+        residuals: F,
+    }
+
+    impl<F: Fn(f64, f64) -> [f64; 3]> LeastSquares for Met<F> {
+        type Error = Infallible;
+
+        fn bounds(&self) -> &[(f64, f64)] {
+            &self.bounds
+        }
+
+        fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, Infallible> {
+            let each: Vec<f64> = points.column_iter().flat_map(|point| (self.residuals)(point[0], point[1])).collect();
+            Ok(DMatrix::from_vec(3, points.ncols(), each))
+        }
+    }
+
+    const WIDE: (f64, f64) = (0.1, 9.0);
+
+    fn profiled<F: Fn(f64, f64) -> [f64; 3]>(bounds: [(f64, f64); 2], errors: [f64; 2], residuals: F) -> Vec<Profile> {
+        let correlation = [vec![1.0, 0.0], vec![0.0, 1.0]];
+        let about =
+            About { values: &[1.0, 2.0], bounds: &bounds, errors: &errors, half: 2.0, correlation: &correlation };
+        let Ok(found) = profiles(&mut Met { bounds, residuals }, &[0, 1], &about, &Options::default());
+        found
+    }
+
+    /// Residuals that are straight in both, about (1, 2): the covariance is ((13, −5), (−5, 2))/1.
+    fn straight(x: f64, y: f64) -> [f64; 3] {
+        let (x, y) = (x - 1.0, y - 2.0);
+        [x + 2.0 * y, x + 3.0 * y, 0.0]
+    }
+
+    #[test]
+    fn where_residuals_are_straight_a_profile_is_the_parabola_of_the_linear_interval() {
+        let errors = [13f64.sqrt(), 5f64.sqrt()];
+        let wide = [(-99.0, 99.0); 2];
+        // (JᵀJ)⁻¹ of J = ((1, 2), (1, 3)) is ((13, −5), (−5, 2)).
+        for (found, variance) in profiled(wide, errors, straight).iter().zip([13.0, 2.0]) {
+            let centre = [1.0, 2.0][found.factor];
+            for (point, rise) in found.points.iter().zip(&found.rises) {
+                let parabola = (point[found.factor] - centre).powi(2) / variance;
+                assert!((rise - parabola).abs() < 1e-6 * (1.0 + parabola), "{rise} for {parabola}");
+            }
+            let half = 2.0 * f64::sqrt(variance);
+            let (Some(low), Some(high)) = found.interval else { panic!("{found:?}") };
+            assert!((low - (centre - half)).abs() < 1e-5 && (high - (centre + half)).abs() < 1e-5, "{low} {high}");
+        }
+    }
+
+    #[test]
+    fn a_profile_has_the_shape_of_the_data_and_not_of_its_tangent() {
+        // The logarithm of the first is known to one: its interval is from exp(−2) to exp(2), not 1 ± 2.
+        let found = profiled([(0.01, 99.0); 2], [1.0, 1.0], |x, y| [x.ln(), y - 2.0, 0.0]);
+        let (Some(low), Some(high)) = found[0].interval else { panic!("{:?}", found[0]) };
+        assert!((low / (-2f64).exp() - 1.0).abs() < 0.02 && (high / 2f64.exp() - 1.0).abs() < 0.02, "{low} to {high}");
+    }
+
+    #[test]
+    fn a_side_that_the_bound_ends_first_has_no_end_and_is_followed_to_the_bound() {
+        let found = profiled([(0.5, 9.0), WIDE], [3.0, 1.0], |x, y| [0.1 * (x - 1.0), y - 2.0, 0.0]);
+        assert_eq!(found[0].interval, (None, None));
+        assert_eq!((found[0].points[0][0], found[0].points.last().map(|point| point[0])), (0.5, Some(9.0)));
+        // Two either way of two: below, the bound of 0.1 comes first.
+        let (None, Some(high)) = found[1].interval else { panic!("{:?}", found[1]) };
+        assert!((high - 4.0).abs() < 1e-6, "{high}");
+    }
+
+    #[test]
+    fn a_side_is_followed_as_far_as_it_takes_where_the_linear_interval_is_far_too_short() {
+        let found = profiled([(-99.0, 99.0); 2], [0.01, 0.01], |x, y| [x - 1.0, y - 2.0, 0.0]);
+        let (Some(low), Some(high)) = found[0].interval else { panic!("{:?}", found[0]) };
+        assert!((low + 1.0).abs() < 1e-6 && (high - 3.0).abs() < 1e-6, "{low} to {high}");
+    }
+}

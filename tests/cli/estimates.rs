@@ -1,0 +1,141 @@
+//! Estimates: of several cases at once, by a loss, with what is known beforehand, from many starts, and their profiles.
+
+use super::{CASE, say};
+use crate::support::Scratch;
+use serde_json::Value;
+
+/// A case like the one of these tests but for one text, observed as its twin of known factors with 2 K noise would be.
+fn observed(scratch: &Scratch, name: &str, (from, to): (&str, &str), seed: usize) {
+    assert!(CASE.contains(from), "{from:?} stands in the case");
+    let file = format!("{name}/case.toml");
+    scratch.write(&file, CASE.replacen(from, to, 1));
+    let truth = format!("twin {name} --truth f_k=1.1,f_q=0.95 --noise 2K --seed {seed} --out {name}/measured.csv");
+    say(scratch, &truth).done();
+    let text = scratch.read(&file) + "\n[observations]\nfile = \"measured.csv\"\nsigma = \"2 K\"\n";
+    scratch.write(&file, text);
+}
+
+const SAME: (&str, &str) = ("name = \"Two plies\"", "name = \"Two plies\"");
+const THICK: (&str, &str) = ("thickness = \"3 mm\"", "thickness = \"5 mm\"");
+const OTHER: (&str, &str) = ("material = \"pyrogel3350\"", "material = \"pyrogel2250\"");
+const ALL: &str = "--factors f_k,f_q --sensors TC1,TC2 --window 0:40 --json --quiet --force";
+
+fn estimated(scratch: &Scratch, cases: &str, options: &str) -> Value {
+    say(scratch, &format!("estimate {cases} {ALL} {options}")).done().json()
+}
+
+#[track_caller]
+fn number(found: &Value, path: &str) -> f64 {
+    let value = path.split('.').fold(found, |value, key| &value[key]);
+    value.as_f64().unwrap_or_else(|| panic!("no {path} in {found:#}"))
+}
+
+#[test]
+fn two_layups_fitted_together_tell_shared_factors_better_than_either_alone() {
+    let scratch = Scratch::new("together");
+    observed(&scratch, "thin", SAME, 1);
+    observed(&scratch, "thick", THICK, 2);
+    let [thin, thick, both] = ["thin", "thick", "thin thick"].map(|cases| estimated(&scratch, cases, ""));
+    for (factor, truth) in [("f_k", 1.1), ("f_q", 0.95)] {
+        let error = |found: &Value| number(found, &format!("factors.{factor}.standard_error"));
+        assert!(error(&both) < error(&thin).min(error(&thick)), "{factor}: {} together", error(&both));
+        let value = number(&both, &format!("factors.{factor}.value"));
+        assert!((value - truth).abs() < 4.0 * error(&both), "{factor} = {value}, made with {truth}");
+        assert_eq!(both["factors"][factor]["cases"], serde_json::json!(["thin", "thick"]));
+    }
+    assert_eq!(both["samples"].as_u64(), Some(2 * thin["samples"].as_u64().expect("a number of samples")));
+    assert_eq!(both["case"], "thin+thick");
+    let near = |path: &str| (number(&both, path) - 2.0).abs() < 0.6;
+    assert!(near("misfits.thin.TC2.estimated_rms_k") && near("misfits.thick.TC2.estimated_rms_k"), "{both:#}");
+    let (fitted, page) = ("out/thin+thick/estimate/traces-thick.csv", "out/thin+thick/estimate/report.html");
+    assert!(scratch.read(fitted).starts_with("time_s,TC1_K,TC2_K,TC1_fitted_K,TC2_fitted_K"));
+    assert!(scratch.read(page).contains("thin and thick share all factors."));
+}
+
+#[test]
+fn a_factor_of_another_material_is_another_factor() {
+    let scratch = Scratch::new("apart");
+    observed(&scratch, "aerogel", SAME, 1);
+    observed(&scratch, "blanket", OTHER, 2);
+    let found = estimated(&scratch, "aerogel blanket", "--start f_k@blanket=0.9 --profile f_k");
+    let names: Vec<&String> = found["factors"].as_object().expect("factors").keys().collect();
+    assert_eq!(names, ["f_k@aerogel", "f_k@blanket", "f_q"]);
+    assert_eq!(found["profiles"].as_object().map(serde_json::Map::len), Some(2), "a profile of both");
+    let path = scratch.read("out/aerogel+blanket/estimate/path.csv");
+    assert!(path.lines().nth(1).is_some_and(|line| line.starts_with("0,1,") && line.contains(",0.9,")), "{path}");
+}
+
+#[test]
+fn readings_that_are_far_off_spoil_squares_and_not_a_robust_estimate() {
+    let scratch = Scratch::new("robust");
+    observed(&scratch, "c", SAME, 3);
+    let spoiled = scratch.read("c/measured.csv");
+    let lines = spoiled.lines().enumerate().map(|(row, line)| match line.rsplit_once(',') {
+        Some((rest, kelvin)) if row % 8 == 7 => format!("{rest},{}", kelvin.parse::<f64>().expect("a number") + 60.0),
+        _ => line.to_owned(),
+    });
+    scratch.write("c/measured.csv", lines.collect::<Vec<_>>().join("\n") + "\n");
+    let off = |options: &str| (number(&estimated(&scratch, "c", options), "factors.f_k.value") - 1.1).abs();
+    let squares = off("");
+    for loss in ["huber", "soft-l1", "huber=2"] {
+        assert!(off(&format!("--loss {loss}")) < 0.3 * squares, "{loss}: {squares} off by squares");
+    }
+    assert_eq!(estimated(&scratch, "c", "--loss huber")["loss"], "huber=1.345");
+}
+
+#[test]
+fn what_is_known_beforehand_draws_an_estimate_to_it_and_narrows_it_and_the_file_may_ask_for_it() {
+    let scratch = Scratch::new("prior");
+    observed(&scratch, "c", SAME, 6);
+    let text = scratch.read("c/case.toml").replacen("[estimate]", "[estimate]\nprior = \"small\"", 1);
+    scratch.write("d/case.toml", text);
+    scratch.write("d/measured.csv", scratch.read("c/measured.csv"));
+    // A trace that hardly begins says little.
+    let found =
+        |line: &str| say(&scratch, &format!("estimate {line} --sensors TC2 --window 0:4 --json --quiet")).done().json();
+    let (data, drawn) = (found("c"), found("c --prior small"));
+    assert_eq!((&data["prior"], &drawn["prior"]), (&Value::Null, &"small".into()));
+    let off = |found: &Value| (number(found, "factors.f_k.value") - 1.0).abs();
+    let error = |found: &Value| number(found, "factors.f_k.standard_error");
+    assert!(off(&drawn) < off(&data) && error(&drawn) < error(&data), "{drawn:#}");
+    assert!(error(&drawn) < 0.1, "of a prior of 0.1 there is {} left", error(&drawn));
+    assert_eq!(found("d")["factors"], drawn["factors"]);
+    assert_eq!(found("d --prior none")["factors"], data["factors"]);
+}
+
+#[test]
+fn many_starts_and_the_papers_rules_end_at_the_same_minimum() {
+    let scratch = Scratch::new("starts");
+    observed(&scratch, "c", SAME, 4);
+    let one = estimated(&scratch, "c", "");
+    let many = estimated(&scratch, "c", "--starts 6");
+    assert_eq!(many["starts"], serde_json::json!({"asked": 6, "converged": 6, "least": 6}));
+    let paper = estimated(&scratch, "c", "--minimiser paper");
+    for factor in ["f_k", "f_q"] {
+        let value = |found: &Value| number(found, &format!("factors.{factor}.value"));
+        let error = number(&one, &format!("factors.{factor}.standard_error"));
+        assert!((value(&many) - value(&one)).abs() < 0.01 * error, "{factor}: {} from six", value(&many));
+        assert!((value(&paper) - value(&one)).abs() < 0.1 * error, "{factor}: {} by the paper", value(&paper));
+    }
+    assert!(number(&many, "marches") > number(&one, "marches"));
+}
+
+/// Two factors of a short march at 2 K are nearly linear; the profile sees the curve that is left, a tenth at most.
+#[test]
+fn where_a_problem_is_near_linear_a_profile_ends_where_the_linear_interval_does() {
+    let scratch = Scratch::new("profile");
+    observed(&scratch, "c", SAME, 5);
+    let found = estimated(&scratch, "c", "--profile f_k,f_q");
+    for factor in ["f_k", "f_q"] {
+        let of = |end: &str| number(&found, &format!("factors.{factor}.{end}"));
+        let half = 0.5 * (of("high") - of("low"));
+        for end in ["low", "high"] {
+            let profiled = number(&found, &format!("profiles.{factor}.{end}"));
+            assert!((profiled - of(end)).abs() < 0.1 * half, "{factor} {end}: {profiled}, linear {}", of(end));
+        }
+        assert!(scratch.read(&format!("out/c/estimate/figures/profile-{factor}.svg")).contains("as if linear"));
+    }
+    let table = scratch.read("out/c/estimate/profiles.csv");
+    assert!(table.starts_with("held,f_k,f_q,rise\nf_k,") && table.contains("\nf_q,"), "{table}");
+    assert!(found["profiles"].is_object() && estimated(&scratch, "c", "").get("profiles").is_none());
+}
