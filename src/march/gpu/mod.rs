@@ -20,8 +20,10 @@ use std::array::from_fn;
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Members at once, at most: enough to fill any device, and a bound on the host's memory.
+/// Members at once, at most: enough to fill any device, and a bound on the host's memory. A software device is full with
+/// fewer, and its memory is the host's too.
 const MEMBERS_MAX: usize = 8192;
+const MEMBERS_MAX_SOFTWARE: usize = 2048;
 
 /// A Vulkan device as a march.
 pub struct Gpu {
@@ -331,7 +333,8 @@ impl March for Gpu {
 
     fn capacity(&self, plan: &Plan) -> usize {
         let limit = self.device.limits.max_storage_buffer_binding_size.min(self.device.limits.max_buffer_size);
-        ((limit / self.member_bytes(plan).max(1)) as usize).min(MEMBERS_MAX)
+        let most = if self.device.is_software { MEMBERS_MAX_SOFTWARE } else { MEMBERS_MAX };
+        ((limit / self.member_bytes(plan).max(1)) as usize).min(most)
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
