@@ -13,13 +13,14 @@ use simdeez::engines::scalar::Scalar;
 use simdeez::prelude::Simd;
 use std::ops::Range;
 
-/// Fewer members than this take a scalar march each, which is sooner done than one in lanes.
-const FEW: usize = 2;
+/// A group of lanes takes as long as this many members one by one (see benches/README.md), so that up to as many a thread
+/// go alone.
+const ALONE: usize = 2;
 /// Most members in the lanes of a vector.
 const LANES_MOST: usize = 16;
 
-/// The vectors that the processor at hand has, chosen at run time; without any, members go one by one.
-#[derive(Clone, Copy)]
+/// The vectors that a processor may have, chosen at run time; without any, members go one by one.
+#[derive(Clone, Copy, Debug)]
 enum Vectors {
     None,
     #[cfg(target_arch = "x86_64")]
@@ -31,28 +32,25 @@ enum Vectors {
 }
 
 impl Vectors {
+    /// Those of the processor at hand, the widest first.
     #[cfg(target_arch = "x86_64")]
-    fn at_hand() -> Self {
+    fn at_hand() -> Vec<Self> {
         let has_avx512 = is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512bw")
             && is_x86_feature_detected!("avx512dq");
-        if has_avx512 {
-            Self::Avx512
-        } else if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            Self::Avx2
-        } else {
-            Self::None
-        }
+        let has_avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+        let asked = [(has_avx512, Self::Avx512), (has_avx2, Self::Avx2), (true, Self::None)];
+        asked.into_iter().filter_map(|(is_there, vectors)| is_there.then_some(vectors)).collect()
     }
 
     #[cfg(target_arch = "aarch64")]
-    fn at_hand() -> Self {
-        Self::Neon
+    fn at_hand() -> Vec<Self> {
+        vec![Self::Neon, Self::None]
     }
 
     #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-    fn at_hand() -> Self {
-        Self::None
+    fn at_hand() -> Vec<Self> {
+        vec![Self::None]
     }
 
     fn name(self) -> &'static str {
@@ -89,7 +87,7 @@ pub struct Cpu {
 
 impl Cpu {
     pub fn new(precision: Precision) -> Self {
-        Self { precision, threads: rayon::current_num_threads(), vectors: Vectors::at_hand() }
+        Self { precision, threads: rayon::current_num_threads(), vectors: Vectors::at_hand()[0] }
     }
 }
 
@@ -107,7 +105,7 @@ impl March for Cpu {
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        Ok(if members.len() < FEW {
+        Ok(if members.len() <= ALONE * self.threads {
             one_by_one(self.precision, plan, ensemble, members)
         } else {
             self.vectors.march(self.precision, plan, ensemble, members)
@@ -238,4 +236,30 @@ fn carry_group<R: Real>(
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::{Case, Resolution};
+
+    /// The integration tests march in the widest vectors only.
+    #[test]
+    fn every_set_of_vectors_that_is_here_marches_as_one_by_one() {
+        let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/lcat-2259-pyrolysis");
+        let mut case = Case::load(cases.as_ref()).expect("a shipped case loads");
+        case.resolution = Resolution { cells: 40, ..Resolution::default() };
+        let plan = Plan::new(&case);
+        let factors = case.factors.len();
+        let ensemble = Ensemble::at(factors, (0..5 * factors).map(|i| 0.9 + 0.01 * (i % 21) as f64).collect());
+        for precision in [Precision::F64, Precision::F32] {
+            let alone = one_by_one(precision, &plan, &ensemble, 0..5);
+            assert!(alone.trace(0, 0) != alone.trace(1, 0), "members do not differ");
+            for vectors in Vectors::at_hand() {
+                let beside = vectors.march(precision, &plan, &ensemble, 0..5);
+                assert_eq!(beside.temperatures_k, alone.temperatures_k, "{vectors:?} in {precision:?}");
+                assert_eq!(beside.gauges, alone.gauges, "{vectors:?} in {precision:?}");
+            }
+        }
+    }
 }
