@@ -8,6 +8,7 @@ use crate::watch::Watched;
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::Ensemble;
 use bondline::march::choose;
+use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::report::files::OutputFolder;
 use bondline::report::files::piece::{CaseMark, Draw, Piece, fingerprint};
@@ -123,10 +124,10 @@ impl Desk {
         let id = ids.join("+");
         let others = cases.split_off(1);
         let case = cases.remove(0);
-        let plan = Plan::new(&case);
-        let other_plans = others.iter().map(Plan::new).collect();
+        let plan = pilot(&case)?;
+        let other_plans = others.iter().map(pilot).collect::<Result<_, _>>()?;
         let plan_s = began.elapsed().as_secs_f64();
-        let march = Watched::new(choose::open(&asked::choice(&ask.on), &plan, members)?, ask.on.quiet);
+        let march = Watched::new(choose::open_extrapolated(&asked::choice(&ask.on), &plan, members)?, ask.on.quiet);
         let path = ask.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&id).join(command));
         let folder = OutputFolder::open(&path, &id, ask.force)?;
         Ok(Self {
@@ -300,7 +301,7 @@ impl Desk {
         let Some(first) = self.estimated.as_ref().and_then(|estimated| estimated.fitted.first()) else {
             return Ok(());
         };
-        let outcome = beside((&self.case, first), other, &mut self.march, &search);
+        let outcome = beside((&self.case, first), (other, &pilot(other)?), &mut self.march, &search);
         self.beside = Some(outcome.map_err(|error| match error {
             BesideError::Estimate(EstimateError::March(error)) => error.into(),
             other => input(other),

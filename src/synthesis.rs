@@ -6,7 +6,7 @@ use crate::commands::load;
 use crate::ending::{Ending, Failure, input};
 use crate::watch::Watched;
 use bondline::march::{Precision, choose};
-use bondline::plan::Plan;
+use bondline::pilot::pilot;
 use bondline::report;
 use bondline::study::twin::{TwinError, twin};
 use std::path::Path;
@@ -29,10 +29,10 @@ pub(crate) fn make(
     if out.exists() && !force {
         return Err(input(format!("{} exists already; give --force to overwrite it", out.display())));
     }
-    let plan = Plan::new(&case);
+    let plan = pilot(&case)?;
     let mut choice = asked::choice(on);
     choice.precision = choice.precision.or(Some(Precision::F64));
-    let mut march = Watched::new(choose::open(&choice, &plan, 1)?, on.quiet);
+    let mut march = Watched::new(choose::open_extrapolated(&choice, &plan, 1)?, on.quiet);
     let made = twin(&case, &plan, &mut march, row, noise_k, seed).map_err(|error| match error {
         TwinError::March(error) => error.into(),
         other => input(other),

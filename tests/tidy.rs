@@ -17,7 +17,8 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("study", &["case", "plan", "ensemble", "traces", "march", "fit"]),
     // Of the march only what records name: backend and precision; of the fit the loss that is told.
     ("report", &["case", "traces", "study", "march", "fit"]),
-    ("verify", &["case", "plan", "ensemble", "traces", "march", "fit"]),
+    ("pilot", &["case", "plan", "ensemble", "traces", "march"]),
+    ("verify", &["case", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
 ];
 
 /// Where each crate is at home: a file, or a folder that ends in a stroke.
@@ -26,7 +27,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("pollster", &["src/march/gpu/"]),
     ("bytemuck", &["src/march/gpu/"]),
     ("simdeez", &["src/physics/lanes.rs", "src/march/cpu.rs"]),
-    ("rayon", &["src/march/cpu.rs", "src/study/statistics", "src/devices.rs"]),
+    ("rayon", &["src/pilot.rs", "src/march/cpu.rs", "src/study/statistics", "src/devices.rs"]),
     ("serde", &["src/report/"]),
     ("serde_json", &["src/report/", "src/devices.rs", "src/verification.rs"]),
     ("clap", &["src/cli.rs", "src/main.rs"]),

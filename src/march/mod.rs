@@ -2,6 +2,7 @@
 
 pub mod choose;
 pub mod cpu;
+pub mod extrapolated;
 pub mod gpu;
 
 use crate::ensemble::Ensemble;

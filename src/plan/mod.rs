@@ -15,17 +15,32 @@ use crate::case::air::air_enthalpy_j_kg;
 use crate::case::{
     Case, Conductivity, Emissivity, Face, Holder, Material, OpenFace, OutOfRange, Property, Schedule, Table,
 };
-use clock::Clock;
-use grid::Grid;
+use clock::{Clock, Pace};
+use grid::{Density, Grid};
 use layout::{
     AIR_COLUMNS, Bead, Bulk, Cell, Drive, NO_INSTANT, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
     TABLE_NODES,
 };
 use substances::{bulk, paths, plies, reactions, states, substances};
 
+/// Largest errors of temperatures at any sensor and instant, K, held against twice the cells and steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reached {
+    /// What was asked for.
+    pub tolerance_k: f64,
+    /// Of the nominal member.
+    pub nominal_k: f64,
+    /// The largest of members at corners of the factors' small bounds that arrived; none where there are no factors.
+    pub corners_k: Option<f64>,
+}
+
 /// All that a backend reads.
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// How far its temperatures are off, where a pilot found out.
+    pub reached: Option<Reached>,
+    /// The same with half the cells and half the steps, read at the same instants; of that, none.
+    pub coarse: Option<Box<Self>>,
     /// Times at which the sensors are read, s; the first is zero.
     pub instants_s: Vec<f64>,
     /// End of each step, s, after a first entry of zero.
@@ -109,9 +124,27 @@ impl<S: Copy> Rows<S> {
 }
 
 impl Plan {
+    /// A case at the cells and steps that it states, and at half of both.
     pub fn new(case: &Case) -> Self {
-        let grid = Grid::new(case);
-        let clock = Clock::new(case);
+        let density = Density::shared(case, 0.5 * case.resolution.cells as f64);
+        Self::cut(case, &density, &Pace::slowed(&case.resolution, 2.0))
+    }
+
+    /// A case at what it states, each cell and each step cut into so many: what errors of it are in proportion to is known exactly.
+    pub fn finer(case: &Case, cells: usize, steps: usize) -> Self {
+        let density = Density::shared(case, 0.5 * case.resolution.cells as f64);
+        let pace = Pace::slowed(&case.resolution, 2.0);
+        Self::of(case, Grid::new(case, &density, 2 * cells), Clock::new(case, &pace, 2 * steps))
+    }
+
+    /// A case at the cells of a density and the steps of a pace, and with each cut into two.
+    pub fn cut(case: &Case, density: &Density, pace: &Pace) -> Self {
+        let [coarse, fine] =
+            [1, 2].map(|cuts| Self::of(case, Grid::new(case, density, cuts), Clock::new(case, pace, cuts)));
+        Self { coarse: Some(Box::new(coarse)), ..fine }
+    }
+
+    fn of(case: &Case, grid: Grid, clock: Clock) -> Self {
         let parts = parts(case);
         let (levels, middle_pa) = tables::levels(case);
         let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
@@ -131,6 +164,8 @@ impl Plan {
             cells: grid.cells,
         };
         Self {
+            coarse: None,
+            reached: None,
             instants: instants(&clock),
             plies: plies(case, &grid.plies, parts, levels),
             scalings: scalings(case),

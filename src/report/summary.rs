@@ -26,6 +26,7 @@ pub fn screen(story: &Story) -> String {
         format!("{}: {}", story.command, story.name()),
         format!("{}{}, {} s", members, backend_words(story.backend), words::significant(elapsed_s, 2)),
     ];
+    lines.extend(story.nominal_march().and_then(|march| march.reached).map(words::reached));
     // A study tells on the screen what four commands tell on four.
     let all = story.nominal.is_some() && story.estimated.is_some();
     let gas = story.nominal.and_then(|outcome| gas::found(story.case, outcome));

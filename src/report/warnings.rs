@@ -86,6 +86,13 @@ fn march(case: &Case, outcome: &Nominal, which: &str, doubts: &mut Vec<String>) 
             words::kelvin(*temperature_k)
         )),
     }
+    if let Some(reached) = outcome.reached.filter(|reached| reached.nominal_k > reached.tolerance_k) {
+        doubts.push(format!(
+            "The {which} march is off by {} somewhere, more than the {} asked for: state cells and steps under [resolution].",
+            words::misfit(reached.nominal_k),
+            words::misfit(reached.tolerance_k)
+        ));
+    }
     let residual = outcome.balance.residual();
     if residual.abs() > BALANCE {
         doubts.push(format!(

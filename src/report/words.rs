@@ -1,6 +1,7 @@
 //! How numbers and names are said to an analyst.
 
 use crate::case::{Factor, Property};
+use crate::study::nominal::Reached;
 
 /// 0 °C, K.
 const ICE_K: f64 = 273.15;
@@ -82,6 +83,13 @@ pub(super) fn profiled((low, high): (Option<f64>, Option<f64>), (least, most): (
         (None, Some(high)) => format!("from below its bound {least:.2} to {high:.3}"),
         (Some(low), Some(high)) => format!("{low:.3} to {high:.3}"),
     }
+}
+
+/// How far a march is off.
+pub(super) fn reached(reached: Reached) -> String {
+    let corners =
+        reached.corners_k.map_or(String::new(), |off_k| format!(" ({} at corners of the bounds)", misfit(off_k)));
+    format!("temperatures within {} of twice the cells and steps{corners}", misfit(reached.nominal_k))
 }
 
 /// A whole number, thousands grouped: `5,000`.

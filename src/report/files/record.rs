@@ -5,7 +5,7 @@ mod estimated;
 use super::super::{ReportError, Story, findings, precision_words};
 use crate::case::Case;
 use crate::study::beside::{Beside, Left};
-use crate::study::nominal::Reading;
+use crate::study::nominal::{Reached, Reading};
 use crate::study::sensitivity::Identifiability;
 use crate::study::uncertainty::Uncertainty;
 use crate::traces::Arrival;
@@ -24,6 +24,8 @@ struct Record<'a> {
     members: Members,
     steps: Option<usize>,
     cells: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    resolution: Option<Resolution>,
     /// s.
     seconds: Seconds,
     sensors: Named<'a, PeakRecord>,
@@ -44,6 +46,21 @@ struct Record<'a> {
     estimable: Option<Estimable<'a>>,
     /// The files of this report, so that the next one of the case can clear them.
     files: &'a [String],
+}
+
+/// Errors of temperatures against twice the cells and steps, K.
+#[derive(Serialize)]
+struct Resolution {
+    tolerance_k: f64,
+    nominal_k: f64,
+    corners_k: Option<f64>,
+}
+
+impl Resolution {
+    fn of(reached: Reached) -> Self {
+        let Reached { tolerance_k, nominal_k, corners_k } = reached;
+        Self { tolerance_k, nominal_k, corners_k }
+    }
 }
 
 #[derive(Serialize)]
@@ -173,6 +190,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         members: members(story),
         steps: march.map(|outcome| outcome.steps),
         cells: march.map(|outcome| outcome.cells),
+        resolution: march.and_then(|outcome| outcome.reached).map(Resolution::of),
         seconds: Seconds {
             plan: story.seconds.plan_s,
             march: story.seconds.march_s,

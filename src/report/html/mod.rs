@@ -71,6 +71,7 @@ fn header(story: &Story) -> String {
     facts.extend(story.uncertainty.map(|outcome| words::counted(outcome.asked, "member")));
     if let Some(march) = story.nominal_march() {
         facts.push(format!("{} steps, {} cells", words::count(march.steps), words::count(march.cells)));
+        facts.extend(march.reached.map(words::reached));
     }
     let seconds = story.seconds;
     let took = [("planning", seconds.plan_s), ("marching", seconds.march_s), ("reducing", seconds.reduce_s)];
