@@ -8,7 +8,9 @@
 mod common;
 
 use bondline::plan::Plan;
-use bondline::plan::layout::{Bulk, Cell, Drive, Face, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES, TABLE_STEP_K};
+use bondline::plan::layout::{
+    Bulk, Cell, Drive, Face, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES, TABLE_STEP_K,
+};
 use serde_json::{Value, json};
 
 fn main() {
@@ -16,30 +18,30 @@ fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with("--")).collect();
     let (id, sets) = asked.split_first().expect("a case such as lcat-2259");
     let halves = |set: &String| set.split_once('=').map(|(name, value)| (name.to_owned(), value.to_owned()));
-    let sets: Vec<_> = sets.iter().map(|set| halves(set).unwrap_or_else(|| panic!("{set:?} is no NAME=VALUE"))).collect();
+    let sets: Vec<_> =
+        sets.iter().map(|set| halves(set).unwrap_or_else(|| panic!("{set:?} is no NAME=VALUE"))).collect();
     let case = common::case_with(id, &sets);
     let plan = Plan::new(&case);
     let rows = &plan.rows;
-    let steps: Vec<usize> = (0..plan.instants.len()).filter(|&step| plan.instants[step] != NO_INSTANT).collect();
-    let names = |names: Vec<&String>| json!(names);
+    let read = (0..plan.instants.len()).filter(|&step| plan.instants[step] != NO_INSTANT);
     println!(
         "{}",
         json!({
             "case": case.id,
-            "factors": names(case.factors.iter().map(|factor| &factor.name).collect()),
-            "sensor_names": names(case.sensors.iter().map(|sensor| &sensor.name).collect()),
+            "factors": case.factors.iter().map(|factor| &factor.name).collect::<Vec<_>>(),
+            "sensor_names": case.sensors.iter().map(|sensor| &sensor.name).collect::<Vec<_>>(),
             "times_s": plan.times_s,
             "instants_s": plan.instants_s,
-            "instant_steps": steps,
-            "cells": table(Cell::<f64>::FIELDS, rows.cells.iter().map(|row| flat(|into| row.flatten(into)))),
-            "plies": table(Ply::<u32>::FIELDS, plan.plies.iter().map(|row| flat(|into| row.flatten(into)))),
-            "bulks": table(Bulk::<f64>::FIELDS, rows.bulks.iter().map(|row| flat(|into| row.flatten(into)))),
+            "instant_steps": read.collect::<Vec<_>>(),
+            "cells": table(Cell::<f64>::FIELDS, &rows.cells, Cell::flatten),
+            "plies": table(Ply::<u32>::FIELDS, &plan.plies, Ply::flatten),
+            "bulks": table(Bulk::<f64>::FIELDS, &rows.bulks, Bulk::flatten),
             "contacts_m2_k_w": rows.contacts_m2_k_w,
-            "faces": table(Face::<f64>::FIELDS, rows.faces.iter().map(|row| flat(|into| row.flatten(into)))),
-            "scalings": table(Scaling::<u32>::FIELDS, plan.scalings.iter().map(|row| flat(|into| row.flatten(into)))),
-            "drives": table(Drive::<f64>::FIELDS, rows.drives.iter().map(|row| flat(|into| row.flatten(into)))),
-            "sensors": table(Sensor::<f64>::FIELDS, rows.sensors.iter().map(|row| flat(|into| row.flatten(into)))),
-            "places": table(Place::<u32>::FIELDS, plan.places.iter().map(|row| flat(|into| row.flatten(into)))),
+            "faces": table(Face::<f64>::FIELDS, &rows.faces, Face::flatten),
+            "scalings": table(Scaling::<u32>::FIELDS, &plan.scalings, Scaling::flatten),
+            "drives": table(Drive::<f64>::FIELDS, &rows.drives, Drive::flatten),
+            "sensors": table(Sensor::<f64>::FIELDS, &rows.sensors, Sensor::flatten),
+            "places": table(Place::<u32>::FIELDS, &plan.places, Place::flatten),
             "parts": plan.parts,
             "levels": plan.levels,
             "states": plan.states,
@@ -56,14 +58,12 @@ fn main() {
     );
 }
 
-/// A row's fields in order.
-fn flat<S>(fill: impl Fn(&mut Vec<S>)) -> Vec<S> {
-    let mut row = Vec::new();
-    fill(&mut row);
-    row
-}
-
-/// Rows with the names of their columns.
-fn table<S: serde::Serialize>(fields: &[&str], rows: impl Iterator<Item = Vec<S>>) -> Value {
-    json!({ "fields": fields, "rows": rows.collect::<Vec<_>>() })
+/// Rows under the names of their columns.
+fn table<R, S: serde::Serialize>(fields: &[&str], rows: &[R], flatten: impl Fn(&R, &mut Vec<S>)) -> Value {
+    let flat = rows.iter().map(|row| {
+        let mut flat = Vec::new();
+        flatten(row, &mut flat);
+        flat
+    });
+    json!({ "fields": fields, "rows": flat.collect::<Vec<_>>() })
 }

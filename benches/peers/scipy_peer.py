@@ -131,6 +131,8 @@ def choose(layup, columns, exposure, reference, tolerance_k):
             if error_k <= tolerance_k:
                 tried.append((seconds, method, rtol, error_k))
                 break
+    if not tried:
+        raise SystemExit(f"none of {', '.join(METHODS)} comes within {tolerance_k} K")
     return min(tried), tried
 
 
@@ -144,7 +146,7 @@ def prepare(layup, columns, reference, tolerance_k):
         return Member(layup, columns[member]).march(exposure, method, rtol)
 
     pool = multiprocessing.get_context("fork").Pool(threads)
-    of = lambda members: lambda: np.array(pool.map(one, range(members), chunksize=max(1, min(16, members // (2 * threads)))))
+    of = lambda members: lambda: np.array(pool.map(one, range(members), chunksize=1))
     told = "; ".join(f"{method} at rtol {rtol:g} {1e3 * seconds:.0f} ms, {error_k:.3f} K" for seconds, method, rtol, error_k in sorted(tried))
     return of, f"{method}, {threads} processes; tried: {told}"
 
