@@ -2,6 +2,7 @@
 
 import json
 import pathlib
+import resource
 import shutil
 import subprocess
 import time
@@ -23,15 +24,15 @@ class Command:
         return path
 
     def sweep(self, members, sets, keep=None):
-        """March so many members: the summary, with the time of the whole process, s."""
+        """March so many members: the summary, with the time of the whole process and its processor time, s."""
         out = self.folder / "sweep"
         shutil.rmtree(out, ignore_errors=True)
         ours = [ROOT / "target/release/bondline", "uncertainty", ROOT / "cases" / self.case, "-n", str(members), "--out", out, "--json", "--quiet"]
         ours += ["--backend", "cpu", *(["--keep", keep] if keep else []), *(part for each in sets for part in ("--set", each))]
-        began = time.perf_counter()
+        began, busy_s = time.perf_counter(), processor_s()
         told = subprocess.run(ours, check=True, capture_output=True, text=True).stdout
         wall_s = time.perf_counter() - began
-        return json.loads(told) | {"process_s": wall_s}
+        return json.loads(told) | {"process_s": wall_s, "processor_s": processor_s() - busy_s}
 
     def traces(self, members, sets):
         """Member × instant × sensor, K, and the summary."""
@@ -45,3 +46,9 @@ class Command:
         self.sweep(members, sets, "members")
         table = parquet.read_table(self.folder / "sweep/members.parquet")
         return np.column_stack([np.ones(members), *(table[factor].to_numpy() for factor in factors)])
+
+
+def processor_s():
+    """Processor time of all commands that ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime

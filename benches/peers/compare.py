@@ -25,7 +25,9 @@ TOLERANCE_K = 0.05
 # Members over which the accuracy is judged.
 JUDGED = 15
 # Members of the growth with cells and steps, and rounds there.
-GROWING, GROWTH_ROUNDS = 100, 3
+GROWING, GROWTH_ROUNDS = 100, 2
+# A block on either processor of the peers that march in blocks, so that whatever they compile is compiled.
+WARMING = 256
 
 
 def resolution(cells, clock):
@@ -91,39 +93,42 @@ def started(command, folder, sets, peers):
 
 
 def rounds(members):
-    return 5 if members <= 100 else 3 if members <= 1000 else 2 if members <= 5000 else 1
+    return 5 if members <= 15 else 3 if members <= 1000 else 1
 
 
 def timed(command, sets, peers, sizes, limit_s, rounds):
-    """By size and name, the seconds of every round; extrapolated from fewer members where that would take too long."""
+    """By size and name, the seconds and the processor seconds of every round; so many times those of fewer members where a peer would take too long."""
     found = {}
     for members in sizes:
         found[members] = now = {}
-        longest = {}
-        for name in [show.MARCH, *peers]:
-            before = {size: max(times[name]["s"]) for size, times in found.items() if name in times and not times[name]["from"]}
-            longest[name] = members / max(before) * before[max(before)] if before else 0.0
-            if longest[name] > limit_s and name != show.MARCH:
-                base = found[max(before)][name]["s"]
-                now[name] = {"s": [members / max(before) * s for s in base], "from": max(before)}
-        for name in peers:
-            if name not in now:
-                # Compiled, and pages touched, off the clock; small sizes once through.
-                peers[name].march(members if longest[name] < 1 else min(members, 256))
+        waited = []
+        for name, peer in peers.items():
+            base = max((size for size in found if size < members and not found[size][name]["from"]), default=None)
+            ratio = members / base if base else 0.0
+            if base and ratio * statistics.median(found[base][name]["s"]) > limit_s:
+                now[name] = {key: [ratio * s for s in found[base][name][key]] for key in ("s", "processor_s")} | {"from": base}
+            else:
+                waited.append(name)
+                # Compiled, and pages touched, off the clock.
+                peer.march(min(members, WARMING))
+        note = lambda name, s, processor_s: [
+            now.setdefault(name, {"s": [], "processor_s": [], "from": None})[key].append(value)
+            for key, value in (("s", s), ("processor_s", processor_s))
+        ]
         for _ in range(rounds(members)):
             summary = command.sweep(members, sets)
-            for name, s in ((show.MARCH, summary["seconds"]["march"]), (show.COMMAND, summary["process_s"])):
-                now.setdefault(name, {"s": [], "from": None})["s"].append(s)
-            for name, peer in peers.items():
-                if now.get(name, {}).get("from") is None:
-                    now.setdefault(name, {"s": [], "from": None})["s"].append(peer.march(members)["march_s"])
+            note(show.MARCH, summary["seconds"]["march"], summary["processor_s"])
+            note(show.COMMAND, summary["process_s"], summary["processor_s"])
+            for name in waited:
+                answer = peers[name].march(members)
+                note(name, answer["march_s"], answer["processor_s"])
         told = (f"{name} {statistics.median(times['s']):.3f} s" for name, times in now.items())
         print(f"{time.strftime('%T')} {members} members: {', '.join(told)}", file=sys.stderr)
     return found
 
 
-def growth(command, folder, names, cells, reference):
-    """By cells and by steps: what was held meanwhile, and of everyone the seconds, the shortest of some rounds."""
+def growth(command, folder, names, cells):
+    """By cells and by steps: what was held meanwhile, and of everyone the processor seconds, the least of some rounds."""
     found = {}
     held_clock = GROWTH_CLOCKS[-2]
     of = {"cells": [resolution(each, held_clock) for each in GROWTH_CELLS], "steps": [resolution(cells, each) for each in GROWTH_CLOCKS]}
@@ -138,7 +143,7 @@ def growth(command, folder, names, cells, reference):
                 peer.end()
             found[axis]["held"] = f"{summary['steps']} steps" if axis == "cells" else f"{summary['cells']} cells"
             for name in [show.MARCH, *peers]:
-                found[axis]["s"].setdefault(name, []).append((summary[axis], min(times[name]["s"])))
+                found[axis]["s"].setdefault(name, []).append((summary[axis], min(times[name]["processor_s"])))
     return found
 
 
@@ -166,7 +171,7 @@ def main():
         print(f"{' '.join(sets) or 'as the case has it'}: {error_k:.4f} K", file=sys.stderr)
 
         factors = json.loads(command.plan(sets, folder / "plan.json").read_text())["factors"]
-        np.save(folder / "members.npy", command.columns(max(options.members), factors, COARSE))
+        np.save(folder / "members.npy", command.columns(max(GROWING, *options.members), factors, COARSE))
         ours, summary = command.traces(JUDGED, sets)
         peers = started(command, folder, sets, options.peers)
         told = {show.MARCH: {"start_s": None, "note": summary["backend"]["name"], "apart_k": 0.0, "error_k": error_k}}
@@ -179,10 +184,10 @@ def main():
         times = timed(command, sets, peers, sorted(options.members), options.limit, rounds)
         for peer in peers.values():
             peer.end()
-        grown = growth(command, folder, options.peers, summary["cells"])
-    results = {"case": options.case, "sets": sets, "cells": summary["cells"], "steps": summary["steps"], "told": told}
-    results |= {"times": times, "growth": grown, "growing": GROWING}
-    options.results.write_text(json.dumps(results, indent=1))
+        results = {"case": options.case, "sets": sets, "cells": summary["cells"], "steps": summary["steps"], "told": told, "times": times}
+        options.results.write_text(json.dumps(results, indent=1))
+        results |= {"growth": growth(command, folder, options.peers, summary["cells"]), "growing": GROWING}
+        options.results.write_text(json.dumps(results, indent=1))
     show.publish(json.loads(options.results.read_text()))
 
 

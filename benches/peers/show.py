@@ -28,23 +28,26 @@ def told(results):
 
 
 def timed(results):
-    yield "| members | who | s | from | × bondline's march | of all rounds | ns a cell-step |"
-    yield "|---|---|---|---|---|---|---|"
+    yield "| members | who | s | processor, s | from | × the march | of all rounds | processor, × the command |"
+    yield "|---|---|---|---|---|---|---|---|"
+    names = [MARCH, COMMAND, *(name for name in results["told"] if name != MARCH)]
     for members, times in results["times"].items():
-        work = int(members) * results["cells"] * results["steps"]
-        ours = times[MARCH]["s"]
-        names = [MARCH, COMMAND, *(name for name in results["told"] if name != MARCH)]
-        for name in (name for name in names if name in times):
-            own, source = times[name]["s"], times[name]["from"]
-            # Rounds that stand beside each other, or all against the median where one of the two was not measured here.
-            beside = ours if len(ours) == len(own) and not source else [statistics.median(ours)] * len(own)
-            ratios = [a / b for a, b in zip(own, beside)]
-            middle = statistics.median(own)
+        for name in names:
+            own, about = times[name], "≈ " if times[name]["from"] else ""
+            ratios = beside(own, times[MARCH], "s")
             spread = f"{min(ratios):.2f}–{max(ratios):.2f}" if len(ratios) > 1 else "one"
-            pace = "–" if name in ("SciPy", COMMAND) else f"{1e9 * middle / work:.1f}"
-            origin = "measured" if source is None else f"{source} members"
-            ratio = f"{statistics.median(ratios):.2f}"
-            yield f"| {members} | {name} | {'' if source is None else '≈ '}{seconds(middle)} | {origin} | {ratio} | {spread} | {pace} |"
+            source = f"{own['from']} members" if own["from"] else "measured"
+            busy = beside(own, times[COMMAND], "processor_s")
+            # The march alone has no processor time of its own.
+            busy = ["–", "–"] if name == MARCH else [about + seconds(statistics.median(own["processor_s"])), f"{statistics.median(busy):.2f}"]
+            row = [members, name, about + seconds(statistics.median(own["s"])), busy[0], source, f"{statistics.median(ratios):.2f}", spread, busy[1]]
+            yield f"| {' | '.join(row)} |"
+
+
+def beside(own, other, key):
+    """Ratios round by round, or all against the median where one of the two is of other rounds."""
+    same = len(own[key]) == len(other[key]) and not own["from"]
+    return [a / b for a, b in zip(own[key], other[key] if same else [statistics.median(other[key])] * len(own[key]))]
 
 
 def plot(results):
@@ -57,16 +60,16 @@ def plot(results):
     figure, panels = plt.subplots(1, 3, figsize=(11, 3.8))
     names = list(results["told"])
     times = results["times"]
-    over_members = {name: [(int(n), statistics.median(t[name]["s"])) for n, t in times.items() if not t[name]["from"]] for name in names}
+    over_members = {name: [(int(n), statistics.median(t[name]["processor_s"])) for n, t in times.items() if not t[name]["from"]] for name in names}
     series = [("members", f"{results['cells']} cells, {results['steps']} steps", over_members)]
-    series += [(axis, f"{results['growing']} members, {of['held']}", of["s"]) for axis, of in results["growth"].items()]
+    series += [(axis, f"{results['growing']} members, {of['held']}", of["s"]) for axis, of in results.get("growth", {}).items()]
     for panel, (axis, title, lines) in zip(panels, series):
         for place, name in enumerate(names):
             if lines.get(name):
                 panel.loglog(*zip(*lines[name]), marker="o", markersize=3, linewidth=1.2, color=f"C{place}", label=name)
         xs, ys = zip(*lines[MARCH])
         panel.loglog([xs[0], xs[-1]], [ys[-1] * 0.4 * xs[0] / xs[-1], ys[-1] * 0.4], "k:", linewidth=0.8, label="linear")
-        panel.set(xlabel=axis, title=title, ylabel="s" if axis == "members" else None)
+        panel.set(xlabel=axis, title=title, ylabel="processor time, s" if axis == "members" else None)
         panel.grid(True, which="major", linewidth=0.3)
     panels[0].legend(fontsize=7)
     figure.tight_layout()
