@@ -17,7 +17,7 @@ import time
 import numpy as np
 
 import show
-from command import Command
+from command import ROOT, Command
 
 HERE = pathlib.Path(__file__).parent
 PEERS = {"SciPy": "scipy_peer.py", "NumPy": "numpy_peer.py", "JAX": "jax_peer.py", "Numba": "numba_peer.py"}
@@ -155,7 +155,7 @@ def main():
     parser.add_argument("--limit", type=float, default=180.0, help="longest march of a peer that is waited for, s")
     parser.add_argument("--peers", nargs="+", default=list(PEERS), choices=PEERS)
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--results", type=pathlib.Path, default=HERE / "results.json")
+    parser.add_argument("--results", type=pathlib.Path, default=ROOT / "target/peers.json", help="what show.py writes the tables from")
     options = parser.parse_args()
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: options.threads])
     with tempfile.TemporaryDirectory() as name:

@@ -8,6 +8,8 @@ import pathlib
 import statistics
 import sys
 
+from matplotlib import pyplot
+
 MARCH, COMMAND = "bondline, march", "bondline, whole command"
 README = pathlib.Path(__file__).parents[1] / "README.md"
 PLOT = README.parent / "peers.svg"
@@ -51,13 +53,8 @@ def beside(own, other, key):
 
 
 def plot(results):
-    import matplotlib
-
-    matplotlib.use("svg")
-    import matplotlib.pyplot as plt
-
-    plt.rcParams |= {"svg.hashsalt": "bondline", "font.size": 9}
-    figure, panels = plt.subplots(1, 3, figsize=(11, 3.8))
+    pyplot.rcParams |= {"svg.hashsalt": "bondline", "font.size": 9}
+    figure, panels = pyplot.subplots(1, 3, figsize=(11, 3.8))
     names = list(results["told"])
     times = results["times"]
     over_members = {name: [(int(n), statistics.median(t[name]["processor_s"])) for n, t in times.items() if not t[name]["from"]] for name in names}
