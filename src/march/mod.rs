@@ -3,6 +3,7 @@
 pub mod choose;
 pub mod cpu;
 pub mod gpu;
+pub mod together;
 
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;

@@ -3,6 +3,7 @@
 //! Each figure is there twice: as a chart that plotly.js (from the `plotly` crate, MIT licence) draws when it
 //! comes into view, and as the still that is printed and that stands in where scripts do not run.
 
+mod asked;
 mod case;
 mod sections;
 mod table;
