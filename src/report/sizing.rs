@@ -27,10 +27,12 @@ pub(super) fn areal(mass_kg_m2: f64) -> String {
     format!("{} kg/m²", words::significant(mass_kg_m2, 3))
 }
 
-/// `99.1 % (98.8 to 99.3 %)`.
+/// A counted share and what it leaves open at 95 %, to two digits of that: `99.12 % (98.81 to 99.34 %)`.
 pub(super) fn proportion(counted: Proportion) -> String {
     let (low, high) = counted.interval_95();
-    format!("{} ({} to {})", percent_of(counted.share()), percent_of(low).replace(" %", ""), percent_of(high))
+    let decimals = (1.0 - (100.0 * (high - low)).log10().floor()).clamp(0.0, 6.0) as usize;
+    let percent = |share: f64| words::grouped(100.0 * share, decimals);
+    format!("{} % ({} to {} %)", percent(counted.share()), percent(low), percent(high))
 }
 
 /// Where the thickness for the probability lies.
@@ -64,20 +66,15 @@ pub(super) fn found(story: &Story, outcome: &Sizing) -> String {
         Needed::AtMost(_) => {
             format!("and so do they in {probability} of {}", words::counted(outcome.members, "member"))
         }
-        Needed::Beyond(_) => {
-            let held = outcome.each_m.iter().filter(|needed_m| needed_m.is_finite()).count();
-            let held = Proportion { count: held, of: outcome.members };
-            format!(
-                "in {probability} of {} nothing up to {} does: that holds in {}",
-                words::counted(outcome.members, "member"),
-                millimetres(high_m),
-                proportion(held)
-            )
-        }
+        Needed::Beyond(_) => format!(
+            "and nothing so thin does in {probability} of {}: that holds in {}",
+            words::counted(outcome.members, "member"),
+            proportion(outcome.held(high_m))
+        ),
     };
     let margin = outcome.margin_m().map_or(String::new(), |margin_m| {
         format!(
-            " The margin for uncertainty is {}, {} more ply and {}.",
+            " The margin for uncertainty is {} ({} more) and {}.",
             millimetres(margin_m),
             words::percent(margin_m / outcome.nominal.found_m().unwrap_or(f64::NAN)),
             areal(outcome.mass_kg_m2(margin_m))
@@ -100,10 +97,14 @@ pub(super) fn cause(story: &Story, outcome: &Sizing) -> Option<String> {
 
 /// What the thickness as drawn is worth.
 pub(super) fn drawn(outcome: &Sizing) -> String {
-    let nominal = outcome
-        .at_nominal
-        .map_or(String::new(), |held| format!(", and the thickness that suffices nominally in {}", proportion(held)));
-    format!("The {} as drawn hold it in {}{nominal}.", millimetres(outcome.drawn_m), proportion(outcome.as_drawn))
+    let nominal = outcome.nominal.found_m().map_or(String::new(), |at_m| {
+        format!(", and the thickness that suffices nominally in {}", proportion(outcome.held(at_m)))
+    });
+    format!(
+        "The {} as drawn hold it in {}{nominal}.",
+        millimetres(outcome.drawn_m),
+        proportion(outcome.held(outcome.drawn_m))
+    )
 }
 
 /// What the independent members say.
@@ -123,14 +124,16 @@ pub(super) fn checked(outcome: &Sizing) -> Option<String> {
     ))
 }
 
-/// How many members the probability takes.
+/// How sure the thickness is, and how many members the probability takes.
 pub(super) fn enough(outcome: &Sizing) -> String {
     let p = outcome.demand.probability;
     let wanted = draws_to_a_tenth(p);
     let verdict = if outcome.members >= wanted { "there are as many" } else { "there are fewer" };
+    let sure = outcome.needed.found_m().map_or(String::new(), |_| {
+        format!("The thickness for {} lies at {} with 95 % confidence. ", percent_of(p), interval(outcome))
+    });
     format!(
-        "With 95 % confidence it lies at {}. To know the {} that exceed to a tenth of themselves takes {}; {verdict}.",
-        interval(outcome),
+        "{sure}To know the {} that exceed to a tenth of themselves takes {}; {verdict}.",
         percent_of(1.0 - p),
         words::counted(wanted, "member")
     )

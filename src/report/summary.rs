@@ -207,17 +207,23 @@ fn sized(story: &Story, outcome: &Sizing) -> Vec<String> {
     let held = |held: Option<Proportion>| held.map_or("-".to_owned(), sizing::proportion);
     let mass = |at_m: Option<f64>| at_m.map_or("-".to_owned(), |at_m| sizing::areal(outcome.mass_kg_m2(at_m)));
     let row =
-        |of: &str, thickness: String, mass: String, held: String| format!("{of:<25}{thickness:>17}{mass:>14}  {held}");
+        |of: &str, thickness: String, mass: String, held: String| format!("{of:<20}{thickness:>17}{mass:>13}  {held}");
     let title = format!("{} for {}", outcome.demand.ply, sizing::limit(story, outcome));
     let mut lines = vec![
-        row(&title, "thickness".into(), "mass".into(), "of members hold it".into()),
+        title,
+        row("", "thickness".into(), "mass".into(), "members that hold it".into()),
         row(
             "as drawn",
             sizing::millimetres(outcome.drawn_m),
             mass(Some(outcome.drawn_m)),
-            held(Some(outcome.as_drawn)),
+            held(Some(outcome.held(outcome.drawn_m))),
         ),
-        row("nominally", sizing::thickness(outcome.nominal), mass(outcome.nominal.found_m()), held(outcome.at_nominal)),
+        row(
+            "nominally",
+            sizing::thickness(outcome.nominal),
+            mass(outcome.nominal.found_m()),
+            held(outcome.nominal.found_m().map(|at_m| outcome.held(at_m))),
+        ),
         row(
             &format!("in {probability} of members"),
             sizing::thickness(outcome.needed),
@@ -237,13 +243,13 @@ fn sized(story: &Story, outcome: &Sizing) -> Vec<String> {
 fn recovered(outcome: &Recovery) -> Vec<String> {
     let mut lines = wrapped("", &recovery::made(outcome));
     lines.push(format!(
-        "{:<20}{:>10}{:>10}{:>10}{:>10}  {}",
+        "{:<15}{:>10}{:>9}{:>9}{:>9}  {}",
         "factor", "bias", "off, rms", "± 95 %", "at bound", "intervals that hold it"
     ));
     for factor in &outcome.recovered {
         lines.push(format!(
-            "{:<20}{:>10}{:>10}{:>10}{:>10}  {}",
-            words::short(&factor.name, 19),
+            "{:<15}{:>10}{:>9}{:>9}{:>9}  {}",
+            words::short(&factor.name, 14),
             words::significant(factor.bias, 2),
             words::significant(factor.rms, 2),
             words::significant(factor.half_width, 2),

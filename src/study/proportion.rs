@@ -1,6 +1,6 @@
 //! A share that was counted: so many of so many.
 
-use statrs::distribution::{Binomial, DiscreteCDF};
+use statrs::distribution::{Binomial, DiscreteCDF, Hypergeometric};
 use statrs::function::beta::beta_reg;
 
 /// How many of how many had a property.
@@ -25,6 +25,17 @@ impl Proportion {
         let low = if self.count == 0 { 0.0 } else { root(|q| at_least(count, q) - 0.025) };
         let high = if self.count == self.of { 1.0 } else { root(|q| at_least(count + 1.0, q) - 0.975) };
         (low, high)
+    }
+
+    /// Whether two counts differ by no more than happens to 95 of 100 of one probability: Fisher's exact test, as of what is
+    /// rare there are too few for a normal one.
+    pub fn is_like(self, other: Self) -> bool {
+        let (all, had) = ((self.of + other.of) as u64, (self.count + other.count) as u64);
+        let Ok(chance) = Hypergeometric::new(all, had, other.of as u64) else { return false };
+        let count = other.count as u64;
+        let at_most = chance.cdf(count);
+        let at_least = if count == 0 { 1.0 } else { 1.0 - chance.cdf(count - 1) };
+        at_most.min(at_least) >= 0.025
     }
 }
 
@@ -72,6 +83,15 @@ mod tests {
             let found = Proportion { count, of }.interval_95();
             assert!((found.0 - low).abs() < 6e-5 && (found.1 - high).abs() < 6e-5, "{count} of {of}: {found:?}");
         }
+    }
+
+    #[test]
+    fn counts_of_what_is_rare_are_told_apart_no_sooner_than_chance_allows() {
+        let failed = |count| Proportion { count, of: 400 };
+        assert!(failed(4).is_like(failed(4)) && failed(4).is_like(failed(12)) && failed(12).is_like(failed(4)));
+        assert!(!failed(4).is_like(failed(16)) && !failed(16).is_like(failed(4)));
+        let held = |count| Proportion { count, of: 2000 };
+        assert!(held(1980).is_like(held(1975)) && !held(1980).is_like(held(1955)));
     }
 
     #[test]

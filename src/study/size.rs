@@ -48,9 +48,6 @@ pub struct Sizing {
     pub members: usize,
     /// Members that failed at a thickness, and count there as if they had exceeded the limit.
     pub failures: Vec<Failure>,
-    /// The members that hold the limit with the thickness drawn, and with the one that suffices nominally.
-    pub as_drawn: Proportion,
-    pub at_nominal: Option<Proportion>,
     /// What each member needs, thinnest first, m; infinite where the thickest allowed does not hold.
     pub each_m: Vec<f64>,
     /// Squared correlations of the factors with what members need, over their sum; zero where nothing varies.
@@ -150,10 +147,6 @@ pub fn size(
     inorder.sort_by(|a, b| a.least_m().total_cmp(&b.least_m()));
     let needed = inorder[rank(members, demand.probability) - 1];
     let (low, high) = ranks_95(members, demand.probability);
-    let holding = |thickness_m: f64| {
-        let count = inorder.partition_point(|needed| needed.least_m() <= thickness_m);
-        Proportion { count, of: members }
-    };
 
     let band = members.min(BAND);
     let each = thicknesses_m.iter().flat_map(|&at_m| (0..band).map(move |member| (member, at_m)));
@@ -184,8 +177,6 @@ pub fn size(
         interval: (low.map(|rank| inorder[rank - 1]), high.map(|rank| inorder[rank - 1])),
         members,
         failures: found.failures,
-        as_drawn: holding(drawn_m),
-        at_nominal: nominal.found_m().map(holding),
         each_m: inorder.iter().map(|needed| needed.least_m()).collect(),
         shares,
         rungs,
@@ -208,13 +199,15 @@ impl Sizing {
         self.density_kg_m3 * thickness_m
     }
 
-    /// Whether the check differs from the probability by no more than happens to 95 of 100 checks. The thickness rests on
-    /// draws as the check does, so both have a part in it.
+    /// Members that hold the limit with a thickness.
+    pub fn held(&self, thickness_m: f64) -> Proportion {
+        Proportion { count: self.each_m.partition_point(|needed_m| *needed_m <= thickness_m), of: self.members }
+    }
+
+    /// Whether the members of the check hold the limit as often as those of the search, but for chance: the thickness rests on
+    /// draws as the check does, so both have a part in what may differ.
     pub fn is_borne_out(&self) -> Option<bool> {
-        let check = self.check.as_ref()?;
-        let p = self.demand.probability;
-        let variance = p * (1.0 - p) * (1.0 / self.members as f64 + 1.0 / check.held.of as f64);
-        Some((check.held.share() - p).abs() <= 1.96 * variance.sqrt())
+        Some(self.held(self.needed.found_m()?).is_like(self.check.as_ref()?.held))
     }
 }
 

@@ -51,12 +51,12 @@ fn found(outcome: &Recovery, place: usize) -> Figure {
         let ((low, high), truth) = (found.intervals[place], twin.truth[place]);
         let (x, y, error) = &mut held[usize::from(!(low..=high).contains(&truth))];
         x.push(truth);
-        y.push(found.values[place]);
+        y.push(found.values[place] - truth);
         error.push((high - low) / 2.0);
     }
     let truths = || outcome.twins.iter().map(|twin| twin.truth[place]);
     let ends = [truths().fold(f64::INFINITY, f64::min), truths().fold(f64::NEG_INFINITY, f64::max)];
-    let mut layers = vec![line("truth".to_owned(), Ink::Guide, Stroke::Dashed, &ends, &ends)];
+    let mut layers = vec![line(String::new(), Ink::Guide, Stroke::Dashed, &ends, &[0.0; 2])];
     let names = ["interval holds the truth", "interval misses it"];
     for (((x, y, error), name), ink) in held.into_iter().zip(names).zip([Ink::Series(0), Ink::Series(1)]) {
         if !x.is_empty() {
@@ -66,7 +66,7 @@ fn found(outcome: &Recovery, place: usize) -> Figure {
     Figure {
         id: file_name("twins", name),
         number: String::new(),
-        title: format!("{name} found of {name} true"),
+        title: format!("What is found of {name}, less the truth"),
         caption: format!(
             "Each point is a twin, with its 95 % interval. Estimates are off by {} on average (± {}) and by {} root mean \
              square.",
@@ -75,7 +75,7 @@ fn found(outcome: &Recovery, place: usize) -> Figure {
             words::significant(*rms, 2)
         ),
         x: Axis::linear(&format!("True {name}")),
-        y: Axis::linear(&format!("Estimated {name}")),
+        y: Axis::linear("Estimate less truth"),
         layers,
     }
 }

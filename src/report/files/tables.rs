@@ -229,8 +229,7 @@ fn rungs(outcome: &Sizing) -> Result<(String, Vec<u8>), ReportError> {
     let mut table =
         Table::new("sizing.csv", ["thickness_m", "nominal_K", "p2.5_K", "p50_K", "p97.5_K", "share_that_holds"])?;
     for rung in &outcome.rungs {
-        let held = outcome.each_m.partition_point(|&needed_m| needed_m <= rung.thickness_m);
-        let share = held as f64 / outcome.members as f64;
+        let share = outcome.held(rung.thickness_m).share();
         let peaks = [rung.thickness_m, rung.nominal.temperature_k].into_iter().chain(rung.percentiles_k);
         table.row(None, peaks.chain([share]))?;
     }

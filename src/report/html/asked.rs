@@ -16,13 +16,13 @@ pub(super) fn sized(story: &Story, outcome: &Sizing) -> String {
             "as drawn".to_owned(),
             sizing::millimetres(outcome.drawn_m),
             mass(Some(outcome.drawn_m)),
-            held(outcome.as_drawn),
+            held(outcome.held(outcome.drawn_m)),
         ],
         vec![
             "holds nominally".to_owned(),
             sizing::thickness(outcome.nominal),
             mass(outcome.nominal.found_m()),
-            outcome.at_nominal.map_or("–".to_owned(), held),
+            outcome.nominal.found_m().map(|at_m| outcome.held(at_m)).map_or("–".to_owned(), held),
         ],
         vec![
             format!("holds in {probability} of members"),

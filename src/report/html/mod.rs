@@ -70,6 +70,7 @@ fn header(story: &Story) -> String {
     ];
     facts.extend(story.seed.map(|seed| format!("seed {seed}")));
     facts.extend(story.uncertainty.map(|outcome| words::counted(outcome.asked, "member")));
+    facts.extend(story.sizing.map(|outcome| words::counted(outcome.members, "member")));
     if let Some(march) = story.nominal_march() {
         facts.push(format!("{} steps, {} cells", words::count(march.steps), words::count(march.cells)));
     }
