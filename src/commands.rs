@@ -37,7 +37,7 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
                 Ok(())
             })
         }
-        Command::Twin { twin, .. } if twin.study.is_none() => crate::synthesis::make(&twin),
+        Command::Twin { twin, data, fit } if twin.study.is_none() => crate::synthesis::make(&twin, &data, &fit),
         Command::Twin { twin, data, fit } => {
             let (ask, twins) = (crate::synthesis::ask(&twin), twin.study.unwrap_or_default());
             Desk::open("twin", ask, &[], twins, |cases| prepare(cases, &data, &fit))?.answer(|desk| {

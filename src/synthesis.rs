@@ -1,7 +1,7 @@
 //! `twin`: synthetic observations from known factors, and studies of many.
 
 use crate::asked;
-use crate::cli::{Ask, Fit, Twin};
+use crate::cli::{Ask, Fit, Trusted, Twin};
 use crate::commands::load;
 use crate::ending::{Ending, Failure, input};
 use crate::watch::Watched;
@@ -16,7 +16,12 @@ use bondline::study::twin::{Noise, TwinError, twin};
 use std::path::PathBuf;
 
 /// Make the observations of one truth.
-pub(crate) fn make(asked: &Twin) -> Result<Ending, Failure> {
+pub(crate) fn make(asked: &Twin, data: &Trusted, fit: &Fit) -> Result<Ending, Failure> {
+    let names = [&data.sensors, &fit.factors, &fit.start, &fit.profile];
+    let is_fit = names.iter().any(|names| !names.is_empty()) || data.window.is_some() || data.bounds.is_some();
+    if is_fit || fit.loss.is_some() || fit.prior.is_some() {
+        return Err(input("observations are made at every sensor and fitted to nothing; give --study N to fit twins"));
+    }
     let case = load(&asked.case, &asked.on)?;
     let mut row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
     for (factor, value) in asked::values(&case, &asked.truth, "--truth")? {
