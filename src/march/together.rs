@@ -201,7 +201,10 @@ mod tests {
         }
     }
 
-    fn asked(fails_at: usize) -> (Result<Vec<Vec<Traces>>, MarchError>, Vec<usize>, Vec<Vec<Traces>>) {
+    /// The traces of every turn of each study, the sizes of the ensembles they took, and what each study gets alone.
+    type Asked = (Result<Vec<Vec<Traces>>, MarchError>, Vec<usize>, Vec<Vec<Traces>>);
+
+    fn asked(fails_at: usize) -> Asked {
         let case = Case::load("cases/slab".as_ref()).expect("a shipped case");
         let (plan, factors) = (Plan::new(&case), case.factors.len());
         let mut march = Counting { cpu: Cpu::new(Precision::F64), ensembles: Vec::new(), fails_at };

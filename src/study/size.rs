@@ -241,15 +241,17 @@ fn rank(members: usize, share: f64) -> usize {
 
 /// Squared correlations with what members need, over their sum, of those that need something between the bounds.
 fn shares(factors: usize, needed: &[Needed], row: impl Fn(usize) -> Vec<f64>) -> Vec<f64> {
-    let found: Vec<(Vec<f64>, f64)> =
-        needed.iter().enumerate().filter_map(|(member, needed)| Some((row(member), needed.found_m()?))).collect();
-    let count = found.len() as f64;
-    let mean = |of: &dyn Fn(&(Vec<f64>, f64)) -> f64| found.iter().map(of).sum::<f64>() / count;
-    let thickness_m = mean(&|one| one.1);
+    let (rows, found_m): (Vec<Vec<f64>>, Vec<f64>) =
+        needed.iter().enumerate().filter_map(|(member, needed)| Some((row(member), needed.found_m()?))).unzip();
+    let about_mean = |values: Vec<f64>| -> Vec<f64> {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        values.iter().map(|value| value - mean).collect()
+    };
+    let off_m = about_mean(found_m);
     let squared = |factor: usize| {
-        let value = mean(&|one| one.0[factor]);
-        let variance = mean(&|one| (one.0[factor] - value).powi(2));
-        let covariance = mean(&|one| (one.0[factor] - value) * (one.1 - thickness_m));
+        let off = about_mean(rows.iter().map(|row| row[factor]).collect());
+        let variance: f64 = off.iter().map(|off| off * off).sum();
+        let covariance: f64 = off.iter().zip(&off_m).map(|(off, off_m)| off * off_m).sum();
         if variance > 0.0 { covariance * covariance / variance } else { 0.0 }
     };
     let squares: Vec<f64> = (0..factors).map(squared).collect();
