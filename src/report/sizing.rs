@@ -111,9 +111,9 @@ pub(super) fn drawn(outcome: &Sizing) -> String {
 pub(super) fn checked(outcome: &Sizing) -> Option<String> {
     let check = outcome.check.as_ref()?;
     let verdict = if outcome.is_borne_out()? {
-        format!("as the {} asked for", percent_of(outcome.demand.probability))
+        format!("no further from the {} asked for than chance is", percent_of(outcome.demand.probability))
     } else {
-        format!("NOT the {} asked for", percent_of(outcome.demand.probability))
+        format!("FURTHER from the {} asked for than chance is", percent_of(outcome.demand.probability))
     };
     Some(format!(
         "Checked at {} with {} of another seed ({}), drawn and planned anew: {} held it, {verdict}.",
