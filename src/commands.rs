@@ -16,7 +16,9 @@ use bondline::report::{self, Seconds, Story, materials, summary};
 use bondline::study::beside::{Beside, BesideError, beside};
 use bondline::study::estimate::{EstimateError, Estimated, estimate};
 use bondline::study::nominal::{Nominal, nominal};
+use bondline::study::recovery::Recovery;
 use bondline::study::sensitivity::{Sensitivity, difference_step, sensitivity};
+use bondline::study::size::Sizing;
 use bondline::study::uncertainty::{Gathered, Uncertainty, reason};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -28,8 +30,23 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
         Command::Devices { json } => crate::devices::print(json),
         Command::Materials { look } => look_up(look),
         Command::Verify { json, group, on } => crate::verification::print(json, group.as_deref(), &on),
-        Command::Twin { case, truth, noise, seed, out, force, on } => {
-            crate::synthesis::make(&case, &truth, &noise, seed, &out, force, &on)
+        Command::Size { ask, limit, sweep } => {
+            Desk::open("size", ask, &[], sweep.members, |_| Ok(()))?.answer(|desk| {
+                desk.predict()?;
+                let (sizing, failed) = crate::sizing::sized(&desk.case, &mut desk.march, &limit, &sweep)?;
+                (desk.sizing, desk.failed, desk.seed) = (Some(sizing), failed, Some(sweep.seed));
+                Ok(())
+            })
+        }
+        Command::Twin { twin, data, fit } if twin.study.is_none() => crate::synthesis::make(&twin, &data, &fit),
+        Command::Twin { twin, data, fit } => {
+            let (ask, twins) = (crate::synthesis::ask(&twin), twin.study.unwrap_or_default());
+            Desk::open("twin", ask, &[], twins, |cases| prepare(cases, &data, &fit))?.answer(|desk| {
+                desk.predict()?;
+                let outcome = crate::synthesis::study(&desk.case, &desk.plan, &mut desk.march, &twin, &fit, twins)?;
+                (desk.recovery, desk.seed) = (Some(outcome), Some(twin.seed));
+                Ok(())
+            })
         }
         Command::Predict(ask) => Desk::open("predict", ask, &[], 1, |_| Ok(()))?.answer(|desk| {
             desk.predict()?;
@@ -105,6 +122,8 @@ struct Desk {
     sensitivity: Option<Sensitivity>,
     estimated: Option<Estimated>,
     beside: Option<Beside>,
+    sizing: Option<Sizing>,
+    recovery: Option<Recovery>,
     /// Failed members beyond what is put up with.
     failed: Option<String>,
 }
@@ -148,6 +167,8 @@ impl Desk {
             sensitivity: None,
             estimated: None,
             beside: None,
+            sizing: None,
+            recovery: None,
             failed: None,
         })
     }
@@ -177,6 +198,8 @@ impl Desk {
             sensitivity: self.sensitivity.as_ref(),
             estimated: self.estimated.as_ref(),
             beside: self.beside.as_ref(),
+            sizing: self.sizing.as_ref(),
+            recovery: self.recovery.as_ref(),
         };
         let text = tell(&story, &self.folder, self.ask.json)?;
         let strayed = self.nominal.as_ref().and_then(|nominal| reason(&self.case, &nominal.arrival));

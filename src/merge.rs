@@ -84,6 +84,8 @@ pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
         sensitivity: None,
         estimated: None,
         beside: None,
+        sizing: None,
+        recovery: None,
     };
     Ok(Ending { text: tell(&story, &folder, merge.json)?, why })
 }

@@ -1,5 +1,6 @@
 //! All integration tests in one binary, so that the crate is linked once.
 
+mod asked; // a ply sized against closed forms, twins fitted and counted
 mod cli; // the built binary from outside: exit codes, messages, files
 mod fit; // least squares against certified answers, bounds, identification
 mod golden; // the nominal march of every shipped case, as it was

@@ -14,7 +14,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("plan", &["case"]),
     ("physics", &["plan"]),
     ("march", &["plan", "ensemble", "traces", "physics"]),
-    ("study", &["case", "plan", "ensemble", "traces", "march", "fit"]),
+    ("study", &["case", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
     // Of the march only what records name: backend and precision; of the fit the loss that is told.
     ("report", &["case", "traces", "study", "march", "fit"]),
     ("pilot", &["case", "plan", "ensemble", "traces", "march"]),

@@ -4,6 +4,7 @@ pub mod choose;
 pub mod cpu;
 pub mod extrapolated;
 pub mod gpu;
+pub mod together;
 
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;

@@ -44,6 +44,8 @@ impl Outcomes {
             sensitivity: (study || command == "sensitivity").then_some(&self.sensitivity),
             estimated: (study || command == "estimate").then_some(&self.estimated),
             beside: None,
+            sizing: None,
+            recovery: None,
         }
     }
 }

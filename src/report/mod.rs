@@ -13,6 +13,8 @@ mod fixture;
 mod gas;
 mod html;
 pub mod materials;
+mod recovery;
+mod sizing;
 pub mod summary;
 mod svg;
 mod warnings;
@@ -23,7 +25,9 @@ use crate::march::{Backend, Precision};
 use crate::study::beside::Beside;
 use crate::study::estimate::{Estimated, Fitted};
 use crate::study::nominal::{Misfit, Nominal};
+use crate::study::recovery::Recovery;
 use crate::study::sensitivity::Sensitivity;
+use crate::study::size::Sizing;
 use crate::study::uncertainty::Uncertainty;
 use files::{OutputFolder, record, tables};
 use std::path::PathBuf;
@@ -35,7 +39,7 @@ pub struct Story<'a> {
     pub case: &'a Case,
     /// The cases that were estimated together with it.
     pub others: &'a [Case],
-    /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`.
+    /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `twin`.
     pub command: &'a str,
     pub version: &'a str,
     pub backend: &'a Backend,
@@ -47,6 +51,8 @@ pub struct Story<'a> {
     pub sensitivity: Option<&'a Sensitivity>,
     pub estimated: Option<&'a Estimated>,
     pub beside: Option<&'a Beside>,
+    pub sizing: Option<&'a Sizing>,
+    pub recovery: Option<&'a Recovery>,
 }
 
 /// Where the time went before the report, s.

@@ -1,6 +1,6 @@
 //! What an analyst should doubt before using an outcome.
 
-use super::{Story, words};
+use super::{Story, recovery, sizing, words};
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, Ply};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
@@ -34,6 +34,12 @@ pub(super) fn all(story: &Story) -> Vec<String> {
                 words::count(failure.first)
             ));
         }
+    }
+    if let Some(outcome) = story.sizing {
+        sizing::doubts(story, outcome, &mut doubts);
+    }
+    if let Some(outcome) = story.recovery {
+        recovery::doubts(outcome, &mut doubts);
     }
     if let Some(outcome) = story.sensitivity
         && !outcome.proposed.factors.is_empty()

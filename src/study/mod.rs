@@ -3,7 +3,10 @@
 pub mod beside;
 pub mod estimate;
 pub mod nominal;
+pub mod proportion;
+pub mod recovery;
 pub mod sensitivity;
+pub mod size;
 pub mod statistics;
 pub mod thermocouples;
 pub mod twin;

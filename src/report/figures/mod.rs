@@ -9,7 +9,9 @@ mod estimate;
 mod gas;
 mod nominal;
 mod profile;
+mod recovery;
 mod sensitivity;
+mod sizing;
 mod uncertainty;
 
 use super::Story;
@@ -33,6 +35,8 @@ pub fn all(story: &Story) -> Vec<Figure> {
     if let (Some(first), Some(outcome)) = (story.estimated, story.beside) {
         figures.extend(beside::figures(case, &first.fitted[0], outcome));
     }
+    figures.extend(story.sizing.map(|outcome| sizing::figures(story, outcome)).unwrap_or_default());
+    figures.extend(story.recovery.map(recovery::figures).unwrap_or_default());
     tell_apart(&mut figures);
     figures
 }

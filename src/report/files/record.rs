@@ -1,5 +1,6 @@
 //! `summary.json`: the outcome for a program. Numbers that are unbounded or unknown are `null`.
 
+mod asked;
 mod estimated;
 
 use super::super::{ReportError, Story, findings, precision_words};
@@ -9,6 +10,7 @@ use crate::study::nominal::{Reached, Reading};
 use crate::study::sensitivity::Identifiability;
 use crate::study::uncertainty::Uncertainty;
 use crate::traces::Arrival;
+use asked::{RecoveryRecord, SizingRecord};
 use estimated::EstimatedRecord;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -36,6 +38,10 @@ struct Record<'a> {
     estimated: Option<EstimatedRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<BesideRecord<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sizing: Option<SizingRecord<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    twins: Option<RecoveryRecord<'a>>,
     /// Sensor → factor → share of the spread at the sensor's nominal peak.
     #[serde(skip_serializing_if = "Option::is_none")]
     shares: Option<Named<'a, Named<'a, f64>>>,
@@ -206,6 +212,8 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         },
         estimated: story.estimated.map(|outcome| EstimatedRecord::of(story, outcome)),
         beside: story.beside.map(|outcome| beside(story.case, outcome)),
+        sizing: story.sizing.map(|outcome| SizingRecord::of(story.case, outcome)),
+        twins: story.recovery.map(RecoveryRecord::of),
         shares: story.uncertainty.map(|_| shares(story)),
         indices: story.uncertainty.map(|outcome| indices(story, outcome)),
         estimable: story.sensitivity.map(|outcome| estimable(story, &outcome.proposed, &outcome.all)),
