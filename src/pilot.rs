@@ -19,20 +19,20 @@ use rayon::prelude::*;
 /// Slices of time with a pace of their own.
 const SLICES: usize = 8;
 /// Rounds of measuring and sharing out anew, at most.
-const ROUNDS: usize = 5;
-/// Good enough: an error between this share of the tolerance and the whole of it.
-const NEAR: f64 = 0.5;
+const ROUNDS: usize = 8;
+/// A round is worth its time if it may bring the work down to this share.
+const WORTH: f64 = 0.9;
 /// Cells and steps of the first round, before they are cut in two: few, as they are added where they are missed.
 const CELLS_FIRST: f64 = 32.0;
-const STEPS_FIRST: usize = 256;
+const STEPS_FIRST: usize = 128;
 /// Within one round no share changes more, as errors far from small do not fall by their order.
 const CHANGE_MOST: f64 = 2.5;
 /// Orders by which errors of an extrapolated march fall with cells and with steps.
 const ORDERS: [f64; 2] = [4.0, 3.0];
 /// The share of the tolerance that is aimed at.
-const AIM: f64 = 0.7;
+const AIM: f64 = 0.8;
 /// An error is not brought down by more in one round: what one share cannot give within a round the others would be made to.
-const FALL_MOST: f64 = 8.0;
+const FALL_MOST: f64 = 4.0;
 /// Corners of the bounds that are marched: a whole group of lanes.
 const CORNERS: usize = 8;
 
@@ -48,7 +48,7 @@ impl Cut {
     fn first(case: &Case) -> Self {
         let density = Density::shared(case, CELLS_FIRST);
         let steps = |pace: &Pace| steps(case, &density, pace);
-        let mut pace = Pace::slowed(&case.resolution, 2.0);
+        let mut pace = Pace { lands: false, ..Pace::slowed(&case.resolution, 2.0) };
         let mut number = steps(&pace);
         while number > STEPS_FIRST {
             let slower = Pace {
@@ -108,6 +108,11 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
     for _ in 0..ROUNDS {
         let plan = cut.plan(case);
         let base = marched(&plan, &nominal)?;
+        if base.arrivals != [Arrival::Done] {
+            // Temperatures run away over long steps, not over wide cells.
+            cut = cut.doubled(cut.density.plies.len()..cut.shares());
+            continue;
+        }
         let all = (0..cut.shares()).collect::<Vec<_>>();
         let tried = all.chunks(1).chain([all.as_slice()]).collect::<Vec<_>>();
         let tried = tried
@@ -129,7 +134,7 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
         if is_better {
             best = Some((cut, error_k, work(&plan)));
         }
-        if (NEAR * tolerance_k..=tolerance_k).contains(&error_k) {
+        if error_k <= tolerance_k && work(&next.plan(case)) > WORTH * work(&plan) {
             break;
         }
         cut = next;

@@ -100,7 +100,7 @@ impl March for Cpu {
     /// Members whose traces take some 8 MiB, so that progress is shown between runs and memory stays small; but four
     /// groups of lanes for every thread at least, or threads would wait for the last group of a run.
     fn capacity(&self, plan: &Plan) -> usize {
-        let reals = (plan.places.len() + plan.gauges()) * plan.instants_s.len();
+        let reals = (plan.places.len() + plan.gauges()) * plan.records;
         (1024 * 1024 / reals.max(1)).min(4096).max(4 * LANES_MOST * self.threads)
     }
 
@@ -146,7 +146,7 @@ fn in_lanes<S: Simd>(precision: Precision, plan: &Plan, ensemble: &Ensemble, mem
 
 /// March members in groups of lanes, the groups over threads.
 fn carry<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, members: Range<usize>) -> Traces {
-    let (sensors, instants) = (plan.places.len(), plan.instants_s.len());
+    let (sensors, instants) = (plan.places.len(), plan.records);
     let count = members.len();
     let mut traces = Traces {
         first: members.start,
@@ -201,7 +201,7 @@ fn carry_group<R: Real>(
     lanes: usize,
     temperatures_k: &mut [f64],
 ) -> Vec<End> {
-    let (sensors, instants) = (plan.places.len(), plan.instants_s.len());
+    let (sensors, instants) = (plan.places.len(), plan.records);
     let values: Vec<Vec<f64>> = (0..lanes).map(|lane| ensemble.member(first + lane)).collect();
     let columns: Vec<R> = (0..=plan.factors)
         .map(|column| R::from_lanes(|lane| if column == 0 { 1.0 } else { values[lane.min(lanes - 1)][column - 1] }))

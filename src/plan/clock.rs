@@ -1,18 +1,20 @@
 //! Steps and sampling instants through time.
 //!
-//! A step ends on every corner of every schedule and on every instant, so nothing is ever interpolated
-//! between steps and no kink falls inside one. Every member of an ensemble shares the clock, which keeps
+//! A step ends on every corner of every schedule, so no kink falls inside one, and where a pace asks for it on every instant too. Every member of an ensemble shares the clock, which keeps
 //! differences between members free of the noise of choosing steps.
 
+use super::readout::Readout;
 use crate::case::{Case, Face, Resolution};
 
 /// Steps through time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Clock {
     /// End of each step, s, after a first entry of zero.
     pub times_s: Vec<f64>,
     /// Times at which the sensors are read, s; the first is zero.
     pub instants_s: Vec<f64>,
+    /// How they are read between steps; `None` where steps end on all of them.
+    pub readout: Option<Readout>,
 }
 
 /// How steps follow one another, before they are cut.
@@ -26,6 +28,8 @@ pub struct Pace {
     pub largest_step_s: f64,
     /// From some times on, s and rising, steps are so many times shorter than all that says.
     pub haste: Vec<(f64, f64)>,
+    /// Whether steps end on instants too; else readings are taken between steps.
+    pub lands: bool,
 }
 
 impl Pace {
@@ -36,6 +40,7 @@ impl Pace {
             growth: resolution.growth * times,
             largest_step_s: resolution.largest_step_s * times,
             haste: Vec::new(),
+            lands: true,
         }
     }
 
@@ -57,7 +62,7 @@ impl Clock {
         instants_s.push(duration_s);
         let instants_s = settle(instants_s, duration_s);
 
-        let mut landings_s = instants_s.clone();
+        let mut landings_s = if pace.lands { instants_s.clone() } else { vec![duration_s] };
         landings_s.extend(&corners_s);
         let landings_s = settle(landings_s, duration_s);
 
@@ -69,7 +74,8 @@ impl Clock {
             }
             fill(&mut times_s, leg[0], leg[1], corner_s, pace, cuts);
         }
-        Self { times_s, instants_s }
+        let readout = (!pace.lands).then(|| Readout::new(&times_s, &corners_s, &instants_s));
+        Self { times_s, instants_s, readout }
     }
 }
 

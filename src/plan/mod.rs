@@ -7,6 +7,7 @@
 pub mod clock;
 pub mod grid;
 pub mod layout;
+pub mod readout;
 mod substances;
 mod tables;
 
@@ -21,6 +22,7 @@ use layout::{
     AIR_COLUMNS, Bead, Bulk, Cell, Drive, NO_INSTANT, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
     TABLE_NODES,
 };
+use readout::Readout;
 use substances::{bulk, paths, plies, reactions, states, substances};
 
 /// Largest errors of temperatures at any sensor and instant, K, held against twice the cells and steps.
@@ -45,8 +47,12 @@ pub struct Plan {
     pub instants_s: Vec<f64>,
     /// End of each step, s, after a first entry of zero.
     pub times_s: Vec<f64>,
-    /// The instant at each of `times_s`, or [`NO_INSTANT`].
+    /// The record that is made at each of `times_s`, or [`NO_INSTANT`].
     pub instants: Vec<u32>,
+    /// Records of every sensor that a march makes.
+    pub records: usize,
+    /// What instants are read from; `None` where they are the records.
+    pub readout: Option<Readout>,
     pub plies: Vec<Ply<u32>>,
     /// Scaling columns of the hot and of the back face.
     pub scalings: [Scaling<u32>; 2],
@@ -145,6 +151,10 @@ impl Plan {
     }
 
     fn of(case: &Case, grid: Grid, clock: Clock) -> Self {
+        let (instants, records) = match &clock.readout {
+            None => (instants(&clock), clock.instants_s.len()),
+            Some(_) => ((0..clock.times_s.len() as u32).collect(), clock.times_s.len()),
+        };
         let parts = parts(case);
         let (levels, middle_pa) = tables::levels(case);
         let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
@@ -166,7 +176,9 @@ impl Plan {
         Self {
             coarse: None,
             reached: None,
-            instants: instants(&clock),
+            instants,
+            records,
+            readout: clock.readout,
             plies: plies(case, &grid.plies, parts, levels),
             scalings: scalings(case),
             has_depths: places.iter().any(|place| place.depth > 0),

@@ -271,12 +271,12 @@ fn gas_words(plan: &Plan) -> usize {
 
 /// Words of one member in the traces.
 fn trace_words(plan: &Plan) -> usize {
-    2 * (plan.places.len() + plan.gauges()) * plan.instants_s.len()
+    2 * (plan.places.len() + plan.gauges()) * plan.records
 }
 
 /// Traces from what came down, which lies member by member within each word.
 fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], strayed: &[u32]) -> Traces {
-    let (count, sensors, instants) = (members.len(), plan.places.len(), plan.instants_s.len());
+    let (count, sensors, instants) = (members.len(), plan.places.len(), plan.records);
     let traced = sensors + plan.gauges();
     let mut temperatures_k = vec![0.0; count * sensors * instants];
     for instant in 0..instants {
