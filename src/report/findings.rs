@@ -1,7 +1,7 @@
 //! What was found, in sentences: the same for the page and, shortened, for the screen.
 
 use super::figures::nearest;
-use super::{Story, gas, words};
+use super::{Story, gas, posterior, words};
 use crate::case::Case;
 use crate::fit::Loss;
 use crate::study::beside::Beside;
@@ -79,6 +79,13 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
                     words::misfit(after.rms_k)
                 ),
             );
+        }
+        if let Some(outcome) = story.posterior {
+            say("Posterior", posterior::walked(outcome));
+            say("Lacking", posterior::lacking(outcome));
+            if let Some(said) = posterior::foreseen(story, outcome) {
+                say("Foreseen", said);
+            }
         }
         if let Some(said) = ends(outcome) {
             say("Starts", said);

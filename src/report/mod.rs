@@ -13,6 +13,7 @@ mod fixture;
 mod gas;
 mod html;
 pub mod materials;
+mod posterior;
 pub mod summary;
 mod svg;
 mod warnings;
@@ -23,6 +24,7 @@ use crate::march::{Backend, Precision};
 use crate::study::beside::Beside;
 use crate::study::estimate::{Estimated, Fitted};
 use crate::study::nominal::{Misfit, Nominal};
+use crate::study::posterior::Posterior;
 use crate::study::sensitivity::Sensitivity;
 use crate::study::uncertainty::Uncertainty;
 use files::{OutputFolder, record, tables};
@@ -46,6 +48,7 @@ pub struct Story<'a> {
     pub uncertainty: Option<&'a Uncertainty>,
     pub sensitivity: Option<&'a Sensitivity>,
     pub estimated: Option<&'a Estimated>,
+    pub posterior: Option<&'a Posterior>,
     pub beside: Option<&'a Beside>,
 }
 

@@ -1,6 +1,7 @@
 //! `summary.json`: the outcome for a program. Numbers that are unbounded or unknown are `null`.
 
 mod estimated;
+mod posterior;
 
 use super::super::{ReportError, Story, findings, precision_words};
 use crate::case::Case;
@@ -10,6 +11,7 @@ use crate::study::sensitivity::Identifiability;
 use crate::study::uncertainty::Uncertainty;
 use crate::traces::Arrival;
 use estimated::EstimatedRecord;
+use posterior::PosteriorRecord;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
@@ -32,6 +34,8 @@ struct Record<'a> {
     balance: Balance,
     #[serde(flatten)]
     estimated: Option<EstimatedRecord<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    posterior: Option<PosteriorRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<BesideRecord<'a>>,
     /// Sensor → factor → share of the spread at the sensor's nominal peak.
@@ -187,6 +191,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
             mass: readings.map(|outcome| outcome.balance.mass_residual()),
         },
         estimated: story.estimated.map(|outcome| EstimatedRecord::of(story, outcome)),
+        posterior: story.posterior.map(|outcome| PosteriorRecord::of(story, outcome)),
         beside: story.beside.map(|outcome| beside(story.case, outcome)),
         shares: story.uncertainty.map(|_| shares(story)),
         indices: story.uncertainty.map(|outcome| indices(story, outcome)),

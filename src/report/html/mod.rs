@@ -4,6 +4,7 @@
 //! comes into view, and as the still that is printed and that stands in where scripts do not run.
 
 mod case;
+mod posterior;
 mod sections;
 mod table;
 

@@ -1,0 +1,108 @@
+//! Posteriors of whole cases: against linear intervals and profiles, and bands against what was not fitted.
+
+use crate::support::{POSTERIOR_ENDS, case};
+use bondline::case::{Case, Factor, Observation, Property};
+use bondline::march::{Precision, cpu::Cpu};
+use bondline::plan::Plan;
+use bondline::study::estimate::{Estimated, Search, estimate};
+use bondline::study::posterior::{Posterior, PosteriorError, Walkers, posterior};
+use bondline::study::twin::twin;
+
+const WALKERS: Walkers = Walkers { number: 120, moves: 240, seed: 1 };
+
+/// A shipped case on few cells and steps as long as its instants are apart.
+fn coarse(id: &str) -> Case {
+    let mut case = case(id);
+    case.resolution.cells = 40;
+    case.resolution.first_step_s = 0.5;
+    case.resolution.largest_step_s = 2.0;
+    case
+}
+
+/// The case with one sensor observed as its twin of a truth and of noise of 2 K is, and that sensor fitted.
+fn observed(mut case: Case, sensor: &str, truth: &[(usize, f64)]) -> Case {
+    let sensor = case.sensors.iter().position(|known| known.name == sensor).expect("the sensor");
+    let mut values: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+    truth.iter().for_each(|&(place, value)| values[place] = value);
+    let plan = Plan::new(&case);
+    let made = twin(&case, &plan, &mut Cpu::new(Precision::F64), values, 2.0, 7).expect("a twin");
+    let (times_s, temperatures_k) = (made.instants_s, made.measured_k[sensor].clone());
+    let sigma_k = vec![2.0; times_s.len()];
+    case.observations = vec![Observation { sensor, times_s, temperatures_k, sigma_k }];
+    case.estimate.sensors = vec![sensor];
+    case
+}
+
+/// The estimate, with the profile of its first factor, and the posterior.
+fn drawn(case: &Case) -> (Estimated, Posterior) {
+    let (plan, mut march) = (Plan::new(case), Cpu::new(Precision::F64));
+    let first = case.factors[case.estimate.factors[0]].name.clone();
+    let search = Search { profiles: vec![first], ..Search::of(Precision::F64) };
+    let found = estimate(&[(case, &plan)], &mut march, &search).expect("an estimate");
+    let drawn = posterior(&[(case, &plan)], &mut march, &found, &WALKERS).expect("a posterior");
+    (found, drawn)
+}
+
+/// Where an interval begins and ends beside another, in widths of the latter.
+fn apart((low, high): (f64, f64), other: (f64, f64)) -> f64 {
+    ((low - other.0).abs()).max((high - other.1).abs()) / (other.1 - other.0)
+}
+
+#[test]
+fn where_the_problem_is_near_linear_the_posterior_has_the_linear_intervals() {
+    let case = observed(coarse("lcat-2259-tc3"), "TC4", &[(0, 0.95), (1, 1.01)]);
+    let (found, drawn) = drawn(&case);
+    assert!(found.converged && drawn.is_settled(), "{:?}", drawn.marginals);
+    for (place, marginal) in drawn.marginals.iter().enumerate() {
+        let off = apart(marginal.interval, found.intervals[place]);
+        assert!(off < POSTERIOR_ENDS, "{place}: {:?} for {:?}", marginal.interval, found.intervals[place]);
+    }
+    let (low, high) = drawn.marginals[0].interval;
+    let moved = apart((low + 0.3 * (high - low), high + 0.3 * (high - low)), found.intervals[0]);
+    assert!(moved > POSTERIOR_ENDS, "an interval that is off by a third of its width would pass");
+    let Some(pair) = drawn.pairs.first() else { panic!("no pair") };
+    assert!((pair.correlation - found.identifiability.correlation[0][1]).abs() < 0.01, "{}", pair.correlation);
+    assert!(drawn.gain < 0.5 && drawn.predicted[0].failed == 0);
+    // Noise is what its deviation says: nothing is lacking, and TC3, which is held, is in no doubt.
+    assert!(drawn.discrepancy.amplitude_k < 1.0, "{:?}", drawn.discrepancy);
+    let held = &drawn.predicted[0].sensors[0].discrepancy;
+    assert!(held.low_k.iter().zip(&held.high_k).all(|(low, high)| high - low < 1e-6));
+}
+
+/// A contact conducts so well that more of it changes little: from below it is known, from above hardly. A linear interval
+/// is as long on one side as on the other.
+#[test]
+fn where_it_is_not_the_posterior_is_as_lopsided_as_the_profile_and_not_as_the_linear_interval() {
+    let mut case = coarse("lcat-2259-tc3");
+    let (group, property) = ("INS1".to_owned(), Property::Contact);
+    case.factors.push(Factor {
+        name: "f_h".into(),
+        group,
+        property,
+        nominal: 1.0,
+        small: (0.1, 20.0),
+        large: (0.1, 20.0),
+    });
+    let place = case.factors.len() - 1;
+    case.estimate.factors = vec![place];
+    case.estimate.start = vec![1.0];
+    let case = observed(case, "TC4", &[(place, 1.5)]);
+    let (found, drawn) = drawn(&case);
+    let (value, linear) = (found.values[0], found.intervals[0]);
+    let (Some(low), Some(high)) = found.profiles[0].interval else { panic!("{:?}", found.profiles) };
+    let lopsided = |(low, high): (f64, f64)| (high - value) / (value - low);
+    let interval = drawn.marginals[0].interval;
+    assert!((lopsided(linear) - 1.0).abs() < 1e-6);
+    assert!(lopsided((low, high)) > 1.5 && lopsided(interval) > 1.5, "{value}: {interval:?}, profile {low} to {high}");
+    assert!(apart(interval, (low, high)) < apart(linear, (low, high)), "{interval:?}, {linear:?}, {low} to {high}");
+}
+
+#[test]
+fn walkers_that_cannot_span_the_factors_are_too_few() {
+    let case = observed(coarse("lcat-2259-tc3"), "TC4", &[]);
+    let (plan, mut march) = (Plan::new(&case), Cpu::new(Precision::F64));
+    let found = estimate(&[(&case, &plan)], &mut march, &Search::of(Precision::F64)).expect("an estimate");
+    let few = Walkers { number: 4, ..WALKERS };
+    let refused = posterior(&[(&case, &plan)], &mut march, &found, &few).expect_err("too few");
+    assert!(matches!(refused, PosteriorError::FewWalkers { least: 6, .. }), "{refused}");
+}
