@@ -1,14 +1,14 @@
 //! Posteriors of whole cases: against linear intervals and profiles, and bands against what was not fitted.
 
 use crate::support::{POSTERIOR_ENDS, case};
-use bondline::case::{Case, Factor, Observation, Property};
+use bondline::case::{Case, Face, Factor, Observation, Property};
 use bondline::march::{Precision, cpu::Cpu};
 use bondline::plan::Plan;
 use bondline::study::estimate::{Estimated, Search, estimate};
 use bondline::study::posterior::{Posterior, PosteriorError, Walkers, posterior};
 use bondline::study::twin::twin;
 
-const WALKERS: Walkers = Walkers { number: 120, moves: 240, seed: 1 };
+const WALKERS: Walkers = Walkers { number: 100, moves: 400, seed: 1 };
 
 /// A shipped case on few cells and steps as long as its instants are apart.
 fn coarse(id: &str) -> Case {
@@ -33,12 +33,17 @@ fn observed(mut case: Case, sensor: &str, truth: &[(usize, f64)]) -> Case {
     case
 }
 
-/// The estimate, with the profile of its first factor, and the posterior.
-fn drawn(case: &Case) -> (Estimated, Posterior) {
+/// The estimate, with these profiles.
+fn estimated(case: &Case, profiles: &[&str]) -> Estimated {
+    let profiles = profiles.iter().map(|&name| name.to_owned()).collect();
+    let search = Search { profiles, ..Search::of(Precision::F64) };
+    estimate(&[(case, &Plan::new(case))], &mut Cpu::new(Precision::F64), &search).expect("an estimate")
+}
+
+/// The estimate, with these profiles, and the posterior.
+fn drawn(case: &Case, profiles: &[&str]) -> (Estimated, Posterior) {
     let (plan, mut march) = (Plan::new(case), Cpu::new(Precision::F64));
-    let first = case.factors[case.estimate.factors[0]].name.clone();
-    let search = Search { profiles: vec![first], ..Search::of(Precision::F64) };
-    let found = estimate(&[(case, &plan)], &mut march, &search).expect("an estimate");
+    let found = estimated(case, profiles);
     let drawn = posterior(&[(case, &plan)], &mut march, &found, &WALKERS).expect("a posterior");
     (found, drawn)
 }
@@ -51,7 +56,7 @@ fn apart((low, high): (f64, f64), other: (f64, f64)) -> f64 {
 #[test]
 fn where_the_problem_is_near_linear_the_posterior_has_the_linear_intervals() {
     let case = observed(coarse("lcat-2259-tc3"), "TC4", &[(0, 0.95), (1, 1.01)]);
-    let (found, drawn) = drawn(&case);
+    let (found, drawn) = drawn(&case, &[]);
     assert!(found.converged && drawn.is_settled(), "{:?}", drawn.marginals);
     for (place, marginal) in drawn.marginals.iter().enumerate() {
         let off = apart(marginal.interval, found.intervals[place]);
@@ -87,7 +92,7 @@ fn where_it_is_not_the_posterior_is_as_lopsided_as_the_profile_and_not_as_the_li
     case.estimate.factors = vec![place];
     case.estimate.start = vec![1.0];
     let case = observed(case, "TC4", &[(place, 1.5)]);
-    let (found, drawn) = drawn(&case);
+    let (found, drawn) = drawn(&case, &["f_h"]);
     let (value, linear) = (found.values[0], found.intervals[0]);
     let (Some(low), Some(high)) = found.profiles[0].interval else { panic!("{:?}", found.profiles) };
     let lopsided = |(low, high): (f64, f64)| (high - value) / (value - low);
@@ -97,11 +102,41 @@ fn where_it_is_not_the_posterior_is_as_lopsided_as_the_profile_and_not_as_the_li
     assert!(apart(interval, (low, high)) < apart(linear, (low, high)), "{interval:?}, {linear:?}, {low} to {high}");
 }
 
+/// The board is measured at 11.44 mm and not at 17.16 mm, and what is behind it is not known: with twice and four times the
+/// film that is assumed, factors are found that meet the measurement as well. Each is a board that it may be.
+#[test]
+fn the_band_of_an_unseen_thermocouple_holds_what_other_models_foresee_that_meet_the_data_as_well() {
+    let mut case = coarse("kaowool-tc");
+    case.resolution.largest_step_s = 5.0;
+    let (found, drawn) = drawn(&case, &[]);
+    let off_k = |found: &Estimated| found.fitted[0].misfits[0].1.rms_k;
+    let unseen = &drawn.predicted[0].sensors[1];
+    let held = |low_k: &[f64], high_k: &[f64], trace_k: &[f64]| {
+        let within = low_k.iter().zip(high_k).zip(trace_k).filter(|((low, high), at)| (*low..=*high).contains(at));
+        within.count() as f64 / trace_k.len() as f64
+    };
+    assert!(unseen.held.is_none() && drawn.discrepancy.amplitude_k > 1.0, "{:?}", drawn.discrepancy);
+    let mut plain = 1.0_f64;
+    for film_w_m2_k in [20.0, 40.0] {
+        let mut other = case.clone();
+        let Face::Open(open) = &mut other.exposure.back_face else { panic!("an open face") };
+        open.film_w_m2_k = film_w_m2_k;
+        let other = estimated(&other, &[]);
+        assert!(off_k(&other) < 1.05 * off_k(&found), "{film_w_m2_k}: {} for {}", off_k(&other), off_k(&found));
+        let trace_k = &other.fitted[0].after.temperatures_k[1];
+        let [by_factors, with_all] =
+            [&unseen.parameters, &unseen.discrepancy].map(|band| held(&band.low_k, &band.high_k, trace_k));
+        assert!(with_all > 0.95, "{film_w_m2_k}: the band holds {with_all}");
+        plain = plain.min(by_factors);
+    }
+    assert!(plain < 0.95, "what is known of the factors alone holds {plain} already");
+}
+
 #[test]
 fn walkers_that_cannot_span_the_factors_are_too_few() {
     let case = observed(coarse("lcat-2259-tc3"), "TC4", &[]);
     let (plan, mut march) = (Plan::new(&case), Cpu::new(Precision::F64));
-    let found = estimate(&[(&case, &plan)], &mut march, &Search::of(Precision::F64)).expect("an estimate");
+    let found = estimated(&case, &[]);
     let few = Walkers { number: 4, ..WALKERS };
     let refused = posterior(&[(&case, &plan)], &mut march, &found, &few).expect_err("too few");
     assert!(matches!(refused, PosteriorError::FewWalkers { least: 6, .. }), "{refused}");

@@ -140,11 +140,54 @@ pub(super) fn held(case: &Case, sensor: usize, found: &Foreseen) -> String {
     let Some((parameters, discrepancy)) = found.held else {
         return "Nothing was observed here.".to_owned();
     };
-    let fitted = if is_fitted(case, sensor) { "some or all of which were fitted" } else { "none of which were fitted" };
+    let fitted = if is_fitted(case, sensor) { "which were fitted" } else { "none of which were fitted" };
     format!(
-        "Of the observed samples, {fitted}, the factors' band holds {} and the wider one {}, give or take two deviations of the \
+        "Of the samples observed in the trusted window, {fitted}, the factors' band holds {} and the wider one {}, give or take two deviations of the \
          reading.",
         words::percent(parameters),
         words::percent(discrepancy)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{fixture, warnings};
+    use super::*;
+
+    fn saying(outcomes: &fixture::Outcomes, text: &str) -> bool {
+        warnings::all(&outcomes.story("estimate")).iter().any(|doubt| doubt.contains(text))
+    }
+
+    #[test]
+    fn walkers_that_have_not_been_everywhere_are_told_with_moves_that_would_do() {
+        let mut outcomes = fixture::outcomes();
+        assert!(
+            walked(&outcomes.posterior).contains("R-hat is 1.05 at most, where 1.1 is the limit: they have been every")
+        );
+        assert!(!saying(&outcomes, "not settled"));
+        outcomes.posterior.marginals[1].mixing.r_hat = 1.31;
+        outcomes.posterior.marginals[1].mixing.autocorrelation_moves = 80.0;
+        assert!(walked(&outcomes.posterior).contains("they have NOT been everywhere"));
+        assert!(saying(&outcomes, "R-hat is 1.31, where 1.1 is the limit. Some 1,500 moves should do"));
+    }
+
+    #[test]
+    fn a_point_below_the_estimate_and_a_band_that_misses_its_sensor_are_doubted() {
+        let mut outcomes = fixture::outcomes();
+        assert!(!saying(&outcomes, "lower minimum") && !saying(&outcomes, "The band of TC4"));
+        outcomes.posterior.gain = 7.3;
+        outcomes.posterior.predicted[0].sensors[3].held = Some((0.1, 0.31));
+        assert!(
+            saying(&outcomes, "by 7.3 squares of a standard error") && saying(&outcomes, "The band of TC4 holds 31 %")
+        );
+    }
+
+    #[test]
+    fn what_the_model_lacks_is_told_in_kelvin_and_seconds_or_that_nothing_is_seen() {
+        let mut outcomes = fixture::outcomes();
+        let said = lacking(&outcomes.posterior);
+        assert!(said.contains("4.2 K") && said.contains("over 8.5 s") && said.contains("by 0.31 of"), "{said}");
+        outcomes.posterior.discrepancy.share = 0.0;
+        assert!(lacking(&outcomes.posterior).contains("nothing is seen that the model lacks"));
+    }
 }

@@ -135,7 +135,7 @@ pub fn trusted(case: &Case, seen: &Observation, instants_s: &[f64]) -> Vec<(usiz
 }
 
 /// The instant nearest a time. The clock lands on every sample of every observation.
-pub(super) fn nearest(instants_s: &[f64], time_s: f64) -> usize {
+fn nearest(instants_s: &[f64], time_s: f64) -> usize {
     let after = instants_s.partition_point(|&instant_s| instant_s < time_s).min(instants_s.len() - 1);
     if after > 0 && time_s - instants_s[after - 1] < instants_s[after] - time_s { after - 1 } else { after }
 }

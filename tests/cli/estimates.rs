@@ -148,7 +148,7 @@ fn a_posterior_is_the_same_on_any_number_of_threads_and_foresees_every_sensor() 
     observed(&scratch, "thick", THICK, 2);
     let walk =
         "estimate thin thick --factors f_k,f_q --sensors TC2 --window 0:40 --prior small --loss huber --json --quiet";
-    let walk = format!("{walk} --force --posterior --walkers 40 --moves 120");
+    let walk = format!("{walk} --force --posterior --walkers 40 --moves 300");
     let walked = |more: &str, threads: &str| {
         let words = format!("{walk} {more}");
         let mut command = command(&scratch);
@@ -166,11 +166,11 @@ fn a_posterior_is_the_same_on_any_number_of_threads_and_foresees_every_sensor() 
         assert!(low < median && median < high && low - 0.02 < truth && truth < high + 0.02, "{factor}: {known:#}");
         assert!(number(known, &format!("factors.{factor}.r_hat")) < 1.2, "{known:#}");
     }
-    assert!(number(known, "acceptance") > 0.4 && number(known, "burn_in") > 4.0);
+    assert!(number(known, "acceptance") > 0.15 && number(known, "burn_in") > 4.0);
     for case in ["thin", "thick"] {
         // TC1 was not fitted, and is observed.
         let held = number(known, &format!("predicted.{case}.TC1.discrepancy.held"));
-        assert!(held > 0.9, "{case}: {held}");
+        assert!(held > 0.85, "{case}: {held}");
     }
     let table = scratch.read("out/thin+thick/estimate/predictive-thick.csv");
     assert!(table.starts_with("sensor,time_s,p2.5_K,p50_K,p97.5_K,lacking_p2.5_K"), "{table}");

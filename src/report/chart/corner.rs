@@ -1,7 +1,7 @@
 //! A corner: as many panels as pairs, each with axes of its own.
 
 use super::super::figure::{Ink, Region, Variable};
-use super::{colour, escaped, faded, number, numbers};
+use super::{colour, css, escaped, faded, number, numbers};
 use serde_json::{Map, Value, json};
 
 /// Room between panels, and for the labels at the left and the bottom, as shares of the whole.
@@ -24,7 +24,7 @@ pub(super) fn draw(variables: &[Variable], regions: &[Region]) -> Value {
         let (x, y) = (&variables[column], &variables[row]);
         let (below, left) = (row + 1 == count, column == 0 && row > 0);
         let base =
-            json!({"gridcolor": "#dddddd", "linecolor": "#999999", "zeroline": false, "mirror": true, "nticks": 4});
+            json!({"gridcolor": "#dddddd", "linecolor": "#999999", "zeroline": false, "mirror": true, "nticks": 6});
         let mut across = base.clone();
         across["domain"] = json!(span(column));
         across["anchor"] = json!(format!("y{name}"));
@@ -98,7 +98,7 @@ fn pair(x: &Variable, y: &Variable, region: &Region) -> Vec<Value> {
         json!({
             "type": "contour", "x": numbers(&x.middles), "y": numbers(&y.middles), "z": z, "showscale": false,
             "contours": {"start": 0.5, "end": 0.95, "size": 0.45, "coloring": "fill"}, "line": {"width": 1},
-            "colorscale": [[0, faded(Ink::Series(0), 0.75)], [0.5, faded(Ink::Series(0), 0.3)], [1, "#ffffff"]],
+            "colorscale": [[0, tint(0.6)], [0.5, tint(0.25)], [1, tint(0.0)]],
             "hoverinfo": "x+y",
         }),
         json!({
@@ -106,4 +106,11 @@ fn pair(x: &Variable, y: &Variable, region: &Region) -> Vec<Value> {
             "marker": {"color": colour(Ink::Series(1)), "size": 7}, "hovertemplate": "estimate: %{x:.4f}, %{y:.4f}<extra></extra>",
         }),
     ]
+}
+
+/// The colour of a region on white. Regions lie on one another, so that one to see through would show those below.
+fn tint(opacity: f64) -> String {
+    let (red, green, blue) = Ink::Series(0).rgb();
+    let mix = |part: u8| (255.0 + (f64::from(part) - 255.0) * opacity).round() as u8;
+    css((mix(red), mix(green), mix(blue)))
 }

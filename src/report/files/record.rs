@@ -277,6 +277,10 @@ mod tests {
         assert_eq!((&determined["combination"], &determined["factors"][1]), (&"ratio".into(), &"f_cp_INS".into()));
         assert!(determined["value"].as_f64().is_some_and(|value| (value - 0.951).abs() < 1e-3));
         assert_eq!(determined["relative_standard_error"], 0.003);
+        let drawn = &read["posterior"];
+        assert_eq!((&drawn["settled"], &drawn["factors"]["f_cp_INS"]["median"]), (&true.into(), &1.018.into()));
+        assert_eq!((&drawn["correlation"][0][1], &drawn["discrepancy"]["amplitude_k"]), (&0.98.into(), &4.2.into()));
+        assert_eq!(drawn["predicted"][outcomes.case.id.as_str()]["TC4"]["discrepancy"]["held"], 0.96);
         assert_eq!(read["members"]["failed"], 0);
         assert_eq!(read["backend"]["precision"], "f64");
         assert!(read["sensors"]["TC4"]["peak_k"].as_f64().is_some_and(|peak| peak > 300.0));

@@ -288,8 +288,8 @@ pub(super) fn method(story: &Story) -> String {
     }
     if story.posterior.is_some() {
         out += &paragraph(
-            "Posterior: values drawn as often as they are likely, by walkers that stretch towards each other (Goodman & Weare \
-             2010) between the bounds. Data weigh as in the intervals, by their scatter and the effective number of samples. What \
+            "Posterior: values drawn as often as they are likely, by walkers that move by each other's differences (ter Braak \
+             2006) between the bounds. Data weigh as in the intervals, by their scatter and the effective number of samples. What \
              the model lacks is a process of exponential memory, as strong as the residuals are beyond the readings' own deviations; \
              at each sensor and instant it is in proportion to what a standard deviation of every factor of the case moves there.",
         );

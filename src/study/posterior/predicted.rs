@@ -1,7 +1,7 @@
 //! What the draws predict of every thermocouple, observed or not.
 
 use super::super::estimate::Estimated;
-use super::super::nominal::nearest;
+use super::super::nominal::trusted;
 use super::super::statistics::Tally;
 use super::super::thermocouples::Part;
 use super::discrepancy::Discrepancy;
@@ -26,8 +26,8 @@ pub struct Predicted {
 pub struct Foreseen {
     pub parameters: Band,
     pub discrepancy: Band,
-    /// The share of the sensor's observed samples that each of the two bands holds, within two deviations of the reading;
-    /// `None` where there are no observations.
+    /// The share of the sensor's observed samples within the trusted window that each of the two bands holds, give or take two
+    /// deviations of the reading; `None` where there are none.
     pub held: Option<(f64, f64)>,
 }
 
@@ -107,9 +107,11 @@ pub(super) fn predict(
         let (parameters, discrepancy): (Band, Band) =
             [&parameters, &discrepancy].map(|tally| band(tally, sensor, (sensors, instants))).into();
         let seen = case.observations.iter().find(|seen| seen.sensor == sensor);
-        let held =
-            |seen: &Observation| (parameters.holds(seen, &plan.instants_s), discrepancy.holds(seen, &plan.instants_s));
-        Foreseen { held: seen.map(held), parameters, discrepancy }
+        let held = |seen: &Observation| {
+            let pairs = trusted(case, seen, &plan.instants_s);
+            (!pairs.is_empty()).then(|| (parameters.holds(seen, &pairs), discrepancy.holds(seen, &pairs)))
+        };
+        Foreseen { held: seen.and_then(held), parameters, discrepancy }
     };
     Ok(Predicted { instants_s: plan.instants_s.clone(), sensors: (0..sensors).map(foreseen).collect(), failed })
 }
@@ -127,13 +129,12 @@ fn band(tally: &Tally, sensor: usize, (sensors, instants): (usize, usize)) -> Ba
 }
 
 impl Band {
-    /// The share of observed samples within the band, or no more than two of their deviations beyond.
-    fn holds(&self, seen: &Observation, instants_s: &[f64]) -> f64 {
-        let is_held = |sample: &usize| {
-            let instant = nearest(instants_s, seen.times_s[*sample]);
-            let (measured_k, reach_k) = (seen.temperatures_k[*sample], 2.0 * seen.sigma_k[*sample]);
+    /// The share of samples, with the instant at each, that lie within the band or no more than two of their deviations beyond.
+    fn holds(&self, seen: &Observation, pairs: &[(usize, usize)]) -> f64 {
+        let is_held = |&&(sample, instant): &&(usize, usize)| {
+            let (measured_k, reach_k) = (seen.temperatures_k[sample], 2.0 * seen.sigma_k[sample]);
             (self.low_k[instant] - reach_k..=self.high_k[instant] + reach_k).contains(&measured_k)
         };
-        (0..seen.times_s.len()).filter(is_held).count() as f64 / seen.times_s.len() as f64
+        pairs.iter().filter(is_held).count() as f64 / pairs.len() as f64
     }
 }
