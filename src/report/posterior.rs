@@ -24,12 +24,12 @@ pub(super) fn walked(outcome: &Posterior) -> String {
 /// The same on a line.
 pub(super) fn walked_shortly(outcome: &Posterior) -> String {
     format!(
-        "posterior: R-hat {} ({}), {}, burn-in {}, {} taken",
+        "posterior: R-hat {} ({}), {}, burn-in {} of {}",
         words::significant(r_hat(outcome), 3),
         if outcome.is_settled() { "settled" } else { "NOT settled" },
         words::counted(effective(outcome), "effective draw"),
-        words::counted(outcome.burn_in, "move"),
-        words::percent(outcome.acceptance)
+        words::count(outcome.burn_in),
+        words::count(outcome.walkers.moves)
     )
 }
 

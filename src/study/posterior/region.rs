@@ -109,7 +109,8 @@ mod tests {
     use super::*;
     use crate::chance::Numbers;
 
-    /// 95 % of a normal lie within 1.96 deviations, and of two independent ones within a circle of √(−2 ln 0.05) = 2.448.
+    /// 95 % of a normal lie within 1.96 deviations, and of two independent ones a share of 1 − exp(−r²/2) within r. A bin's count
+    /// is off by 4 % by chance, and with it what it encloses by 0.02: four of that.
     #[test]
     fn intervals_and_regions_hold_the_share_that_they_say() {
         let mut numbers = Numbers::of(3, 0);
@@ -123,7 +124,7 @@ mod tests {
             for (i, across) in a.middles().into_iter().enumerate() {
                 let radius = across.hypot(up);
                 let exact = 1.0 - (-radius * radius / 2.0).exp();
-                assert!((pair.enclosed[j][i] - exact).abs() < 0.05, "{radius}: {} for {exact}", pair.enclosed[j][i]);
+                assert!((pair.enclosed[j][i] - exact).abs() < 0.08, "{radius}: {} for {exact}", pair.enclosed[j][i]);
             }
         }
     }
