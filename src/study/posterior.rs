@@ -168,7 +168,7 @@ fn places(found: &Estimated, which: usize) -> Vec<Option<usize>> {
 }
 
 /// The plan of a case up to the last sample that judges it: what comes after moves no residual, and the instants and steps
-/// before are the same. Sensors that are not judged stay, as cells lie by them.
+/// before are the same but for rounding. Sensors that are not judged stay, as cells lie by them.
 fn up_to_the_last((case, plan): (&Case, &Plan), observed: &[Sample]) -> Plan {
     let last = observed.iter().map(|sample| sample.instant).max().unwrap_or(0).max(1);
     let mut case = case.clone();
@@ -250,7 +250,10 @@ mod tests {
             let mut march = Cpu::new(Precision::F64);
             let [whole, part] = [&plan, &short].map(|plan| march.march(plan, &nominal, 0..1).expect("it marches"));
             for sensor in 0..whole.sensors {
-                assert_eq!(whole.trace(0, sensor)[..part.instants], *part.trace(0, sensor), "{id}");
+                for (of_whole_k, of_part_k) in whole.trace(0, sensor).iter().zip(part.trace(0, sensor)) {
+                    // Where reactions go on, the last step of a march knows no next one, and rounds otherwise.
+                    assert!((of_whole_k - of_part_k).abs() < 1e-9, "{id}: {of_whole_k} K for {of_part_k} K");
+                }
             }
         }
     }
