@@ -72,7 +72,7 @@ fn predictive(story: &Story, case: &Case, of: &Predicted, sensor: usize) -> Opti
         high: thinned(&band.high_k),
     };
     let mut layers = vec![
-        band("with what the model lacks", Ink::Series(4), 0.25, &found.discrepancy),
+        band("with what is lacking", Ink::Series(4), 0.25, &found.discrepancy),
         band("by the factors", Ink::Series(0), 0.35, &found.parameters),
         line("median".to_owned(), Ink::Series(0), Stroke::Solid, &of.instants_s, &found.parameters.median_k),
     ];
