@@ -31,7 +31,7 @@ fn exchange(step: u32, stage: u32) -> real {
 fn brace() {
     for (var p = 0u; p < run.plies; p++) {
         for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
-            diagonal[i] = diagonal[i] + real(GAMMA) * conductance_sideways(p, i);
+            diagonal[i] = diagonal[i] + keep(real(GAMMA)) * conductance_sideways(p, i);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! From what was typed to what the library takes.
 
 use crate::cli::{
-    BackendKind, BoundsKind, Fit, Minimiser, On, PrecisionKind, PriorKind, SamplingKind, Sweep, Trusted, Walk,
+    BackendKind, BoundsKind, Fit, Limit, Minimiser, On, PrecisionKind, PriorKind, SamplingKind, Sweep, Trusted, Walk,
 };
 use crate::ending::{Failure, input};
 use bondline::case::unit::{Dimension, quantity};
@@ -12,6 +12,7 @@ use bondline::march::Precision;
 use bondline::march::choose::{Choice, Kind};
 use bondline::study::estimate::{PAPER, Search};
 use bondline::study::posterior::Walkers;
+use bondline::study::size::Demand;
 use std::ops::Range;
 
 pub(crate) fn choice(on: &On) -> Choice {
@@ -246,11 +247,43 @@ pub(crate) fn walkers(walk: &Walk, seed: u64) -> Result<Option<Walkers>, Failure
     Ok(posterior.then_some(Walkers { number: walkers, moves, seed }))
 }
 
-pub(crate) fn noise_k(text: &str) -> Result<f64, Failure> {
-    let noise_k = quantity(text, Dimension::TemperatureDifference)
-        .map_err(|message| input(format!("--noise {text:?}: {message}")))?;
-    if noise_k < 0.0 {
-        return Err(input(format!("--noise {text:?}: expected no less than 0 K")));
+/// What is to be held by which ply.
+pub(crate) fn demand(case: &Case, limit: &Limit) -> Result<Demand, Failure> {
+    let Limit { ply, limit, probability, between } = limit;
+    let (sensor, most) = limit
+        .split_once('<')
+        .ok_or_else(|| input(format!("--limit {limit:?}: expected SENSOR < TEMPERATURE, such as \"TC4 < 623 K\"")))?;
+    let names: Vec<&str> = case.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+    let sensor = find(&names, sensor.trim(), "--limit", "sensor")?;
+    let limit_k = measured(most.trim_start_matches('='), Dimension::Temperature, "--limit")?;
+    if !(*probability > 0.0 && *probability < 1.0) {
+        return Err(input(format!("--probability {probability}: expected a share between 0 and 1, such as 0.99")));
     }
-    Ok(noise_k)
+    let within_m = between.as_deref().map(|text| {
+        let ends = text.split_once(':').ok_or_else(|| {
+            input(format!("--between {text:?}: expected THINNEST:THICKEST with units, such as \"3 mm:20 mm\""))
+        })?;
+        let (low_m, high_m) =
+            (measured(ends.0, Dimension::Length, "--between")?, measured(ends.1, Dimension::Length, "--between")?);
+        if low_m > 0.0 && low_m < high_m {
+            Ok((low_m, high_m))
+        } else {
+            Err(input(format!("--between {text:?}: expected a thinnest above zero and below the thickest")))
+        }
+    });
+    Ok(Demand { ply: ply.clone(), sensor, limit_k, probability: *probability, within_m: within_m.transpose()? })
+}
+
+fn measured(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {
+    quantity(text.trim(), dimension).map_err(|message| input(format!("{option} {text:?}: {message}")))
+}
+
+/// A standard deviation or a time that may be none.
+pub(crate) fn none_or_more(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {
+    let value = measured(text, dimension, option)?;
+    if value < 0.0 {
+        let unit = if dimension == Dimension::Time { "s" } else { "K" };
+        return Err(input(format!("{option} {text:?}: expected no less than 0 {unit}")));
+    }
+    Ok(value)
 }

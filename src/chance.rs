@@ -20,7 +20,7 @@ impl Numbers {
         self.0.next_u64()
     }
 
-    /// Strictly between zero and one: 53 bits, and half of the last to keep off zero.
+    /// The middle of one of 2⁵³ equal strata: never nought or one, where the inverse of a distribution is not finite.
     pub(crate) fn unit(&mut self) -> f64 {
         ((self.word() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }

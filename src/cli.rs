@@ -76,27 +76,23 @@ pub(crate) enum Command {
         #[command(flatten)]
         walk: Walk,
     },
-    /// Make synthetic observations from known factors
-    Twin {
-        /// Case file, or folder with case.toml
-        case: PathBuf,
-        /// True factors, as NAME=VALUE,...; the others stay nominal
-        #[arg(long, value_delimiter = ',')]
-        truth: Vec<String>,
-        /// Standard deviation of the noise, with its unit
-        #[arg(long, default_value = "0 K")]
-        noise: String,
-        /// The same seed makes the same noise
-        #[arg(long, default_value_t = 1)]
-        seed: u64,
-        /// CSV file to write
-        #[arg(long, default_value = "measured.csv")]
-        out: PathBuf,
-        /// Overwrite an existing file
-        #[arg(long)]
-        force: bool,
+    /// How thick a ply must be for a sensor to stay below its limit, and what uncertainty adds to that
+    Size {
         #[command(flatten)]
-        on: On,
+        ask: Ask,
+        #[command(flatten)]
+        limit: Limit,
+        #[command(flatten)]
+        sweep: Sweep,
+    },
+    /// Make synthetic observations from known factors, or make many and fit them all
+    Twin {
+        #[command(flatten)]
+        twin: Twin,
+        #[command(flatten)]
+        data: Trusted,
+        #[command(flatten)]
+        fit: Fit,
     },
     /// Vulkan adapters, their limits and self-tests, and what `--backend auto` takes
     Devices {
@@ -174,7 +170,7 @@ pub(crate) struct Merge {
 }
 
 /// What marches, and with which changes to the case.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct On {
     /// What marches
     #[arg(long, value_enum, default_value = "auto")]
@@ -211,6 +207,56 @@ pub(crate) struct Sweep {
     /// Side constraints to draw between [default: small]
     #[arg(long, value_enum)]
     pub spread: Option<BoundsKind>,
+}
+
+/// What is to be held by which ply.
+#[derive(Debug, Args)]
+pub(crate) struct Limit {
+    /// The ply to size, or a group whose plies are stretched alike
+    #[arg(long)]
+    pub ply: String,
+    /// What is to stay cool, as "TC4 < 623 K": its highest temperature over the run counts
+    #[arg(long)]
+    pub limit: String,
+    /// The share of members that are to hold the limit
+    #[arg(long, default_value_t = 0.99)]
+    pub probability: f64,
+    /// Thinnest and thickest allowed, as "3 mm:20 mm" [default: a quarter of what is drawn to four times that]
+    #[arg(long)]
+    pub between: Option<String>,
+}
+
+/// Observations to make; and with `--study` what is asked of them, with the options of `estimate`.
+#[derive(Debug, Args)]
+pub(crate) struct Twin {
+    /// Case file, or folder with case.toml
+    pub case: PathBuf,
+    /// True factors, as NAME=VALUE,...; the others stay nominal
+    #[arg(long, value_delimiter = ',', conflicts_with = "study")]
+    pub truth: Vec<String>,
+    /// Standard deviation of the noise, with its unit [default: 0 K; of a study that of the observations]
+    #[arg(long)]
+    pub noise: Option<String>,
+    /// Time over which noise forgets itself, with its unit: it correlates by exp(-t/this) [default: at once]
+    #[arg(long)]
+    pub correlation: Option<String>,
+    /// Fit so many data sets, of truths drawn between the small side constraints, and tell how often intervals hold them
+    #[arg(long, value_name = "N")]
+    pub study: Option<usize>,
+    /// The same seed makes the same truths and noise
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// CSV file to write, or folder for the report of a study [default: measured.csv, out/<case>/twin]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Overwrite an existing file, or a folder that holds another case
+    #[arg(long)]
+    pub force: bool,
+    /// Print the summary of a study as JSON
+    #[arg(long, requires = "study")]
+    pub json: bool,
+    #[command(flatten)]
+    pub on: On,
 }
 
 /// Which data to trust; the case file says what is not given.

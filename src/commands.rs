@@ -8,6 +8,7 @@ use crate::watch::Watched;
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::Ensemble;
 use bondline::march::choose;
+use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::report::files::OutputFolder;
 use bondline::report::files::piece::{CaseMark, Draw, Piece, fingerprint};
@@ -16,7 +17,9 @@ use bondline::study::beside::{Beside, BesideError, beside};
 use bondline::study::estimate::{EstimateError, Estimated, estimate};
 use bondline::study::nominal::{Nominal, nominal};
 use bondline::study::posterior::{Posterior, PosteriorError, Walkers, posterior};
+use bondline::study::recovery::Recovery;
 use bondline::study::sensitivity::{Sensitivity, difference_step, sensitivity};
+use bondline::study::size::Sizing;
 use bondline::study::uncertainty::{Gathered, Uncertainty, reason};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -28,8 +31,23 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
         Command::Devices { json } => crate::devices::print(json),
         Command::Materials { look } => look_up(look),
         Command::Verify { json, group, on } => crate::verification::print(json, group.as_deref(), &on),
-        Command::Twin { case, truth, noise, seed, out, force, on } => {
-            crate::synthesis::make(&case, &truth, &noise, seed, &out, force, &on)
+        Command::Size { ask, limit, sweep } => {
+            Desk::open("size", ask, &[], sweep.members, |_| Ok(()))?.answer(|desk| {
+                desk.predict()?;
+                let (sizing, failed) = crate::sizing::sized(&desk.case, &mut desk.march, &limit, &sweep)?;
+                (desk.sizing, desk.failed, desk.seed) = (Some(sizing), failed, Some(sweep.seed));
+                Ok(())
+            })
+        }
+        Command::Twin { twin, data, fit } if twin.study.is_none() => crate::synthesis::make(&twin, &data, &fit),
+        Command::Twin { twin, data, fit } => {
+            let (ask, twins) = (crate::synthesis::ask(&twin), twin.study.unwrap_or_default());
+            Desk::open("twin", ask, &[], twins, |cases| prepare(cases, &data, &fit))?.answer(|desk| {
+                desk.predict()?;
+                let outcome = crate::synthesis::study(&desk.case, &desk.plan, &mut desk.march, &twin, &fit, twins)?;
+                (desk.recovery, desk.seed) = (Some(outcome), Some(twin.seed));
+                Ok(())
+            })
         }
         Command::Predict(ask) => Desk::open("predict", ask, &[], 1, |_| Ok(()))?.answer(|desk| {
             desk.predict()?;
@@ -108,6 +126,8 @@ struct Desk {
     estimated: Option<Estimated>,
     posterior: Option<Posterior>,
     beside: Option<Beside>,
+    sizing: Option<Sizing>,
+    recovery: Option<Recovery>,
     /// Failed members beyond what is put up with.
     failed: Option<String>,
 }
@@ -127,10 +147,10 @@ impl Desk {
         let id = ids.join("+");
         let others = cases.split_off(1);
         let case = cases.remove(0);
-        let plan = Plan::new(&case);
-        let other_plans = others.iter().map(Plan::new).collect();
+        let plan = pilot(&case)?;
+        let other_plans = others.iter().map(pilot).collect::<Result<_, _>>()?;
         let plan_s = began.elapsed().as_secs_f64();
-        let march = Watched::new(choose::open(&asked::choice(&ask.on), &plan, members)?, ask.on.quiet);
+        let march = Watched::new(choose::open_extrapolated(&asked::choice(&ask.on), &plan, members)?, ask.on.quiet);
         let path = ask.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&id).join(command));
         let folder = OutputFolder::open(&path, &id, ask.force)?;
         Ok(Self {
@@ -152,6 +172,8 @@ impl Desk {
             estimated: None,
             posterior: None,
             beside: None,
+            sizing: None,
+            recovery: None,
             failed: None,
         })
     }
@@ -182,6 +204,8 @@ impl Desk {
             estimated: self.estimated.as_ref(),
             posterior: self.posterior.as_ref(),
             beside: self.beside.as_ref(),
+            sizing: self.sizing.as_ref(),
+            recovery: self.recovery.as_ref(),
         };
         let text = tell(&story, &self.folder, self.ask.json)?;
         let strayed = self.nominal.as_ref().and_then(|nominal| reason(&self.case, &nominal.arrival));
@@ -315,7 +339,7 @@ impl Desk {
         let Some(first) = self.estimated.as_ref().and_then(|estimated| estimated.fitted.first()) else {
             return Ok(());
         };
-        let outcome = beside((&self.case, first), other, &mut self.march, &search);
+        let outcome = beside((&self.case, first), (other, &pilot(other)?), &mut self.march, &search);
         self.beside = Some(outcome.map_err(|error| match error {
             BesideError::Estimate(EstimateError::March(error)) => error.into(),
             other => input(other),

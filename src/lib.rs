@@ -70,6 +70,7 @@ pub mod ensemble;
 pub mod fit;
 pub mod march;
 pub mod physics;
+pub mod pilot;
 pub mod plan;
 pub mod report;
 pub mod study;

@@ -10,6 +10,7 @@ mod devices;
 mod ending;
 mod kept;
 mod merge;
+mod sizing;
 mod synthesis;
 mod verification;
 mod watch;

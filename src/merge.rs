@@ -6,7 +6,7 @@ use crate::ending::{Ending, Failure, input};
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::{Sampling, SamplingKind};
 use bondline::march::{Backend, Precision};
-use bondline::plan::Plan;
+use bondline::pilot::pilot;
 use bondline::report::files::OutputFolder;
 use bondline::report::files::piece::{Piece, fingerprint};
 use bondline::report::{Seconds, Story};
@@ -42,7 +42,7 @@ pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
             first.case.fingerprint
         )));
     }
-    let plan = Plan::new(&case);
+    let plan = pilot(&case)?;
     let plan_s = began.elapsed().as_secs_f64();
     let traces = first.nominal(case.sensors.len());
     if (traces.temperatures_k.len(), traces.gauges.len(), traces.extremes_k.len())
@@ -85,6 +85,8 @@ pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
         estimated: None,
         posterior: None,
         beside: None,
+        sizing: None,
+        recovery: None,
     };
     Ok(Ending { text: tell(&story, &folder, merge.json)?, why })
 }

@@ -1,49 +1,94 @@
-//! `twin`: synthetic observations from known factors.
+//! `twin`: synthetic observations from known factors, and studies of many.
 
 use crate::asked;
-use crate::cli::On;
+use crate::cli::{Ask, Fit, Trusted, Twin};
 use crate::commands::load;
 use crate::ending::{Ending, Failure, input};
 use crate::watch::Watched;
-use bondline::march::{Precision, choose};
+use bondline::case::unit::Dimension;
+use bondline::case::{Bounds, Case};
+use bondline::march::{March, Precision, choose};
+use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::report;
-use bondline::study::twin::{TwinError, twin};
-use std::path::Path;
+use bondline::study::estimate::{EstimateError, Search};
+use bondline::study::recovery::{Recovery, recovery};
+use bondline::study::twin::{Noise, TwinError, twin};
+use std::path::PathBuf;
 
-pub(crate) fn make(
-    path: &Path,
-    truth: &[String],
-    noise: &str,
-    seed: u64,
-    out: &Path,
-    force: bool,
-    on: &On,
-) -> Result<Ending, Failure> {
-    let case = load(path, on)?;
+/// Make the observations of one truth.
+pub(crate) fn make(asked: &Twin, data: &Trusted, fit: &Fit) -> Result<Ending, Failure> {
+    let names = [&data.sensors, &fit.factors, &fit.start, &fit.profile];
+    let is_fit = names.iter().any(|names| !names.is_empty()) || data.window.is_some() || data.bounds.is_some();
+    if is_fit || fit.loss.is_some() || fit.prior.is_some() {
+        return Err(input("observations are made at every sensor and fitted to nothing; give --study N to fit twins"));
+    }
+    let case = load(&asked.case, &asked.on)?;
     let mut row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
-    for (factor, value) in asked::values(&case, truth, "--truth")? {
+    for (factor, value) in asked::values(&case, &asked.truth, "--truth")? {
         row[factor] = value;
     }
-    let noise_k = asked::noise_k(noise)?;
-    if out.exists() && !force {
+    let noise_k = noise_k(asked)?.unwrap_or(0.0);
+    let noise = noise(asked)?;
+    let out = asked.out.clone().unwrap_or_else(|| PathBuf::from("measured.csv"));
+    if out.exists() && !asked.force {
         return Err(input(format!("{} exists already; give --force to overwrite it", out.display())));
     }
-    let plan = Plan::new(&case);
-    let mut choice = asked::choice(on);
+    let plan = pilot(&case)?;
+    let mut choice = asked::choice(&asked.on);
     choice.precision = choice.precision.or(Some(Precision::F64));
-    let mut march = Watched::new(choose::open(&choice, &plan, 1)?, on.quiet);
-    let made = twin(&case, &plan, &mut march, row, noise_k, seed).map_err(|error| match error {
+    let mut march = Watched::new(choose::open_extrapolated(&choice, &plan, 1)?, asked.on.quiet);
+    let made = twin(&case, &plan, &mut march, row, noise_k, &noise).map_err(|error| match error {
         TwinError::March(error) => error.into(),
         other => input(other),
     })?;
     march.done();
-    report::files::measured(out, &case, &made)?;
+    report::files::measured(&out, &case, &made)?;
     let text = format!(
-        "{} samples of {} sensors, noise {noise_k} K, seed {seed}: {}\n",
+        "{} samples of {} sensors, noise {noise_k} K, seed {}: {}\n",
         made.instants_s.len(),
         case.sensors.len(),
+        noise.seed,
         out.display()
     );
     Ok(Ending { text, why: None })
+}
+
+/// A study of twins as a question about a case.
+pub(crate) fn ask(asked: &Twin) -> Ask {
+    Ask { case: asked.case.clone(), out: asked.out.clone(), force: asked.force, json: asked.json, on: asked.on.clone() }
+}
+
+/// Make many data sets and fit them.
+pub(crate) fn study(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    asked: &Twin,
+    fit: &Fit,
+    twins: usize,
+) -> Result<Recovery, Failure> {
+    if twins < 2 {
+        return Err(input(format!("--study {twins}: a study needs at least 2 data sets")));
+    }
+    if !fit.profile.is_empty() {
+        return Err(input("--profile: a study judges the intervals that every estimate has; no profile is part of it"));
+    }
+    let search = Search { landscape: false, ..asked::search(fit, march.backend().precision)? };
+    let outcome = recovery(case, plan, march, &search, Bounds::Small, noise_k(asked)?, noise(asked)?, twins);
+    outcome.map_err(|error| match error {
+        EstimateError::March(error) => error.into(),
+        other => input(other),
+    })
+}
+
+fn noise_k(asked: &Twin) -> Result<Option<f64>, Failure> {
+    let deviation = |text| asked::none_or_more(text, Dimension::TemperatureDifference, "--noise");
+    asked.noise.as_deref().map(deviation).transpose()
+}
+
+fn noise(asked: &Twin) -> Result<Noise, Failure> {
+    let time = |text| asked::none_or_more(text, Dimension::Time, "--correlation");
+    let correlation_s = asked.correlation.as_deref().map_or(Ok(0.0), time)?;
+    Ok(Noise { correlation_s, seed: asked.seed })
 }

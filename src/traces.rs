@@ -131,6 +131,26 @@ impl Balance {
         }
     }
 
+    /// Each entry from those of two others.
+    #[must_use]
+    pub fn combined(one: Self, other: Self, each: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            hot_in_j_m2: each(one.hot_in_j_m2, other.hot_in_j_m2),
+            hot_out_j_m2: each(one.hot_out_j_m2, other.hot_out_j_m2),
+            back_in_j_m2: each(one.back_in_j_m2, other.back_in_j_m2),
+            back_out_j_m2: each(one.back_out_j_m2, other.back_out_j_m2),
+            holder_in_j_m2: each(one.holder_in_j_m2, other.holder_in_j_m2),
+            holder_out_j_m2: each(one.holder_out_j_m2, other.holder_out_j_m2),
+            stored_j_m2: each(one.stored_j_m2, other.stored_j_m2),
+            gas_heat_j_m2: each(one.gas_heat_j_m2, other.gas_heat_j_m2),
+            reaction_gain_j_m2: each(one.reaction_gain_j_m2, other.reaction_gain_j_m2),
+            solid_lost_kg_m2: each(one.solid_lost_kg_m2, other.solid_lost_kg_m2),
+            gas_in_kg_m2: each(one.gas_in_kg_m2, other.gas_in_kg_m2),
+            gas_out_kg_m2: each(one.gas_out_kg_m2, other.gas_out_kg_m2),
+            gas_stored_kg_m2: each(one.gas_stored_kg_m2, other.gas_stored_kg_m2),
+        }
+    }
+
     /// In less out less stored, relative to what came in.
     pub fn residual(&self) -> f64 {
         let came_in = self.hot_in_j_m2 + self.back_in_j_m2 + self.holder_in_j_m2;

@@ -7,7 +7,8 @@ use crate::support::{DOUBLE_K, case, cases, root};
 use bondline::case::Case;
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
-use bondline::plan::Plan;
+use bondline::march::extrapolated::Extrapolated;
+use bondline::pilot::pilot;
 use bondline::study::nominal::{Nominal, nominal};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -16,7 +17,9 @@ use std::path::PathBuf;
 const SHARES: [f64; 6] = [0.02, 0.1, 0.25, 0.5, 0.75, 1.0];
 
 fn marched(case: &Case) -> Nominal {
-    nominal(case, &Plan::new(case), &mut Cpu::new(Precision::F64)).expect("the processor marches")
+    let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
+    let plan = pilot(case).expect("the processor marches");
+    nominal(case, &plan, &mut march).expect("the processor marches")
 }
 
 /// What is kept of a march.

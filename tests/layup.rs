@@ -63,13 +63,10 @@ fn a_layup_with_all_of_it_marches_on_the_device_as_on_the_processor() {
 #[test]
 fn heat_lost_to_a_holder_is_in_the_balance_which_closes_at_second_order() {
     for case in [held_sideways(), held_above_too()] {
-        let residuals = [1.0, 0.5].map(|scale| {
-            let mut case = case.clone();
-            let resolution = &mut case.resolution;
-            resolution.first_step_s *= scale;
-            resolution.growth *= 0.25 * scale;
-            resolution.largest_step_s *= 0.25 * scale;
-            let balance = carried(&mut Cpu::new(Precision::F64), &case).balances[0];
+        let residuals = [1, 2].map(|cuts| {
+            let ensemble = drawn(&case, 1);
+            let traces = Cpu::new(Precision::F64).march(&Plan::finer(&case, 1, cuts), &ensemble, 0..1);
+            let balance = traces.expect("the processor does not fail").balances[0];
             assert!(balance.holder_out_j_m2 > 0.1 * balance.hot_in_j_m2, "{balance:?}");
             assert!(balance.holder_in_j_m2 > 0.0, "the holder warms the back at first: {balance:?}");
             let forgotten = Balance { holder_out_j_m2: 0.0, ..balance };

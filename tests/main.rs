@@ -1,10 +1,12 @@
 //! All integration tests in one binary, so that the crate is linked once.
 
+mod asked; // a ply sized against closed forms, twins fitted and counted
 mod cli; // the built binary from outside: exit codes, messages, files
 mod fit; // least squares against certified answers, bounds, identification
 mod golden; // the nominal march of every shipped case, as it was
 mod layup; // what a layup has beside its plies
 mod parity; // whole marches of every shipped case: device, lanes, one at a time; f32 and f64
+mod pilot; // cells and steps for an error that was asked for, and what two resolutions say of a third
 mod posterior; // posteriors beside linear intervals and profiles; bands beside what was not fitted
 mod properties; // truths of heat that no case may break, and what a seed promises
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll

@@ -8,6 +8,7 @@ use bondline::march::cpu::{Cpu, Reference};
 use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::Device;
 use bondline::march::{Backend, March, MarchError, Precision, march_all};
+use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::plan::layout::{TABLE_NODES, TABLE_STEP_K};
 use bondline::traces::{Arrival, Traces};
@@ -52,7 +53,7 @@ static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
         .into_iter()
         .map(|case| {
             let members = if ["slab", "lcat-2259"].contains(&case.id.as_str()) { MANY } else { FEW };
-            (case.clone(), Plan::new(&case), drawn(&case, members))
+            (case.clone(), pilot(&case).expect("the processor marches"), drawn(&case, members))
         })
         .collect();
     let on = |shared: &'static Shared| {

@@ -6,7 +6,7 @@ use bondline::march::{Precision, cpu::Cpu};
 use bondline::plan::Plan;
 use bondline::study::estimate::{Estimated, Search, estimate};
 use bondline::study::posterior::{Posterior, PosteriorError, Walkers, posterior};
-use bondline::study::twin::twin;
+use bondline::study::twin::{Noise, twin};
 
 const WALKERS: Walkers = Walkers { number: 100, moves: 400, seed: 1 };
 
@@ -25,7 +25,8 @@ fn observed(mut case: Case, sensor: &str, truth: &[(usize, f64)]) -> Case {
     let mut values: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
     truth.iter().for_each(|&(place, value)| values[place] = value);
     let plan = Plan::new(&case);
-    let made = twin(&case, &plan, &mut Cpu::new(Precision::F64), values, 2.0, 7).expect("a twin");
+    let noise = Noise { correlation_s: 0.0, seed: 7 };
+    let made = twin(&case, &plan, &mut Cpu::new(Precision::F64), values, 2.0, &noise).expect("a twin");
     let (times_s, temperatures_k) = (made.instants_s, made.measured_k[sensor].clone());
     let sigma_k = vec![2.0; times_s.len()];
     case.observations = vec![Observation { sensor, times_s, temperatures_k, sigma_k }];

@@ -120,6 +120,22 @@ fn the_page_opens_without_an_error_draws_every_chart_asks_for_nothing_and_fits_a
     }
 }
 
+#[test]
+fn pages_of_a_ply_sized_and_of_twins_studied_open_as_well() {
+    let scratch = Scratch::new("pages");
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
+    for line in [
+        "size c --ply BASE --limit TC2<480K --probability 0.9 -n 60 --out out --force --quiet",
+        "twin c --study 6 --out out --force --quiet",
+    ] {
+        say(&scratch, line).done();
+        scratch.write("page.html", scratch.read("out/report.html"));
+        for width in [DESK, PHONE] {
+            assert_eq!(faults(&scratch, width), Vec::<String>::new(), "at {width} pixels of {line}");
+        }
+    }
+}
+
 /// Each spoils the page in one way, and is caught by the faults it must be caught by.
 #[test]
 fn a_spoiled_page_is_caught() {

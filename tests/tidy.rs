@@ -15,10 +15,11 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("plan", &["case"]),
     ("physics", &["plan"]),
     ("march", &["plan", "ensemble", "traces", "physics"]),
-    ("study", &["case", "chance", "plan", "ensemble", "traces", "march", "fit"]),
+    ("study", &["case", "chance", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
     // Of the march only what records name: backend and precision; of the fit the loss that is told.
     ("report", &["case", "traces", "study", "march", "fit"]),
-    ("verify", &["case", "plan", "ensemble", "traces", "march", "fit"]),
+    ("pilot", &["case", "plan", "ensemble", "traces", "march"]),
+    ("verify", &["case", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
 ];
 
 /// Where each crate is at home: a file, or a folder that ends in a stroke.
@@ -27,14 +28,14 @@ const HOMES: &[(&str, &[&str])] = &[
     ("pollster", &["src/march/gpu/"]),
     ("bytemuck", &["src/march/gpu/"]),
     ("simdeez", &["src/physics/lanes.rs", "src/march/cpu.rs"]),
-    ("rayon", &["src/march/cpu.rs", "src/study/statistics", "src/devices.rs"]),
+    ("rayon", &["src/pilot.rs", "src/march/cpu.rs", "src/study/statistics", "src/devices.rs"]),
     ("serde", &["src/report/"]),
     ("serde_json", &["src/report/", "src/devices.rs", "src/verification.rs"]),
     ("clap", &["src/cli.rs", "src/main.rs"]),
     ("anyhow", &["src/ending.rs", "src/main.rs"]),
     ("indicatif", &["src/watch.rs"]),
     ("nalgebra", &["src/fit/", "src/study/", "src/verify/least_squares/"]),
-    ("rand_chacha", &["src/chance.rs", "src/study/twin.rs"]),
+    ("rand_chacha", &["src/chance.rs"]),
     ("sobol_burley", &["src/ensemble/"]),
     ("toml", &["src/case/file/"]),
     ("csv", &["src/report/files/"]),

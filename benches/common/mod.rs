@@ -14,8 +14,13 @@ use std::time::Instant;
 
 /// A shipped case.
 pub(crate) fn case(id: &str) -> Case {
+    case_with(id, &[])
+}
+
+/// A shipped case with some of it changed.
+pub(crate) fn case_with(id: &str, sets: &[(String, String)]) -> Case {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases").join(id);
-    Case::load(&path).unwrap_or_else(|error| panic!("{error}"))
+    Case::load_with(&path, sets).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// One way to march.

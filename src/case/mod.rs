@@ -71,6 +71,8 @@ pub struct Estimate {
 /// How finely space and time are cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
+    /// The error of temperatures for which a pilot is to choose cells and steps, K; `None` where a case states them.
+    pub tolerance_k: Option<f64>,
     /// Cells through the layup, shared among plies by diffusion time; every ply has at least four.
     pub cells: usize,
     /// The first step after each corner of a schedule, s.
@@ -86,6 +88,13 @@ pub struct Resolution {
 impl Default for Resolution {
     /// What a case file gets that names none.
     fn default() -> Self {
-        Self { cells: 160, first_step_s: 0.005, growth: 0.05, largest_step_s: 0.5, every_s: 1.0 }
+        Self {
+            tolerance_k: Some(0.05),
+            cells: 160,
+            first_step_s: 0.005,
+            growth: 0.05,
+            largest_step_s: 0.5,
+            every_s: 1.0,
+        }
     }
 }

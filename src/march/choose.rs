@@ -1,6 +1,7 @@
 //! Which backend carries the march.
 
 use super::cpu::Cpu;
+use super::extrapolated::Extrapolated;
 use super::gpu::Gpu;
 use super::gpu::device::{self, Adapter, Device};
 use super::{March, MarchError, Precision};
@@ -51,6 +52,14 @@ pub fn open(choice: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn Marc
         }
         Kind::Auto | Kind::Cpu => Ok(on_cpu(choice)),
     }
+}
+
+/// What [`open`] opens, marched at both resolutions of a plan.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_extrapolated(choice: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn March>, MarchError> {
+    Ok(Box::new(Extrapolated::new(open(choice, plan, members)?)))
 }
 
 fn on_cpu(choice: &Choice) -> Box<dyn March> {

@@ -2,7 +2,9 @@
 
 pub mod choose;
 pub mod cpu;
+pub mod extrapolated;
 pub mod gpu;
+pub mod together;
 
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;

@@ -15,8 +15,40 @@ pub struct Clock {
     pub instants_s: Vec<f64>,
 }
 
+/// How steps follow one another, before they are cut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pace {
+    /// The first step after each corner of a schedule, s.
+    pub first_step_s: f64,
+    /// A step is at most this share of the time since the last corner.
+    pub growth: f64,
+    /// No step is longer, s.
+    pub largest_step_s: f64,
+    /// From some times on, s and rising, steps are so many times shorter than all that says.
+    pub haste: Vec<(f64, f64)>,
+}
+
+impl Pace {
+    /// So many times as long steps as a case states.
+    pub fn slowed(resolution: &Resolution, times: f64) -> Self {
+        Self {
+            first_step_s: resolution.first_step_s * times,
+            growth: resolution.growth * times,
+            largest_step_s: resolution.largest_step_s * times,
+            haste: Vec::new(),
+        }
+    }
+
+    fn step_s(&self, time_s: f64, corner_s: f64) -> f64 {
+        let step_s = (self.growth * (time_s - corner_s)).clamp(self.first_step_s, self.largest_step_s);
+        let haste = self.haste.iter().rfind(|(from_s, _)| *from_s <= time_s);
+        step_s / haste.map_or(1.0, |(_, times)| *times)
+    }
+}
+
 impl Clock {
-    pub fn new(case: &Case) -> Self {
+    /// The steps of a pace, each cut into so many.
+    pub fn new(case: &Case, pace: &Pace, cuts: usize) -> Self {
         let duration_s = case.exposure.duration_s;
         let corners_s = corners(case);
         let mut instants_s: Vec<f64> =
@@ -35,7 +67,7 @@ impl Clock {
             if let Some(&last) = corners_s.iter().rfind(|&&corner| corner <= leg[0]) {
                 corner_s = last;
             }
-            fill(&mut times_s, leg[0], leg[1], corner_s, &case.resolution);
+            fill(&mut times_s, leg[0], leg[1], corner_s, pace, cuts);
         }
         Self { times_s, instants_s }
     }
@@ -68,15 +100,15 @@ fn corners(case: &Case) -> Vec<f64> {
     settle(corners_s, case.exposure.duration_s)
 }
 
-/// Append the steps from one landing to the next: each at most `growth` of the time since the corner,
-/// between the first step and the largest, and all stretched alike so that the last one lands.
-fn fill(times_s: &mut Vec<f64>, start_s: f64, end_s: f64, corner_s: f64, resolution: &Resolution) {
+/// Append the steps from one landing to the next: as long as the pace has them, all stretched alike so that the last one lands,
+/// and each cut into so many.
+fn fill(times_s: &mut Vec<f64>, start_s: f64, end_s: f64, corner_s: f64, pace: &Pace, cuts: usize) {
     let begin = times_s.len();
     let mut time_s = start_s;
     while time_s < end_s {
-        let since_s = time_s - corner_s;
-        time_s += (resolution.growth * since_s).clamp(resolution.first_step_s, resolution.largest_step_s);
-        times_s.push(time_s);
+        let step_s = pace.step_s(time_s, corner_s);
+        times_s.extend((1..=cuts).map(|cut| time_s + step_s * cut as f64 / cuts as f64));
+        time_s += step_s;
     }
     let stretch = (end_s - start_s) / (time_s - start_s);
     for time_s in &mut times_s[begin..] {

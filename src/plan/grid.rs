@@ -17,13 +17,46 @@ pub struct Grid {
     pub sensors: Vec<(Place<u32>, Sensor<f64>)>,
 }
 
-/// Fewest cells of a ply.
-const CELLS_PLY_MIN: usize = 4;
+/// Fewest cells of a ply before they are cut.
+const CELLS_PLY_MIN: f64 = 2.0;
+
+/// How many cells each ply of a layup gets, before they are cut: any number, as sensors split plies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Density {
+    pub plies: Vec<f64>,
+}
+
+impl Density {
+    /// Cells for each ply by its diffusion time L²ρc/k at the start, to the power 3/8, at least two.
+    ///
+    /// The square root would make every cell as hard to heat through as the next, but insulation conducts
+    /// several times better once hot, and fronts are steepest in the cloth: of the powers tried on the paper's
+    /// layup (1/8, 1/4, 3/8, 1/2 at 48 to 192 cells) this one has the smallest worst error over the sensors.
+    pub fn shared(case: &Case, cells: f64) -> Self {
+        let start_k = case.exposure.initial_k[0].1;
+        let weights: Vec<f64> = case
+            .layup
+            .plies
+            .iter()
+            .map(|ply| {
+                let material = &ply.material;
+                let conductivity: f64 =
+                    material.conductivity.parts(start_k, case.exposure.pressure_pa.after(0.0)).iter().sum();
+                let root = ply.thickness_m
+                    * (material.density_kg_m3 * material.heat_capacity.at(start_k) / conductivity).sqrt();
+                root.powf(0.75)
+            })
+            .collect();
+        let total: f64 = weights.iter().sum();
+        Self { plies: weights.iter().map(|weight| (cells * weight / total).max(CELLS_PLY_MIN)).collect() }
+    }
+}
 
 impl Grid {
-    pub fn new(case: &Case) -> Self {
+    /// The cells of a density, each cut into so many: a grid and one of half its spacing differ in nothing else, so that their difference tells how
+    /// far either is off.
+    pub fn new(case: &Case, density: &Density, cuts: usize) -> Self {
         let layup = &case.layup;
-        let shares = shares(case);
         let (mut cells, mut plies) = (Vec::new(), Vec::new());
         let mut faces_m = vec![layup.origin_m];
         let mut top_m = layup.origin_m;
@@ -33,8 +66,9 @@ impl Grid {
             for (stretch, mark) in marks_m.windows(2).enumerate() {
                 let is_hot = ply == 0 && stretch == 0;
                 let is_back = ply + 1 == layup.plies.len() && stretch + 2 == marks_m.len();
-                let count = (shares[ply] * (mark[1] - mark[0]) / (bottom_m - top_m)).round() as usize;
-                cut(&mut cells, &mut faces_m, mark[0], mark[1], count.max(2), is_hot, is_back);
+                let cells_here = density.plies[ply] * (mark[1] - mark[0]) / (bottom_m - top_m);
+                let units = cells_here.round().max(2.0) as usize * cuts;
+                cut(&mut cells, &mut faces_m, mark[0], mark[1], units, is_hot, is_back);
             }
             plies.push((first, cells.len()));
             top_m = bottom_m;
@@ -43,30 +77,6 @@ impl Grid {
         let sensors = case.sensors.iter().map(|sensor| place(&cells, &faces_m, sensor, case)).collect();
         Self { cells, plies, sensors }
     }
-}
-
-/// Cells for each ply by its diffusion time L²ρc/k at the start, to the power 3/8, at least four.
-///
-/// The square root would make every cell as hard to heat through as the next, but insulation conducts
-/// several times better once hot, and fronts are steepest in the cloth: of the powers tried on the paper's
-/// layup (1/8, 1/4, 3/8, 1/2 at 48 to 192 cells) this one has the smallest worst error over the sensors.
-fn shares(case: &Case) -> Vec<f64> {
-    let weights: Vec<f64> = case
-        .layup
-        .plies
-        .iter()
-        .map(|ply| {
-            let start_k = case.exposure.initial_k[0].1;
-            let material = &ply.material;
-            let conductivity: f64 =
-                material.conductivity.parts(start_k, case.exposure.pressure_pa.after(0.0)).iter().sum();
-            let root =
-                ply.thickness_m * (material.density_kg_m3 * material.heat_capacity.at(start_k) / conductivity).sqrt();
-            root.powf(0.75)
-        })
-        .collect();
-    let total: f64 = weights.iter().sum();
-    weights.iter().map(|weight| (case.resolution.cells as f64 * weight / total).max(CELLS_PLY_MIN as f64)).collect()
 }
 
 /// The upper and lower face of a ply and the depths of the sensors between, in order.
@@ -84,24 +94,41 @@ fn marks(case: &Case, top_m: f64, bottom_m: f64) -> Vec<f64> {
     marks_m
 }
 
-/// Append evenly spaced nodes to a stretch; an outer face takes a node, whose cell is half as wide.
+/// Append the cells of a stretch of so many spacings; an outer face takes a node, whose cell is half as wide. The half that is then over
+/// goes to the cell at the other end, or to another cell where both ends are outer faces: widths are what they are in spacings, whatever the spacing.
 fn cut(
     cells: &mut Vec<Cell<f64>>,
     faces_m: &mut Vec<f64>,
     top_m: f64,
     bottom_m: f64,
-    count: usize,
+    spacings: usize,
     is_hot: bool,
     is_back: bool,
 ) {
-    let halves = 0.5 * (f64::from(u8::from(is_hot)) + f64::from(u8::from(is_back)));
-    let spacing_m = (bottom_m - top_m) / (count as f64 - halves);
+    let count = spacings + usize::from(is_hot && is_back);
+    let spacing_m = (bottom_m - top_m) / spacings as f64;
     for i in 0..count {
-        let above_m = if is_hot && i == 0 { 0.0 } else { 0.5 * spacing_m };
-        let below_m = if is_back && i + 1 == count { 0.0 } else { 0.5 * spacing_m };
-        cells.push(Cell { width_m: above_m + below_m, above_m, below_m, half_over_next_1_m: 0.0, start_k: 0.0 });
+        let (is_first, is_last) = (i == 0, i + 1 == count);
+        let (is_at_hot, is_at_back) = (is_hot && is_first, is_back && is_last);
+        let is_widened = is_hot != is_back && (is_hot && is_last || is_back && is_first);
+        let spacings = if is_at_hot || is_at_back {
+            0.5
+        } else if is_widened {
+            1.5
+        } else {
+            1.0
+        };
+        let width_m = spacings * spacing_m;
+        let above_m = if is_at_hot {
+            0.0
+        } else if is_at_back {
+            width_m
+        } else {
+            0.5 * width_m
+        };
+        cells.push(Cell { width_m, above_m, below_m: width_m - above_m, half_over_next_1_m: 0.0, start_k: 0.0 });
         let last_m = *faces_m.last().expect("the hot face is there from the start");
-        faces_m.push(if i + 1 == count { bottom_m } else { last_m + above_m + below_m });
+        faces_m.push(if is_last { bottom_m } else { last_m + width_m });
     }
 }
 

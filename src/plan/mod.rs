@@ -7,30 +7,44 @@
 pub mod clock;
 pub mod grid;
 pub mod layout;
+mod steps;
 mod substances;
 mod tables;
 
 pub use crate::case::GasPath;
 use crate::case::air::air_enthalpy_j_kg;
-use crate::case::{
-    Case, Conductivity, Emissivity, Face, Holder, Material, OpenFace, OutOfRange, Property, Schedule, Table,
-};
-use clock::Clock;
-use grid::Grid;
+use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutOfRange, Property, Table};
+use clock::{Clock, Pace};
+use grid::{Density, Grid};
 use layout::{
-    AIR_COLUMNS, Bead, Bulk, Cell, Drive, NO_INSTANT, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
-    TABLE_NODES,
+    AIR_COLUMNS, Bead, Bulk, Cell, Drive, Path, Place, Ply, Reaction, Scaling, Sensor, Substance, TABLE_NODES,
 };
+use steps::{beads, drives, instants};
 use substances::{bulk, paths, plies, reactions, states, substances};
+
+/// Largest errors of temperatures at any sensor and instant, K, held against twice the cells and steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reached {
+    /// What was asked for.
+    pub tolerance_k: f64,
+    /// Of the nominal member.
+    pub nominal_k: f64,
+    /// The largest of members at corners of the factors' small bounds that arrived; none where there are no factors.
+    pub corners_k: Option<f64>,
+}
 
 /// All that a backend reads.
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// How far its temperatures are off, where a pilot found out.
+    pub reached: Option<Reached>,
+    /// The same with half the cells and half the steps, read at the same instants; of that, none.
+    pub coarse: Option<Box<Self>>,
     /// Times at which the sensors are read, s; the first is zero.
     pub instants_s: Vec<f64>,
     /// End of each step, s, after a first entry of zero.
     pub times_s: Vec<f64>,
-    /// The instant at each of `times_s`, or [`NO_INSTANT`].
+    /// The instant at each of `times_s`, or [`NO_INSTANT`](layout::NO_INSTANT).
     pub instants: Vec<u32>,
     pub plies: Vec<Ply<u32>>,
     /// Scaling columns of the hot and of the back face.
@@ -109,9 +123,27 @@ impl<S: Copy> Rows<S> {
 }
 
 impl Plan {
+    /// A case at the cells and steps that it states, and at half of both.
     pub fn new(case: &Case) -> Self {
-        let grid = Grid::new(case);
-        let clock = Clock::new(case);
+        let density = Density::shared(case, 0.5 * case.resolution.cells as f64);
+        Self::cut(case, &density, &Pace::slowed(&case.resolution, 2.0))
+    }
+
+    /// A case at what it states, each cell and each step cut into so many: what errors of it are in proportion to is known exactly.
+    pub fn finer(case: &Case, cells: usize, steps: usize) -> Self {
+        let density = Density::shared(case, 0.5 * case.resolution.cells as f64);
+        let pace = Pace::slowed(&case.resolution, 2.0);
+        Self::of(case, Grid::new(case, &density, 2 * cells), Clock::new(case, &pace, 2 * steps))
+    }
+
+    /// A case at the cells of a density and the steps of a pace, and with each cut into two.
+    pub fn cut(case: &Case, density: &Density, pace: &Pace) -> Self {
+        let [coarse, fine] =
+            [1, 2].map(|cuts| Self::of(case, Grid::new(case, density, cuts), Clock::new(case, pace, cuts)));
+        Self { coarse: Some(Box::new(coarse)), ..fine }
+    }
+
+    fn of(case: &Case, grid: Grid, clock: Clock) -> Self {
         let parts = parts(case);
         let (levels, middle_pa) = tables::levels(case);
         let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
@@ -131,6 +163,8 @@ impl Plan {
             cells: grid.cells,
         };
         Self {
+            coarse: None,
+            reached: None,
             instants: instants(&clock),
             plies: plies(case, &grid.plies, parts, levels),
             scalings: scalings(case),
@@ -185,23 +219,6 @@ impl Plan {
     pub fn gauges(&self) -> usize {
         if self.gas.is_some() { layout::GAUGES } else { 0 }
     }
-}
-
-/// The instant at the start of each step and at the end of the last.
-fn instants(clock: &Clock) -> Vec<u32> {
-    let mut next = 0;
-    clock
-        .times_s
-        .iter()
-        .map(|&time_s| {
-            if clock.instants_s.get(next).is_some_and(|&instant_s| instant_s <= time_s) {
-                next += 1;
-                next as u32 - 1
-            } else {
-                NO_INSTANT
-            }
-        })
-        .collect()
 }
 
 fn parts(case: &Case) -> usize {
@@ -277,65 +294,6 @@ fn face(face: &Face) -> layout::Face<f64> {
             held: 0.0,
         },
     }
-}
-
-fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
-    let exposure = &case.exposure;
-    let mut drives = Vec::with_capacity(4 * clock.times_s.len());
-    let back_pressure_pa = exposure.back_pressure_pa.as_ref().unwrap_or(&exposure.pressure_pa);
-    let sides = [(&exposure.hot_face, &exposure.pressure_pa), (&exposure.back_face, back_pressure_pa)];
-    for step in clock.times_s.windows(2) {
-        for (face, pressure_pa) in sides {
-            let holder = exposure.holder.as_ref();
-            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.after(step[0])));
-            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.before(step[1])));
-        }
-    }
-    let end = [drives[drives.len() - 3], drives[drives.len() - 1]];
-    drives.extend([end[0], end[0], end[1], end[1]]);
-    drives
-}
-
-fn drive(face: &Face, holder: Option<&Holder>, pressure_pa: &Schedule, read: impl Fn(&Schedule) -> f64) -> Drive<f64> {
-    let holder_k = holder.map_or(0.0, |holder| read(&holder.temperature_k));
-    let pressure_pa = read(pressure_pa);
-    match face {
-        Face::Held(temperature_k) => Drive {
-            flux_w_m2: 0.0,
-            radiant_w_m2: 0.0,
-            gas_k: 0.0,
-            surroundings_k: 0.0,
-            pressure_pa,
-            held_k: read(temperature_k),
-            holder_k,
-        },
-        Face::Open(open) => Drive {
-            flux_w_m2: read(&open.flux_w_m2),
-            radiant_w_m2: read(&open.radiant_w_m2),
-            gas_k: read(&open.gas_k),
-            surroundings_k: read(&open.surroundings_k),
-            pressure_pa,
-            held_k: 0.0,
-            holder_k,
-        },
-    }
-}
-
-/// Exact weights of a first-order lag under a reading that moves in a straight line over the step.
-fn beads(case: &Case, clock: &Clock) -> Vec<Bead<f64>> {
-    let mut beads = Vec::with_capacity(clock.times_s.len() * case.sensors.len());
-    for step in clock.times_s.windows(2) {
-        for sensor in &case.sensors {
-            beads.push(if sensor.lag_s > 0.0 {
-                let lags = (step[1] - step[0]) / sensor.lag_s;
-                let mean = -(-lags).exp_m1() / lags;
-                Bead { start: mean - (-lags).exp(), end: 1.0 - mean }
-            } else {
-                Bead { start: 0.0, end: 1.0 }
-            });
-        }
-    }
-    beads
 }
 
 /// The temperatures a ply may take: those of every table of its material that refuses to be left.

@@ -1,7 +1,7 @@
 //! What was found, in sentences: the same for the page and, shortened, for the screen.
 
 use super::figures::nearest;
-use super::{Story, gas, posterior, words};
+use super::{Story, gas, posterior, recovery, sizing, words};
 use crate::case::Case;
 use crate::fit::Loss;
 use crate::study::beside::Beside;
@@ -46,6 +46,15 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
                 ),
             );
         }
+    }
+    if let Some(outcome) = story.sizing {
+        say("Thickness", sizing::found(story, outcome));
+        sizing::cause(story, outcome).into_iter().for_each(|said| say("Cause", said));
+        sizing::checked(outcome).into_iter().for_each(|said| say("Check", said));
+    }
+    if let Some(outcome) = story.recovery {
+        say("Twins", recovery::made(outcome));
+        say("Coverage", recovery::coverage(outcome));
     }
     if let Some(said) = story.nominal.and_then(|nominal| gas::found(story.case, nominal)) {
         say("Gas", said);

@@ -6,7 +6,7 @@ use crate::case::material::{Mark, Provenance};
 use crate::case::*;
 use crate::march::{Backend, Precision};
 use crate::study::estimate::Estimated;
-use crate::study::nominal::{Misfit, Nominal, Peak};
+use crate::study::nominal::{Misfit, Nominal, Peak, Reached};
 use crate::study::posterior::Posterior;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::uncertainty::{Failure, PeakSpread, Spread, Uncertainty};
@@ -49,6 +49,8 @@ impl Outcomes {
             estimated: (study || command == "estimate").then_some(&self.estimated),
             posterior: (study || command == "estimate").then_some(&self.posterior),
             beside: None,
+            sizing: None,
+            recovery: None,
         }
     }
 }
@@ -101,6 +103,7 @@ fn nominal(strength: f64) -> Nominal {
         misfits: (0..4).map(|n| misfit(f64::from(n) * 6.0 + 8.0)).collect(),
         steps: 912,
         cells: 64,
+        reached: Some(Reached { tolerance_k: 0.05, nominal_k: 0.031, corners_k: Some(0.044) }),
     }
 }
 
@@ -218,7 +221,14 @@ fn case() -> Case {
             bounds: Bounds::Small,
             ..Estimate::default()
         },
-        resolution: Resolution { cells: 64, first_step_s: 0.01, growth: 0.05, largest_step_s: 0.5, every_s: 0.5 },
+        resolution: Resolution {
+            tolerance_k: None,
+            cells: 64,
+            first_step_s: 0.01,
+            growth: 0.05,
+            largest_step_s: 0.5,
+            every_s: 0.5,
+        },
     }
 }
 

@@ -14,6 +14,8 @@ mod gas;
 mod html;
 pub mod materials;
 mod posterior;
+mod recovery;
+mod sizing;
 pub mod summary;
 mod svg;
 mod warnings;
@@ -25,7 +27,9 @@ use crate::study::beside::Beside;
 use crate::study::estimate::{Estimated, Fitted};
 use crate::study::nominal::{Misfit, Nominal};
 use crate::study::posterior::Posterior;
+use crate::study::recovery::Recovery;
 use crate::study::sensitivity::Sensitivity;
+use crate::study::size::Sizing;
 use crate::study::uncertainty::Uncertainty;
 use files::{OutputFolder, record, tables};
 use std::path::PathBuf;
@@ -37,7 +41,7 @@ pub struct Story<'a> {
     pub case: &'a Case,
     /// The cases that were estimated together with it.
     pub others: &'a [Case],
-    /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`.
+    /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `twin`.
     pub command: &'a str,
     pub version: &'a str,
     pub backend: &'a Backend,
@@ -50,6 +54,8 @@ pub struct Story<'a> {
     pub estimated: Option<&'a Estimated>,
     pub posterior: Option<&'a Posterior>,
     pub beside: Option<&'a Beside>,
+    pub sizing: Option<&'a Sizing>,
+    pub recovery: Option<&'a Recovery>,
 }
 
 /// Where the time went before the report, s.

@@ -1,9 +1,12 @@
 //! The outcome on one screen: at most 24 lines of 80 columns.
 
-use super::{Story, backend_words, findings, gas, posterior, warnings, words};
+use super::{Story, backend_words, findings, gas, posterior, recovery, sizing, warnings, words};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
+use crate::study::proportion::Proportion;
+use crate::study::recovery::Recovery;
 use crate::study::sensitivity::Sensitivity;
+use crate::study::size::Sizing;
 use crate::study::uncertainty::Uncertainty;
 
 const LINES: usize = 24;
@@ -26,6 +29,7 @@ pub fn screen(story: &Story) -> String {
         format!("{}: {}", story.command, story.name()),
         format!("{}{}, {} s", members, backend_words(story.backend), words::significant(elapsed_s, 2)),
     ];
+    lines.extend(story.nominal_march().and_then(|march| march.reached).map(words::reached));
     // A study tells on the screen what four commands tell on four.
     let all = story.nominal.is_some() && story.estimated.is_some();
     let gas = story.nominal.and_then(|outcome| gas::found(story.case, outcome));
@@ -35,7 +39,11 @@ pub fn screen(story: &Story) -> String {
     } else {
         Room { sensors: 8, factors: 8, fitted: 4 }
     };
+    lines.extend(story.sizing.map(|outcome| sized(story, outcome)).unwrap_or_default());
+    lines.extend(story.recovery.map(recovered).unwrap_or_default());
+    let is_asked = story.sizing.is_some() || story.recovery.is_some();
     match (story.uncertainty, story.nominal) {
+        _ if is_asked => {}
         (Some(outcome), nominal) => lines.extend(uncertainty(story, outcome, nominal, &room)),
         (None, Some(outcome)) => lines.extend(nominal(story, outcome, &room)),
         (None, None) => {}
@@ -200,6 +208,65 @@ fn estimate(story: &Story, outcome: &Estimated, room: &Room) -> Vec<String> {
         words::counted(outcome.path.len().saturating_sub(1), "iteration"),
         outcome.termination
     ));
+    lines
+}
+
+fn sized(story: &Story, outcome: &Sizing) -> Vec<String> {
+    let probability = words::percent_of(outcome.demand.probability);
+    let held = |held: Option<Proportion>| held.map_or("-".to_owned(), sizing::proportion);
+    let mass = |at_m: Option<f64>| at_m.map_or("-".to_owned(), |at_m| sizing::areal(outcome.mass_kg_m2(at_m)));
+    let row =
+        |of: &str, thickness: String, mass: String, held: String| format!("{of:<20}{thickness:>17}{mass:>13}  {held}");
+    let title = format!("{} for {}", outcome.demand.ply, sizing::limit(story, outcome));
+    let mut lines = vec![
+        title,
+        row("", "thickness".into(), "mass".into(), "members that hold it".into()),
+        row(
+            "as drawn",
+            sizing::millimetres(outcome.drawn_m),
+            mass(Some(outcome.drawn_m)),
+            held(Some(outcome.held(outcome.drawn_m))),
+        ),
+        row(
+            "nominally",
+            sizing::thickness(outcome.nominal),
+            mass(outcome.nominal.found_m()),
+            held(outcome.nominal.found_m().map(|at_m| outcome.held(at_m))),
+        ),
+        row(
+            &format!("in {probability} of members"),
+            sizing::thickness(outcome.needed),
+            mass(outcome.needed.found_m()),
+            held(outcome.check.as_ref().map(|check| check.held)),
+        ),
+    ];
+    if let Some(margin_m) = outcome.margin_m() {
+        lines.push(row("margin", sizing::millimetres(margin_m), mass(Some(margin_m)), String::new()));
+    }
+    let said = [Some(sizing::found(story, outcome)), Some(sizing::enough(outcome)), sizing::cause(story, outcome)];
+    let said = said.into_iter().chain([sizing::checked(outcome)]).flatten();
+    lines.extend(said.flat_map(|said| wrapped("", &said)));
+    lines
+}
+
+fn recovered(outcome: &Recovery) -> Vec<String> {
+    let mut lines = wrapped("", &recovery::made(outcome));
+    lines.push(format!(
+        "{:<15}{:>10}{:>9}{:>9}{:>9}  {}",
+        "factor", "bias", "off, rms", "± 95 %", "at bound", "intervals that hold it"
+    ));
+    for factor in &outcome.recovered {
+        lines.push(format!(
+            "{:<15}{:>10}{:>9}{:>9}{:>9}  {}",
+            words::short(&factor.name, 14),
+            words::significant(factor.bias, 2),
+            words::significant(factor.rms, 2),
+            words::significant(factor.half_width, 2),
+            words::count(factor.at_bound),
+            sizing::proportion(factor.covered)
+        ));
+    }
+    lines.extend(wrapped("", &recovery::coverage(outcome)));
     lines
 }
 

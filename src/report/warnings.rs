@@ -1,6 +1,6 @@
 //! What an analyst should doubt before using an outcome.
 
-use super::{Story, posterior, words};
+use super::{Story, posterior, recovery, sizing, words};
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, Ply};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
@@ -34,6 +34,12 @@ pub(super) fn all(story: &Story) -> Vec<String> {
                 words::count(failure.first)
             ));
         }
+    }
+    if let Some(outcome) = story.sizing {
+        sizing::doubts(story, outcome, &mut doubts);
+    }
+    if let Some(outcome) = story.recovery {
+        recovery::doubts(outcome, &mut doubts);
     }
     if let Some(outcome) = story.sensitivity
         && !outcome.proposed.factors.is_empty()
@@ -86,6 +92,13 @@ fn march(case: &Case, outcome: &Nominal, which: &str, doubts: &mut Vec<String>) 
             case.layup.plies[*ply].name,
             words::kelvin(*temperature_k)
         )),
+    }
+    if let Some(reached) = outcome.reached.filter(|reached| reached.nominal_k > reached.tolerance_k) {
+        doubts.push(format!(
+            "The {which} march is off by {} somewhere, more than the {} asked for: state cells and steps under [resolution].",
+            words::misfit(reached.nominal_k),
+            words::misfit(reached.tolerance_k)
+        ));
     }
     let residual = outcome.balance.residual();
     if residual.abs() > BALANCE {

@@ -1,6 +1,7 @@
 //! How numbers and names are said to an analyst.
 
 use crate::case::{Factor, Property};
+use crate::study::nominal::Reached;
 
 /// 0 °C, K.
 const ICE_K: f64 = 273.15;
@@ -54,6 +55,13 @@ pub(super) fn percent(share: f64) -> String {
     if share.is_finite() { format!("{} %", grouped(100.0 * share, 0)) } else { "unknown".to_owned() }
 }
 
+/// A share that may lie near all: `99 %`, `99.1 %`, `99.95 %`; two digits of what is left, as far as it is told at all.
+pub(super) fn percent_of(share: f64) -> String {
+    let left = 100.0 * share.min(1.0 - share);
+    let decimals = if left >= 10.0 || left <= 0.0 { 0.0 } else { (1.0 - left.log10().floor()).min(6.0) };
+    format!("{} %", trimmed(grouped(100.0 * share, decimals as usize)))
+}
+
 /// A difference of temperatures: `0.031 K`, `14.3 K`; nobody reads less than a millikelvin off a thermocouple.
 pub(super) fn misfit(off_k: f64) -> String {
     match off_k.abs() {
@@ -82,6 +90,13 @@ pub(super) fn profiled((low, high): (Option<f64>, Option<f64>), (least, most): (
         (None, Some(high)) => format!("from below its bound {least:.2} to {high:.3}"),
         (Some(low), Some(high)) => format!("{low:.3} to {high:.3}"),
     }
+}
+
+/// How far a march is off.
+pub(super) fn reached(reached: Reached) -> String {
+    let corners =
+        reached.corners_k.map_or(String::new(), |off_k| format!(" ({} at corners of the bounds)", misfit(off_k)));
+    format!("temperatures within {} of twice the cells and steps{corners}", misfit(reached.nominal_k))
 }
 
 /// A whole number, thousands grouped: `5,000`.
@@ -218,6 +233,14 @@ mod tests {
         assert_eq!(profiled((None, Some(1.1)), bounds), "from below its bound 0.75 to 1.100");
         assert_eq!(profiled((Some(0.8), None), bounds), "from 0.800 to beyond its bound 1.25");
         assert_eq!(profiled((None, None), bounds), "not determined");
+    }
+
+    #[test]
+    fn a_share_near_all_is_told_by_what_is_left() {
+        assert_eq!(
+            [0.99, 0.9912, 0.99953, 0.5, 0.0, 1.0].map(percent_of),
+            ["99 %", "99.12 %", "99.953 %", "50 %", "0 %", "100 %"]
+        );
     }
 
     #[test]

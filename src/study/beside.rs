@@ -53,14 +53,14 @@ pub enum BesideError {
 /// When the observations differ, or what [`estimate`] fails of.
 pub fn beside(
     (case, first): (&Case, &Fitted),
-    other: &Case,
+    (other, plan): (&Case, &Plan),
     march: &mut dyn March,
     search: &Search,
 ) -> Result<Beside, BesideError> {
     if let Some(why) = different(case, other) {
         return Err(BesideError::OtherObservations { case: case.id.clone(), other: other.id.clone(), why });
     }
-    let estimated = estimate(&[(other, &Plan::new(other))], march, search)?;
+    let estimated = estimate(&[(other, plan)], march, search)?;
     let cooling_s = cooling_s(case);
     let left = |(seen, twin): (&Observation, &Observation)| {
         let rms_k = |from_s: f64, to_s: f64| {

@@ -136,6 +136,8 @@ pub struct Search {
     pub starts: usize,
     /// The factors whose profiles are wanted, by name.
     pub profiles: Vec<String>,
+    /// Whether the objective over the plane of a pair of factors is wanted: it takes more members than the estimate.
+    pub landscape: bool,
 }
 
 impl Search {
@@ -147,7 +149,7 @@ impl Search {
             Precision::F32 => Options { difference_step, tolerance_reduction: 1e-6, ..Options::default() },
             Precision::F64 => Options { difference_step, ..Options::default() },
         };
-        Self { options, starts: 1, profiles: Vec::new() }
+        Self { options, starts: 1, profiles: Vec::new(), landscape: true }
     }
 }
 
@@ -187,7 +189,7 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     let path: Vec<Vec<f64>> = fit.path.iter().map(|turn| turn.point.iter().copied().collect()).collect();
     let nominal = problem.nominal()?;
     let (path_k2, last) = problem.objectives_k2(&path)?;
-    let landscape = landscape::landscape(&mut problem, &bounds)?;
+    let landscape = if search.landscape { landscape::landscape(&mut problem, &bounds)? } else { None };
     let fitted: Vec<Fitted> = (runs.iter().zip(&observed).zip(nominal.iter().zip(&last)))
         .map(|((run, observed), traces)| Fitted::of(*run, observed, traces))
         .collect();

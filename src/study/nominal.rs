@@ -4,6 +4,7 @@ use crate::case::{Case, Observation};
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
+pub use crate::plan::Reached;
 use crate::traces::{Arrival, Balance, Gauge, Traces};
 
 /// The march at the nominal factors.
@@ -24,6 +25,8 @@ pub struct Nominal {
     pub misfits: Vec<Misfit>,
     pub steps: usize,
     pub cells: usize,
+    /// How far the temperatures are off, where a pilot found out.
+    pub reached: Option<Reached>,
 }
 
 /// The highest temperature of a trace.
@@ -87,6 +90,7 @@ impl Nominal {
                 .collect(),
             steps: plan.steps(),
             cells: plan.cells(),
+            reached: plan.reached,
             temperatures_k,
         }
     }

@@ -94,7 +94,8 @@ pub fn posterior(
         return Err(PosteriorError::NoScatter);
     }
     let observed: Vec<Vec<Sample>> = runs.iter().map(|(case, plan)| samples(case, plan).concat()).collect();
-    let short: Vec<Plan> = runs.iter().zip(&observed).map(|(run, observed)| up_to_the_last(*run, observed)).collect();
+    let short: Vec<Plan> =
+        runs.iter().zip(&observed).map(|((_, plan), observed)| up_to_the_last(plan, observed)).collect();
     let parts =
         runs.iter().zip(&short).zip(&observed).enumerate().map(|(which, (((case, _), plan), observed))| {
             Part::new(case, plan, places(found, which), observed.clone())
@@ -167,14 +168,11 @@ fn places(found: &Estimated, which: usize) -> Vec<Option<usize>> {
     found.factors.iter().map(|factor| factor.places[which]).collect()
 }
 
-/// The plan of a case up to the instant after the last sample that judges it: what comes later moves no residual, and instants
-/// and steps before are the same. One more, as the last step of a march that reacts knows no next one, which is worth
-/// microkelvins. Sensors that are not judged stay, as cells lie by them.
-fn up_to_the_last((case, plan): (&Case, &Plan), observed: &[Sample]) -> Plan {
+/// A plan up to the instant after the last sample that judges it: what comes later moves no residual. One more, as the last
+/// step of a march that reacts knows no next one, which is worth microkelvins.
+fn up_to_the_last(plan: &Plan, observed: &[Sample]) -> Plan {
     let last = observed.iter().map(|sample| sample.instant).max().unwrap_or(0);
-    let mut case = case.clone();
-    case.exposure.duration_s = plan.instants_s[(last + 1).min(plan.instants_s.len() - 1)];
-    Plan::new(&case)
+    plan.until((last + 1).min(plan.instants_s.len() - 1))
 }
 
 /// Starts about the estimate, one a column: normal with the correlations of the linear intervals and twice the deviations,
@@ -236,7 +234,8 @@ fn draws(kept: &[&[f64]], walkers: usize) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::march::{Precision, cpu::Cpu};
+    use crate::march::{Precision, cpu::Cpu, extrapolated::march_both};
+    use crate::pilot::pilot;
 
     #[test]
     fn a_march_that_ends_with_the_last_sample_shows_what_the_whole_one_does_up_to_there() {
@@ -244,12 +243,13 @@ mod tests {
             let folder = format!("{}/cases/{id}", env!("CARGO_MANIFEST_DIR"));
             let mut case = Case::load(folder.as_ref()).expect("a shipped case loads");
             case.estimate.window_s = Some((0.0, 60.0));
-            let plan = Plan::new(&case);
-            let short = up_to_the_last((&case, &plan), &samples(&case, &plan).concat());
+            let plan = pilot(&case).expect("the processor does not fail");
+            let short = up_to_the_last(&plan, &samples(&case, &plan).concat());
             assert!(short.steps() < plan.steps() && plan.instants_s.starts_with(&short.instants_s), "{id}");
             let nominal = crate::ensemble::Ensemble::nominal(&case.factors);
             let mut march = Cpu::new(Precision::F64);
-            let [whole, part] = [&plan, &short].map(|plan| march.march(plan, &nominal, 0..1).expect("it marches"));
+            let mut marched = |plan| march_both(&mut march, plan, &nominal, 0..1).expect("it marches");
+            let (whole, part) = (marched(&plan), marched(&short));
             for sensor in 0..whole.sensors {
                 for (of_whole_k, of_part_k) in
                     whole.trace(0, sensor).iter().zip(&part.trace(0, sensor)[..part.instants - 1])

@@ -8,7 +8,7 @@
 //! material had not: the march warms gas by `ε dp/dt`, where `d(εp)/dt` would close. That is 50 J/m² of a million at one
 //! atmosphere, a twentieth of a kelvin, and no step makes it less; so no order is told there.
 
-use super::orders::{carried, hurried, shortfall};
+use super::orders::{carried, shortfall};
 use super::problems::charring::smooth;
 use super::problems::flexible;
 use super::{Group, Row, problems};
@@ -47,7 +47,7 @@ pub(super) fn balances(march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
             unit: unit.to_owned(),
             source_of_tolerance: source.to_owned(),
         };
-        let [heat, mass] = residuals(march, &case, 1.0)?;
+        let [heat, mass] = residuals(march, &case, 1)?;
         if of_heat {
             rows.push(row(
                 "heat in less heat out less heat stored",
@@ -59,7 +59,7 @@ pub(super) fn balances(march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
             ));
         }
         if of_order {
-            let order = (heat / residuals(march, &case, 2.0)?[0]).log2();
+            let order = (heat / residuals(march, &case, 2)?[0]).log2();
             rows.push(Row { group: Group::Balance, ..shortfall(&case.name, "itself at half", "Δt", order, 0.2) });
         }
         if case.gas.is_some() {
@@ -76,10 +76,9 @@ pub(super) fn balances(march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
     Ok(rows)
 }
 
-/// What is left of heat and of mass, of what moved, with so many times the steps; no number where it did not arrive.
-fn residuals(march: &mut dyn March, case: &Case, times: f64) -> Result<[f64; 2], MarchError> {
-    let resolution = hurried(case.resolution, times);
-    let traces = carried(march, Case { resolution, ..case.clone() })?;
+/// What is left of heat and of mass, of what moved, with each step cut into so many; no number where it did not arrive.
+fn residuals(march: &mut dyn March, case: &Case, cuts: usize) -> Result<[f64; 2], MarchError> {
+    let traces = carried(march, case, 1, cuts)?;
     let balance = traces.balances.first().filter(|_| traces.arrivals == [Arrival::Done]);
     Ok([Balance::residual, Balance::mass_residual].map(|of| balance.map_or(f64::NAN, of).abs()))
 }

@@ -31,8 +31,8 @@ pub fn orders(march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
         let fine = cosine(cells[1], steps_s[1], wave_s).rows(march)?[0].difference;
         Ok((coarse / fine).log2())
     };
-    let order_of = |march: &mut dyn March, case: &Case, resolutions: &[Resolution]| {
-        Ok(observed(&refined(march, case, resolutions)?, temperatures))
+    let order_of = |march: &mut dyn March, case: &Case, cuts: &[(usize, usize)]| {
+        Ok(observed(&refined(march, case, cuts)?, temperatures))
     };
     let cosines = "k(T), c(T), cosine profile";
     let manufactured = "Kirchhoff transform of a decaying cosine";
@@ -40,9 +40,9 @@ pub fn orders(march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
     let mut rows = vec![
         shortfall(cosines, manufactured, "Δx", exact(march, [80, 160], [wave_s / 4000.0; 2])?, 0.1),
         shortfall(cosines, manufactured, "Δt", exact(march, [4000; 2], [wave_s / 20.0, wave_s / 40.0])?, 0.1),
-        shortfall(&layup.name, HALVED, "Δx", order_of(march, &layup, &[1.0, 2.0, 4.0, 8.0].map(gridded))?, 0.1),
-        shortfall(&layup.name, HALVED, "Δt", order_of(march, &layup, &[2.0, 4.0, 8.0, 16.0, 32.0].map(clocked))?, 0.1),
-        shortfall(&still.name, HALVED, "Δt", order_of(march, &still, &[1.0, 2.0, 4.0, 8.0].map(clocked))?, 0.1),
+        shortfall(&layup.name, HALVED, "Δx", order_of(march, &layup, &[1, 2, 4, 8].map(in_space))?, 0.1),
+        shortfall(&layup.name, HALVED, "Δt", order_of(march, &layup, &[2, 4, 8, 16, 32].map(in_time))?, 0.1),
+        shortfall(&still.name, HALVED, "Δt", order_of(march, &still, &[1, 2, 4, 8].map(in_time))?, 0.1),
     ];
     for path in [GasPath::QuasiSteady, GasPath::Darcy] {
         rows.extend(charring(march, path)?);
@@ -55,8 +55,9 @@ const HALVED: &str = "itself, finer and finer";
 /// Orders of a felt that chars with gas on its way out, and of the same felt where nothing happens to it.
 fn charring(march: &mut dyn March, path: GasPath) -> Result<Vec<Row>, MarchError> {
     let case = smooth(path, 1e-13);
-    let finer_cells = refined(march, &case, &[0.25, 0.5, 1.0, 2.0].map(gridded))?;
-    let finer_steps = refined(march, &case, &[1.0, 2.0, 4.0, 8.0].map(clocked))?;
+    let coarse = Case { resolution: Resolution { cells: 80, ..case.resolution }, ..case.clone() };
+    let finer_cells = refined(march, &coarse, &[1, 2, 4, 8].map(in_space))?;
+    let finer_steps = refined(march, &case, &[1, 2, 4, 8].map(in_time))?;
     let of = |quantity: &str, step: &str, order: f64, tolerance: f64| {
         let row = shortfall(&case.name, HALVED, step, order, tolerance);
         Row { quantity: format!("{quantity}: {}", row.quantity), ..row }
@@ -131,30 +132,17 @@ fn inert() -> Case {
     case
 }
 
-/// The default resolution with so many times the cells.
-fn gridded(times: f64) -> Resolution {
-    let default = Resolution::default();
-    Resolution { cells: (times * default.cells as f64) as usize, ..default }
+fn in_space(cuts: usize) -> (usize, usize) {
+    (cuts, 1)
 }
 
-/// The default resolution with so many times the steps.
-fn clocked(times: f64) -> Resolution {
-    hurried(Resolution::default(), times)
+fn in_time(cuts: usize) -> (usize, usize) {
+    (1, cuts)
 }
 
-/// A resolution with so many times the steps.
-pub(super) fn hurried(resolution: Resolution, times: f64) -> Resolution {
-    Resolution {
-        first_step_s: resolution.first_step_s / times,
-        growth: resolution.growth / times,
-        largest_step_s: resolution.largest_step_s / times,
-        ..resolution
-    }
-}
-
-/// The case at one resolution after another.
-fn refined(march: &mut dyn March, case: &Case, resolutions: &[Resolution]) -> Result<Vec<Traces>, MarchError> {
-    resolutions.iter().map(|&resolution| carried(march, Case { resolution, ..case.clone() })).collect()
+/// The case with its cells and steps cut into ever more.
+fn refined(march: &mut dyn March, case: &Case, cuts: &[(usize, usize)]) -> Result<Vec<Traces>, MarchError> {
+    cuts.iter().map(|&(cells, steps)| carried(march, case, cells, steps)).collect()
 }
 
 /// The mean order at which a reading's differences from one resolution to the next fall as either is halved; no
@@ -173,8 +161,9 @@ fn gauged(gauge: Gauge) -> impl Fn(&Traces) -> &[f64] {
     move |traces| traces.gauge(0, gauge).unwrap_or_default()
 }
 
-pub(super) fn carried(march: &mut dyn March, case: Case) -> Result<Traces, MarchError> {
-    march.march(&Plan::new(&case), &Ensemble::at(0, Vec::new()), 0..1)
+/// The case with each cell and each step cut into so many.
+pub(super) fn carried(march: &mut dyn March, case: &Case, cells: usize, steps: usize) -> Result<Traces, MarchError> {
+    march.march(&Plan::finer(case, cells, steps), &Ensemble::at(0, Vec::new()), 0..1)
 }
 
 fn root_mean_square(one: &[f64], other: &[f64]) -> f64 {

@@ -1,5 +1,6 @@
 //! The built binary from outside: what it prints, writes, and ends with.
 
+mod asked; // a ply sized, twins studied: words, files, and that threads change nothing
 mod estimates; // of several cases, by losses, with priors, from many starts, with profiles
 mod faults; // exit code 2: wrong input, told with its place, nothing written
 mod machines; // devices, backends that cannot be had, materials, verification

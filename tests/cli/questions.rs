@@ -282,7 +282,7 @@ fn screen_summary_and_traces_agree_on_what_a_layup_lost_and_say_nothing_where_no
         assert!((values[column] - end).abs() <= 1e-8 * end.abs(), "{gauge} ends at {end}, in {}", values[column]);
     }
     let lost_kg_m2 = gauges["mass_lost_kg_m2"]["end"].as_f64().expect("a loss");
-    assert!(lost_kg_m2 > 0.01 && screen.contains(&format!("Mass lost {lost_kg_m2:.3}")), "{lost_kg_m2} in {screen}");
+    assert!(lost_kg_m2 > 0.01 && screen.contains(&format!("Mass lost {lost_kg_m2:.4}")), "{lost_kg_m2} in {screen}");
     assert!(summary["balance"]["mass"].as_f64().is_some_and(|off| off.abs() < 1e-9), "{summary:#}");
     let page = scratch.read("out/c/predict/report.html");
     assert!(page.contains("Decomposition and gas</h2>") && page.contains("<p>Mass: "));

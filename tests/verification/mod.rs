@@ -4,7 +4,9 @@ use crate::support::case;
 use bondline::case::Case;
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::{Cpu, Reference};
+use bondline::march::extrapolated::march_both;
 use bondline::march::{Backend, March, MarchError, Precision};
+use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::traces::Traces;
 use bondline::verify::problem::Problem;
@@ -113,12 +115,13 @@ fn heat_and_mass_from_nowhere_fail_every_balance() {
 }
 
 #[test]
-fn the_held_tacot_is_verified_at_the_resolution_that_its_case_states() {
+fn the_held_tacot_is_verified_for_the_error_that_its_case_tolerates() {
     let (problem, case) = (held_tacot(), case("tacot-held"));
     assert_eq!(problem.case.resolution, case.resolution);
     let march = |case: &Case| {
-        let plan = Plan::new(case);
-        let traces = Cpu::new(Precision::F64).march(&plan, &Ensemble::nominal(&case.factors), 0..1);
+        let plan = pilot(case).expect("the processor does not fail");
+        let ensemble = Ensemble::nominal(&case.factors);
+        let traces = march_both(&mut Cpu::new(Precision::F64), &plan, &ensemble, 0..1);
         (plan.instants_s, traces.expect("the processor does not fail"))
     };
     let ((verified_s, verified), (shipped_s, shipped)) = (march(&problem.case), march(&case));
@@ -129,7 +132,8 @@ fn the_held_tacot_is_verified_at_the_resolution_that_its_case_states() {
         for (instant, time_s) in verified_s.iter().enumerate() {
             let Some(other) = shipped_s.iter().position(|other_s| (other_s - time_s).abs() < 1e-6) else { continue };
             let off_k = (verified.trace(0, index)[instant] - shipped.trace(0, twin)[other]).abs();
-            assert!(off_k < 0.02, "{}, {time_s} s: {off_k} K apart", sensor.name);
+            // Each may be off by as much as it tolerates, as their sensors are others.
+            assert!(off_k < 0.1, "{}, {time_s} s: {off_k} K apart", sensor.name);
             compared += 1;
         }
     }
@@ -137,9 +141,9 @@ fn the_held_tacot_is_verified_at_the_resolution_that_its_case_states() {
 }
 
 #[test]
-fn the_held_tacot_on_fewer_cells_misses_the_converged_curves() {
+fn the_held_tacot_at_five_kelvin_misses_the_converged_curves() {
     let mut problem = held_tacot();
-    problem.case.resolution.cells = 240;
+    problem.case.resolution.tolerance_k = Some(5.0);
     let rows = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail");
     assert!(!rows[0].pass(), "\n{}", table(&rows[..1]));
 }

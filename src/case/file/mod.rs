@@ -227,6 +227,7 @@ fn marched(
     Ok((layup, sensors, hot_face.face))
 }
 
+/// What a file says of cells and steps; where it states neither, a pilot chooses both.
 fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Resolution> {
     let standard = Resolution::default();
     let Some(written) = top.optional("resolution") else {
@@ -240,6 +241,17 @@ fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Re
         }
         Err(written.fault(format!("expected a whole number of cells from {fewest} to {MOST_CELLS}, found {cells}")))
     });
+    let tolerance = section.optional("tolerance");
+    let stated =
+        ["cells", "first_step", "growth", "largest_step"].into_iter().find(|key| section.optional(key).is_some());
+    let tolerance_k = match (tolerance, stated) {
+        (Some(written), Some(key)) => {
+            Err(written.fault(format!("a tolerance leaves cells and steps to a pilot: it cannot stand beside {key:?}")))
+        }
+        (Some(written), None) => written.positive(Dimension::TemperatureDifference).map(Some),
+        (None, Some(_)) => Ok(None),
+        (None, None) => Ok(standard.tolerance_k),
+    };
     let growth = section.optional("growth").map_or(Ok(standard.growth), |written| {
         let growth = written.number()?;
         let fault = || written.fault(format!("expected a growth above 0 and at most 1, found {growth}"));
@@ -259,6 +271,7 @@ fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Re
     });
     section.close();
     Ok(Resolution {
+        tolerance_k: tolerance_k?,
         cells: cells?,
         first_step_s: first_step_s?,
         growth: growth?,

@@ -10,7 +10,9 @@ mod gas;
 mod nominal;
 mod posterior;
 mod profile;
+mod recovery;
 mod sensitivity;
+mod sizing;
 mod uncertainty;
 
 use super::Story;
@@ -37,6 +39,8 @@ pub fn all(story: &Story) -> Vec<Figure> {
     if let (Some(first), Some(outcome)) = (story.estimated, story.beside) {
         figures.extend(beside::figures(case, &first.fitted[0], outcome));
     }
+    figures.extend(story.sizing.map(|outcome| sizing::figures(story, outcome)).unwrap_or_default());
+    figures.extend(story.recovery.map(recovery::figures).unwrap_or_default());
     tell_apart(&mut figures);
     figures
 }

@@ -1,15 +1,17 @@
 //! `summary.json`: the outcome for a program. Numbers that are unbounded or unknown are `null`.
 
+mod asked;
 mod estimated;
 mod posterior;
 
 use super::super::{ReportError, Story, findings, precision_words};
 use crate::case::Case;
 use crate::study::beside::{Beside, Left};
-use crate::study::nominal::Reading;
+use crate::study::nominal::{Reached, Reading};
 use crate::study::sensitivity::Identifiability;
 use crate::study::uncertainty::Uncertainty;
 use crate::traces::Arrival;
+use asked::{RecoveryRecord, SizingRecord};
 use estimated::EstimatedRecord;
 use posterior::PosteriorRecord;
 use serde::Serialize;
@@ -26,6 +28,8 @@ struct Record<'a> {
     members: Members,
     steps: Option<usize>,
     cells: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    resolution: Option<Resolution>,
     /// s.
     seconds: Seconds,
     sensors: Named<'a, PeakRecord>,
@@ -38,6 +42,10 @@ struct Record<'a> {
     posterior: Option<PosteriorRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<BesideRecord<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sizing: Option<SizingRecord<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    twins: Option<RecoveryRecord<'a>>,
     /// Sensor → factor → share of the spread at the sensor's nominal peak.
     #[serde(skip_serializing_if = "Option::is_none")]
     shares: Option<Named<'a, Named<'a, f64>>>,
@@ -48,6 +56,21 @@ struct Record<'a> {
     estimable: Option<Estimable<'a>>,
     /// The files of this report, so that the next one of the case can clear them.
     files: &'a [String],
+}
+
+/// Errors of temperatures against twice the cells and steps, K.
+#[derive(Serialize)]
+struct Resolution {
+    tolerance_k: f64,
+    nominal_k: f64,
+    corners_k: Option<f64>,
+}
+
+impl Resolution {
+    fn of(reached: Reached) -> Self {
+        let Reached { tolerance_k, nominal_k, corners_k } = reached;
+        Self { tolerance_k, nominal_k, corners_k }
+    }
 }
 
 #[derive(Serialize)]
@@ -177,6 +200,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         members: members(story),
         steps: march.map(|outcome| outcome.steps),
         cells: march.map(|outcome| outcome.cells),
+        resolution: march.and_then(|outcome| outcome.reached).map(Resolution::of),
         seconds: Seconds {
             plan: story.seconds.plan_s,
             march: story.seconds.march_s,
@@ -193,6 +217,8 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         estimated: story.estimated.map(|outcome| EstimatedRecord::of(story, outcome)),
         posterior: story.posterior.map(|outcome| PosteriorRecord::of(story, outcome)),
         beside: story.beside.map(|outcome| beside(story.case, outcome)),
+        sizing: story.sizing.map(|outcome| SizingRecord::of(story.case, outcome)),
+        twins: story.recovery.map(RecoveryRecord::of),
         shares: story.uncertainty.map(|_| shares(story)),
         indices: story.uncertainty.map(|outcome| indices(story, outcome)),
         estimable: story.sensitivity.map(|outcome| estimable(story, &outcome.proposed, &outcome.all)),

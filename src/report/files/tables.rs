@@ -13,6 +13,9 @@
 //! | `profiles.csv` | `held`, the factor that is held, all factors, the rise of the objective in squares of a standard error |
 //! | `posterior.csv` | values of the factors, drawn as often as they are likely |
 //! | `predictive.csv` | `sensor`, `time_s`, between what 95 % of these predict, and the same with what the model lacks |
+//! | `sizing.csv` | `thickness_m`, nominal peak and percentiles 2.5, 50, 97.5 of the members' peaks there, share of members that hold the limit |
+//! | `needed.csv` | `thickness_m` that each member needs, thinnest first, and the share of members that need no more |
+//! | `twins.csv` | `twin`, `factor`, truth, estimate, its 95 % interval, and whether that holds the truth; the last four empty where no fit converged |
 //! | `landscape.csv` | the two factors and the objective over their plane |
 
 use super::super::figures::file_name;
@@ -21,7 +24,9 @@ use crate::case::Case;
 use crate::study::estimate::{Estimated, Fitted, Landscape};
 use crate::study::nominal::Nominal;
 use crate::study::posterior::{Posterior, Predicted};
+use crate::study::recovery::{Recovery, TwinEnd};
 use crate::study::sensitivity::Sensitivity;
+use crate::study::size::Sizing;
 use crate::study::uncertainty::Uncertainty;
 
 /// A table being written.
@@ -71,6 +76,13 @@ pub(in super::super) fn all(story: &Story) -> Result<Vec<(String, Vec<u8>)>, Rep
             let name = if which == 0 { "predictive".to_owned() } else { file_name("predictive", &case.id) };
             tables.push(predictive(&format!("{name}.csv"), case, of)?);
         }
+    }
+    if let Some(outcome) = story.sizing {
+        tables.push(rungs(outcome)?);
+        tables.push(needed(outcome)?);
+    }
+    if let Some(outcome) = story.recovery {
+        tables.push(twins(outcome)?);
     }
     Ok(tables)
 }
@@ -240,6 +252,45 @@ fn predictive(name: &str, case: &Case, outcome: &Predicted) -> Result<(String, V
             let of = [&found.parameters, &found.discrepancy];
             let curves = of.iter().flat_map(|band| [band.low_k[at], band.median_k[at], band.high_k[at]]);
             table.row(Some(&sensor.name), std::iter::once(time_s).chain(curves))?;
+        }
+    }
+    table.close()
+}
+
+fn rungs(outcome: &Sizing) -> Result<(String, Vec<u8>), ReportError> {
+    let mut table =
+        Table::new("sizing.csv", ["thickness_m", "nominal_K", "p2.5_K", "p50_K", "p97.5_K", "share_that_holds"])?;
+    for rung in &outcome.rungs {
+        let share = outcome.held(rung.thickness_m).share();
+        let peaks = [rung.thickness_m, rung.nominal.temperature_k].into_iter().chain(rung.percentiles_k);
+        table.row(None, peaks.chain([share]))?;
+    }
+    table.close()
+}
+
+fn needed(outcome: &Sizing) -> Result<(String, Vec<u8>), ReportError> {
+    let mut table = Table::new("needed.csv", ["thickness_m", "share"])?;
+    for (place, &needed_m) in outcome.each_m.iter().enumerate() {
+        table.row(None, [needed_m, (place + 1) as f64 / outcome.members as f64])?;
+    }
+    table.close()
+}
+
+fn twins(outcome: &Recovery) -> Result<(String, Vec<u8>), ReportError> {
+    let columns = ["twin", "factor", "truth", "estimate", "low", "high", "held"];
+    let mut table = Table::new("twins.csv", columns)?;
+    for (number, twin) in outcome.twins.iter().enumerate() {
+        for (place, (&truth, factor)) in twin.truth.iter().zip(&outcome.recovered).enumerate() {
+            let mut row = vec![number.to_string(), factor.name.clone(), cell(truth)];
+            match &twin.end {
+                TwinEnd::Converged(found) => {
+                    let (low, high) = found.intervals[place];
+                    row.extend([found.values[place], low, high].map(cell));
+                    row.push(u8::from((low..=high).contains(&truth)).to_string());
+                }
+                TwinEnd::Failed(_) => row.extend(std::iter::repeat_n(String::new(), 4)),
+            }
+            table.text(row)?;
         }
     }
     table.close()

@@ -3,6 +3,7 @@
 //! Each figure is there twice: as a chart that plotly.js (from the `plotly` crate, MIT licence) draws when it
 //! comes into view, and as the still that is printed and that stands in where scripts do not run.
 
+mod asked;
 mod case;
 mod posterior;
 mod sections;
@@ -70,8 +71,10 @@ fn header(story: &Story) -> String {
     ];
     facts.extend(story.seed.map(|seed| format!("seed {seed}")));
     facts.extend(story.uncertainty.map(|outcome| words::counted(outcome.asked, "member")));
+    facts.extend(story.sizing.map(|outcome| words::counted(outcome.members, "member")));
     if let Some(march) = story.nominal_march() {
         facts.push(format!("{} steps, {} cells", words::count(march.steps), words::count(march.cells)));
+        facts.extend(march.reached.map(words::reached));
     }
     let seconds = story.seconds;
     let took = [("planning", seconds.plan_s), ("marching", seconds.march_s), ("reducing", seconds.reduce_s)];

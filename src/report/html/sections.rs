@@ -4,7 +4,7 @@ use super::super::figure::Figure;
 use super::super::findings::{ends, explained, objective, ranked, sentence};
 use super::super::{Story, gas, words};
 use super::table::{escaped, list, paragraph, table};
-use super::{Section, case, posterior};
+use super::{Section, asked, case, posterior};
 use crate::case::Case;
 use crate::study::beside::Beside;
 use crate::study::estimate::{Estimand, Estimated};
@@ -26,6 +26,12 @@ pub(super) fn all(story: &Story, figures: &[Figure], stills: &[String]) -> Vec<S
     };
     let mut sections = Vec::new();
     let mut add = |anchor, title, content| sections.push(Section { anchor, title, content });
+    if let Some(outcome) = story.sizing {
+        add("size", "Thickness", asked::sized(story, outcome) + &shown("size"));
+    }
+    if let Some(outcome) = story.recovery {
+        add("twins", "Twins", asked::recovered(outcome) + &shown("twins"));
+    }
     if let Some(outcome) = story.nominal {
         add("nominal", "Nominal", nominal(story, outcome) + &shown("nominal"));
     }
@@ -72,6 +78,8 @@ fn section_of(figure: &Figure) -> &'static str {
         "sensitivity" | "alignment" | "proposed" => "sensitivity",
         "corner" | "predictive" => "posterior",
         "beside" => "beside",
+        "size" => "size",
+        "twins" => "twins",
         "hot" => "case",
         _ => "estimation",
     }

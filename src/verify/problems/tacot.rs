@@ -123,8 +123,8 @@ fn held() -> Problem {
         growth: 0.0,
     };
     let mut problem = Problem::new(Codes, "TACOT held at 1644 K", setting, checks).seeped(GasPath::Darcy, gas);
-    // What `cases/tacot-held` states, so that its users are told what they get.
-    problem.case.resolution = Resolution { cells: 320, ..Resolution::default() };
+    // As `cases/tacot-held` has it, so that its users are told what they get.
+    problem.case.resolution = Resolution::default();
     problem
 }
 

@@ -1,0 +1,195 @@
+"""bondline's march beside what else one might take, at equal accuracy: the tables and the plot of benches/README.md. run.sh says how.
+
+All march the same members through the same cells and steps by the same tables (SciPy by its own steps), give the temperature at every sensor and
+instant, and use the same processors. They take turns; a ratio is of one turn. A peer that would take longer than the limit is told from fewer members.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+
+import show
+from command import ROOT, Command
+
+HERE = pathlib.Path(__file__).parent
+PEERS = {"SciPy": "scipy_peer.py", "NumPy": "numpy_peer.py", "JAX": "jax_peer.py", "Numba": "numba_peer.py"}
+TOLERANCE_K = 0.05
+# Members over which the accuracy is judged.
+JUDGED = 15
+# Members of the growth with cells and steps, and rounds there.
+GROWING, GROWTH_ROUNDS = 100, 2
+# A block on either processor of the peers that march in blocks, so that whatever they compile is compiled.
+WARMING = 256
+
+
+def resolution(cells, clock):
+    first_s, growth, largest_s = clock
+    clock = {"first_step": f'"{first_s} s"', "growth": growth, "largest_step": f'"{largest_s} s"'}
+    return [f"resolution.{key}={value}" for key, value in {"cells": cells, **clock}.items()]
+
+
+# First step (s), growth, largest step (s).
+CLOCKS = [(0.02, 0.04, 0.4), (0.02, 0.03, 0.4), (0.02, 0.03, 0.5), (0.02, 0.02, 0.6), (0.02, 0.02, 0.4)]
+LADDER = [resolution(cells, clock) for cells in (96, 160, 240, 320, 400, 448, 512, 576) for clock in CLOCKS]
+FINE = (0.0005, 0.008, 0.05)
+COARSE = resolution(20, (1, 1, 20))
+GROWTH_CELLS = (128, 256, 512, 1024)
+GROWTH_CLOCKS = [(0.08, 0.08, 2.4), (0.04, 0.04, 1.2), (0.02, 0.02, 0.6), (0.01, 0.01, 0.3)]
+
+
+class Peer:
+    """A peer's process, ready and waiting."""
+
+    def __init__(self, name, folder, *arguments):
+        began = time.perf_counter()
+        command = [sys.executable, HERE / PEERS[name], *map(str, arguments)]
+        # Threads within an operation would only be in each other's way.
+        alone = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_CACHE_DIR": folder / "numba"}
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=alone)
+        self.note = self.answer()["note"]
+        self.start_s = time.perf_counter() - began
+
+    def answer(self):
+        line = self.process.stdout.readline()
+        if not line:
+            raise SystemExit(f"{self.process.args[1]}: ended with {self.process.wait()}")
+        return json.loads(line)
+
+    def march(self, members, traces=None):
+        self.process.stdin.write(json.dumps({"members": members, "traces": traces and str(traces)}) + "\n")
+        self.process.stdin.flush()
+        return self.answer()
+
+    def end(self):
+        self.process.stdin.close()
+        self.process.wait()
+
+
+def settle(command, reference, asked):
+    """The resolution: as asked for, else bondline's own if that is accurate enough, else the fewest cell-steps that are."""
+    found = []
+    for sets in [asked] if asked else [[], *LADDER]:
+        traces, summary = command.traces(JUDGED, sets)
+        error_k = float(np.abs(traces - reference).max())
+        found.append((summary["cells"] * summary["steps"], error_k, sets))
+        if asked or not sets and error_k <= TOLERANCE_K:
+            return found[-1]
+    return min(each for each in found if each[1] <= TOLERANCE_K)
+
+
+def started(command, folder, sets, peers):
+    path = command.plan(sets, folder / "plan.json")
+    members = folder / "members.npy"
+    extra = {"SciPy": (folder / "reference.npy", TOLERANCE_K)}
+    return {name: Peer(name, folder, path, members, *extra.get(name, ())) for name in peers}
+
+
+def rounds(members):
+    return 5 if members <= 15 else 3 if members <= 1000 else 1
+
+
+def timed(command, sets, peers, sizes, limit_s, rounds):
+    """By size and name, the seconds and the processor seconds of every round; so many times those of fewer members where a peer would take too long."""
+    found = {}
+    for members in sizes:
+        found[members] = now = {}
+        waited = []
+        for name, peer in peers.items():
+            base = max((size for size in found if size < members and not found[size][name]["from"]), default=None)
+            ratio = members / base if base else 0.0
+            if base and ratio * statistics.median(found[base][name]["s"]) > limit_s:
+                now[name] = {key: [ratio * s for s in found[base][name][key]] for key in ("s", "processor_s")} | {"from": base}
+            else:
+                waited.append(name)
+                # Compiled, and pages touched, off the clock.
+                peer.march(min(members, WARMING))
+        note = lambda name, s, processor_s: [
+            now.setdefault(name, {"s": [], "processor_s": [], "from": None})[key].append(value)
+            for key, value in (("s", s), ("processor_s", processor_s))
+        ]
+        for _ in range(rounds(members)):
+            summary = command.sweep(members, sets)
+            note(show.MARCH, summary["seconds"]["march"], summary["processor_s"])
+            note(show.COMMAND, summary["process_s"], summary["processor_s"])
+            for name in waited:
+                answer = peers[name].march(members)
+                note(name, answer["march_s"], answer["processor_s"])
+        told = (f"{name} {statistics.median(times['s']):.3f} s" for name, times in now.items())
+        print(f"{time.strftime('%T')} {members} members: {', '.join(told)}", file=sys.stderr)
+    return found
+
+
+def growth(command, folder, names, cells):
+    """By cells and by steps: what was held meanwhile, and of everyone the processor seconds, the least of some rounds."""
+    found = {}
+    held_clock = GROWTH_CLOCKS[-2]
+    of = {"cells": [resolution(each, held_clock) for each in GROWTH_CELLS], "steps": [resolution(cells, each) for each in GROWTH_CLOCKS]}
+    for axis, resolutions in of.items():
+        found[axis] = {"s": {}}
+        for sets in resolutions:
+            # SciPy takes steps of its own.
+            peers = started(command, folder, sets, [name for name in names if name != "SciPy"])
+            summary = command.sweep(GROWING, sets)
+            times = timed(command, sets, peers, [GROWING], float("inf"), lambda _: GROWTH_ROUNDS)[GROWING]
+            for peer in peers.values():
+                peer.end()
+            found[axis]["held"] = f"{summary['steps']} steps" if axis == "cells" else f"{summary['cells']} cells"
+            for name in [show.MARCH, *peers]:
+                found[axis]["s"].setdefault(name, []).append((summary[axis], min(times[name]["processor_s"])))
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--case", default="lcat-2259")
+    parser.add_argument("--set", action="append", default=[], help="change the case, as for bondline; a resolution is then taken as it is")
+    parser.add_argument("--members", type=int, nargs="+", default=[15, 100, 1000, 5000, 50_000])
+    parser.add_argument("--limit", type=float, default=180.0, help="longest march of a peer that is waited for, s")
+    parser.add_argument("--peers", nargs="+", default=list(PEERS), choices=PEERS)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--results", type=pathlib.Path, default=ROOT / "target/peers.json", help="what show.py writes the tables from")
+    options = parser.parse_args()
+    os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: options.threads])
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        command = Command(options.case, folder)
+        # On the fine grids errors in space fall as the square of the cells: a third of the way on takes them off.
+        fine, fine_of = command.traces(JUDGED, resolution(1024, FINE))
+        half, half_of = command.traces(JUDGED, resolution(512, FINE))
+        ratio = (fine_of["cells"] / half_of["cells"]) ** 2
+        reference = fine + (fine - half) / (ratio - 1)
+        np.save(folder / "reference.npy", reference)
+        _, error_k, sets = settle(command, reference, options.set)
+        print(f"{' '.join(sets) or 'as the case has it'}: {error_k:.4f} K", file=sys.stderr)
+
+        factors = json.loads(command.plan(sets, folder / "plan.json").read_text())["factors"]
+        np.save(folder / "members.npy", command.columns(max(GROWING, *options.members), factors, COARSE))
+        ours, summary = command.traces(JUDGED, sets)
+        peers = started(command, folder, sets, options.peers)
+        told = {show.MARCH: {"start_s": None, "note": summary["backend"]["name"], "apart_k": 0.0, "error_k": error_k}}
+        for name, peer in peers.items():
+            prepared = peer.march(JUDGED, folder / "traces.npy")["prepare_s"]
+            traces = np.load(folder / "traces.npy")
+            apart_k, off_k = (float(np.abs(traces - other).max()) for other in (ours, reference))
+            told[name] = {"start_s": peer.start_s + prepared, "note": peer.note, "apart_k": apart_k, "error_k": off_k}
+            print(f"{name}: {told[name]}", file=sys.stderr)
+        times = timed(command, sets, peers, sorted(options.members), options.limit, rounds)
+        for peer in peers.values():
+            peer.end()
+        results = {"case": options.case, "sets": sets, "cells": summary["cells"], "steps": summary["steps"], "told": told, "times": times}
+        options.results.write_text(json.dumps(results, indent=1))
+        results |= {"growth": growth(command, folder, options.peers, summary["cells"]), "growing": GROWING}
+        options.results.write_text(json.dumps(results, indent=1))
+    show.publish(json.loads(options.results.read_text()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,121 @@
+"""A layup as its peers march it: the cells, steps and tables of bondline's own plan, as `cargo bench --bench plan` prints them.
+
+Conduction with k(T, P), c_p(T) and contacts; a hot face that is heated by a flux schedule, with hot-wall correction and ε(T); an insulated
+back. That is what `lcat-2259` needs; whatever else a plan may hold is refused.
+"""
+
+import dataclasses
+import json
+
+import numpy as np
+
+STEFAN_BOLTZMANN = 5.670374419e-8
+
+
+@dataclasses.dataclass(frozen=True)
+class Stretch:
+    """Neighbouring plies of one substance that are scaled alike: their cells, tables and the factors' columns (0 is one)."""
+
+    start: int
+    end: int
+    # (conductivity without radiation, its slope, heat capacity[, radiative conductivity, its slope]) × node, SI.
+    table: np.ndarray
+    # By how much each rises from node to node.
+    rises: np.ndarray
+    density_kg_m3: float
+    conductivity: int
+    extinction: int
+    heat_capacity: int
+    density: int
+
+    @property
+    def radiates(self):
+        return len(self.table) > 3
+
+
+class Layup:
+    def __init__(self, path):
+        with open(path, encoding="utf-8") as file:
+            plan = json.load(file)
+        refuse(plan)
+        self.factors, self.sensors = plan["factors"], plan["sensor_names"]
+        self.times_s, self.instants_s = np.array(plan["times_s"]), np.array(plan["instants_s"])
+        # The steps at whose start the sensors are read.
+        self.instants = np.array(plan["instant_steps"])
+        cells, plies = columns(plan["cells"]), columns(plan["plies"])
+        self.width_m, self.above_m, self.below_m = cells["width_m"], cells["above_m"], cells["below_m"]
+        self.start_k = cells["start_k"]
+        # Under each cell but the last: a contact (m²K/W) where an interface lies there, half over the distance (1/m) elsewhere.
+        self.interfaces = plies["end_cell"][:-1].astype(int) - 1
+        self.contacts_m2_k_w = np.array(plan["contacts_m2_k_w"])[: len(self.interfaces)]
+        self.half_over_next_1_m = cells["half_over_next_1_m"][:-1]
+        self.table_step_k, self.table_nodes = plan["table_step_k"], plan["table_nodes"]
+        tables = np.array(plan["tables"])
+        self.stretches = stretches(plan, plies, tables)
+        # (enthalpy of air over that at the cold wall, its slope, emissivity of the hot face) × node.
+        face = tables[plan["face_table"] :][: self.table_nodes * plan["face_columns"]]
+        self.face = np.ascontiguousarray(face.reshape(self.table_nodes, -1)[:, :3].T)
+        self.face_rises = np.diff(self.face)
+        self.emissivity = int(columns(plan["scalings"])["emissivity"][0])
+        self.hot_wall_kg_j = columns(plan["faces"])["hot_wall_kg_j"][0]
+        drives = columns(plan["drives"])
+        # Step × (start, end).
+        self.flux_w_m2 = drives["flux_w_m2"].reshape(-1, 4)[:-1, :2]
+        self.surroundings_k = drives["surroundings_k"].reshape(-1, 4)[:-1, :2]
+        sensors, places = columns(plan["sensors"]), columns(plan["places"])
+        # Each reads between this cell and the next.
+        self.places = places["cell"].astype(int)
+        self.sides = [(sensors[side] * sensors[f"{side}_m"]) for side in ("above", "below")]
+        self.share_below = sensors["below"]
+
+    @property
+    def cells(self):
+        return len(self.width_m)
+
+    @property
+    def steps_s(self):
+        return np.diff(self.times_s)
+
+
+def columns(table):
+    return dict(zip(table["fields"], np.array(table["rows"], float).T))
+
+
+def stretches(plan, plies, tables):
+    """Plies joined where they are alike; a radiative part that is nothing is left out."""
+    found = []
+    block = plan["table_nodes"] * plan["table_columns"]
+    for ply, density in enumerate(columns(plan["bulks"])["density_kg_m3"]):
+        row = {name: int(values[ply]) for name, values in plies.items()}
+        table = tables[row["table"] :][:block].reshape(plan["table_nodes"], -1)
+        parts = plan["parts"]
+        picked = [0, parts, 2 * parts] + ([1, 3] if parts == 2 and table[:, 1].any() else [])
+        scales = {name: row[name] for name in ("conductivity", "extinction", "heat_capacity", "density")}
+        own = np.ascontiguousarray(table[:, picked].T)
+        stretch = Stretch(row["first_cell"], row["end_cell"], own, np.diff(own), density, **scales)
+        last = found[-1] if found else None
+        if last and last.density_kg_m3 == density and np.array_equal(last.table, stretch.table) and scales.items() <= vars(last).items():
+            found[-1] = dataclasses.replace(last, end=stretch.end)
+        else:
+            found.append(stretch)
+    return found
+
+
+def refuse(plan):
+    """Whatever these peers do not march."""
+    faces, drives, plies = columns(plan["faces"]), columns(plan["drives"]), columns(plan["plies"])
+    back = columns(plan["scalings"])["emissivity"][1], plan["face_columns"]
+    emissivity = np.array(plan["tables"])[plan["face_table"] :][: plan["table_nodes"] * back[1]].reshape(plan["table_nodes"], -1)[:, 3]
+    beyond = {
+        "gas, decomposition or a holder": plan["has_gas"] or plan["has_holder"] or plan["states"] > 1,
+        "pressure that changes": plan["levels"] > 1,
+        "conductivity told apart in three": plan["parts"] > 2,
+        "a held face, a film or blowing": faces["held"].any() or faces["film_w_m2_k"].any() or faces["blowing"].any(),
+        "radiant heating or a heated back": drives["radiant_w_m2"].any() or drives["flux_w_m2"].reshape(-1, 4)[:, 2:].any(),
+        "a back face that radiates": emissivity.any(),
+        "factors on thickness, contacts or depths": plan["has_depths"] or plies["thickness"].any() or plies["contact"].any(),
+        "factors on heating": columns(plan["scalings"])["heating"].any(),
+    }
+    for what, is_there in beyond.items():
+        if is_there:
+            raise SystemExit(f"{plan['case']}: the peers do not march {what}")

@@ -1,0 +1,62 @@
+"""The scheme over many members at once in NumPy, in blocks that fit the cache, a process a thread.
+
+The tridiagonal systems of a block are stacked to one of LAPACK's, which takes less time than a loop over cells of operations on members (100 against
+150 ns a cell-step, and 230 against 660 at 16 members).
+"""
+
+import multiprocessing
+import os
+
+import numpy as np
+from scipy.linalg import lapack
+
+from peer import serve
+from scheme import Scheme
+
+BLOCK = 128
+
+
+def put(values, places, what):
+    values[..., places] = what
+    return values
+
+
+def solver(lower, diagonal, upper):
+    """LU of all members' matrices as one, nothing between the last cell of one and the first of the next."""
+    stacked = lambda side: np.pad(side, [(0, 0), (0, 1)]).ravel()[:-1]
+    *factors, info = lapack.dgttrf(stacked(lower), diagonal.ravel(), stacked(upper), overwrite_dl=1, overwrite_d=1, overwrite_du=1)
+    if info:
+        raise ArithmeticError(f"a pivot vanishes: {info}")
+    return lambda side: lapack.dgttrs(*factors, side.ravel())[0].reshape(diagonal.shape)
+
+
+def march(layup, columns):
+    scheme = Scheme(layup, np, solver, put)
+    temperature_k = np.tile(layup.start_k, (len(columns), 1))
+    traces, instants = [], set(layup.instants.tolist())
+    for step, length_s in enumerate(layup.steps_s):
+        temperature_k, shown = scheme.step(temperature_k, columns, length_s, layup.flux_w_m2[step], layup.surroundings_k[step])
+        if step in instants:
+            traces.append(shown)
+    return np.stack([*traces, scheme.shown(temperature_k, columns)], axis=1)
+
+
+def prepare(layup, columns):
+    threads = len(os.sched_getaffinity(0))
+    global block
+
+    def block(start_end):
+        return march(layup, columns[slice(*start_end)])
+
+    pool = multiprocessing.get_context("fork").Pool(threads)
+
+    def of(members):
+        count = threads * -(-members // (threads * BLOCK))
+        ends = np.linspace(0, members, count + 1).astype(int)
+        return lambda: np.concatenate(pool.map(block, zip(ends[:-1], ends[1:]), chunksize=1))
+
+    return of, f"blocks of {BLOCK} members, {threads} processes"
+
+
+if __name__ == "__main__":
+    serve(prepare)

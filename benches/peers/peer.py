@@ -1,0 +1,48 @@
+"""How a peer is asked: one process a peer, so that all take turns and none compiles on the clock.
+
+    python numpy_peer.py plan.json members.npy [further arguments of the peer]
+
+It says that it is ready, then answers each line on its standard input, a request in JSON, with a line. `members.npy` holds a row a member, its
+first column one and the others the factors.
+"""
+
+import json
+import multiprocessing
+import os
+import pathlib
+import sys
+import time
+
+import numpy as np
+
+from layup import Layup
+
+
+def serve(prepare):
+    """Answer requests. `prepare` takes layup, columns and further arguments to a function from a number of members to what gets ready for
+    that many: a function that marches the first so many members and gives their traces, member × instant × sensor, K."""
+    layup, columns = Layup(sys.argv[1]), np.load(sys.argv[2])
+    of, note = prepare(layup, columns, *sys.argv[3:])
+    answer({"note": note})
+    for line in sys.stdin:
+        request = json.loads(line)
+        began = time.perf_counter()
+        march = of(request["members"])
+        marching, busy_s = time.perf_counter(), processor_s()
+        traces = march()
+        ended = time.perf_counter()
+        if request["traces"]:
+            np.save(request["traces"], traces)
+        answer({"prepare_s": marching - began, "march_s": ended - marching, "processor_s": processor_s() - busy_s})
+
+
+def processor_s():
+    """Processor time of this process and of its workers so far."""
+    stats = [pathlib.Path(f"/proc/{worker.pid}/stat").read_text() for worker in multiprocessing.active_children()]
+    # User and system time are the 12th and 13th field after the name, which may hold anything but ends with a parenthesis.
+    ticks = sum(int(ticks) for stat in stats for ticks in stat.rpartition(")")[2].split()[11:13])
+    return time.process_time() + ticks / os.sysconf("SC_CLK_TCK")
+
+
+def answer(what):
+    print(json.dumps(what), flush=True)

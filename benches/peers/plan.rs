@@ -1,0 +1,69 @@
+//! A case's plan as JSON: the cells, steps and tables that peers march too, so that nothing is copied by hand.
+//!
+//! `cargo bench --bench plan -- CASE [NAME=VALUE ...]`; what is set is what `--set` of the command takes. Rows are flat, in
+//! the order of their fields, whose names stand beside them.
+
+#[path = "../common/mod.rs"]
+#[expect(dead_code, reason = "only where the cases lie is shared with the benches that keep time")]
+mod common;
+
+use bondline::plan::Plan;
+use bondline::plan::layout::{
+    Bulk, Cell, Drive, Face, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES, TABLE_STEP_K,
+};
+use serde_json::{Value, json};
+
+fn main() {
+    // Cargo adds a flag of its own.
+    let asked: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with("--")).collect();
+    let (id, sets) = asked.split_first().expect("a case such as lcat-2259");
+    let halves = |set: &String| set.split_once('=').map(|(name, value)| (name.to_owned(), value.to_owned()));
+    let sets: Vec<_> =
+        sets.iter().map(|set| halves(set).unwrap_or_else(|| panic!("{set:?} is no NAME=VALUE"))).collect();
+    let case = common::case_with(id, &sets);
+    let plan = Plan::new(&case);
+    let rows = &plan.rows;
+    let read = (0..plan.instants.len()).filter(|&step| plan.instants[step] != NO_INSTANT);
+    println!(
+        "{}",
+        json!({
+            "case": case.id,
+            "factors": case.factors.iter().map(|factor| &factor.name).collect::<Vec<_>>(),
+            "sensor_names": case.sensors.iter().map(|sensor| &sensor.name).collect::<Vec<_>>(),
+            "times_s": plan.times_s,
+            "instants_s": plan.instants_s,
+            "instant_steps": read.collect::<Vec<_>>(),
+            "cells": table(Cell::<f64>::FIELDS, &rows.cells, Cell::flatten),
+            "plies": table(Ply::<u32>::FIELDS, &plan.plies, Ply::flatten),
+            "bulks": table(Bulk::<f64>::FIELDS, &rows.bulks, Bulk::flatten),
+            "contacts_m2_k_w": rows.contacts_m2_k_w,
+            "faces": table(Face::<f64>::FIELDS, &rows.faces, Face::flatten),
+            "scalings": table(Scaling::<u32>::FIELDS, &plan.scalings, Scaling::flatten),
+            "drives": table(Drive::<f64>::FIELDS, &rows.drives, Drive::flatten),
+            "sensors": table(Sensor::<f64>::FIELDS, &rows.sensors, Sensor::flatten),
+            "places": table(Place::<u32>::FIELDS, &plan.places, Place::flatten),
+            "parts": plan.parts,
+            "levels": plan.levels,
+            "states": plan.states,
+            "has_gas": plan.gas.is_some(),
+            "has_holder": plan.has_holder,
+            "has_depths": plan.has_depths,
+            "table_nodes": TABLE_NODES,
+            "table_step_k": TABLE_STEP_K,
+            "table_columns": plan.table_columns(),
+            "face_table": plan.face_table(),
+            "face_columns": plan.face_columns(),
+            "tables": rows.tables,
+        })
+    );
+}
+
+/// Rows under the names of their columns.
+fn table<R, S: serde::Serialize>(fields: &[&str], rows: &[R], flatten: impl Fn(&R, &mut Vec<S>)) -> Value {
+    let flat = rows.iter().map(|row| {
+        let mut flat = Vec::new();
+        flatten(row, &mut flat);
+        flat
+    });
+    json!({ "fields": fields, "rows": flat.collect::<Vec<_>>() })
+}

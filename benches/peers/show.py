@@ -1,0 +1,86 @@
+"""The tables and the plot of benches/README.md from what compare.py found.
+
+    python benches/peers/show.py results.json
+"""
+
+import json
+import pathlib
+import statistics
+import sys
+
+from matplotlib import pyplot
+
+MARCH, COMMAND = "bondline, march", "bondline, whole command"
+README = pathlib.Path(__file__).parents[1] / "README.md"
+PLOT = README.parent / "peers.svg"
+BEGIN, END = "<!-- peers: written by show.py -->", "<!-- peers: end -->"
+
+
+def seconds(value):
+    return f"{value:.4f}" if value < 0.1 else f"{value:.3f}" if value < 1 else f"{value:.2f}" if value < 10 else f"{value:.0f}"
+
+
+def told(results):
+    yield "| who | how | ready after, s | off the reference, K | apart from bondline, K |"
+    yield "|---|---|---|---|---|"
+    for name, of in results["told"].items():
+        start = "–" if of["start_s"] is None else f"{of['start_s']:.1f}"
+        apart = "–" if name == MARCH else f"{of['apart_k']:.1e}" if of["apart_k"] < 1e-3 else f"{of['apart_k']:.3f}"
+        yield f"| {name} | {of['note']} | {start} | {of['error_k']:.3f} | {apart} |"
+
+
+def timed(results):
+    yield "| members | who | s | processor, s | from | × the march | of all rounds | processor, × the command |"
+    yield "|---|---|---|---|---|---|---|---|"
+    names = [MARCH, COMMAND, *(name for name in results["told"] if name != MARCH)]
+    for members, times in results["times"].items():
+        for name in names:
+            own, about = times[name], "≈ " if times[name]["from"] else ""
+            ratios = beside(own, times[MARCH], "s")
+            spread = f"{min(ratios):.2f}–{max(ratios):.2f}" if len(ratios) > 1 else "one"
+            source = f"{own['from']} members" if own["from"] else "measured"
+            busy = beside(own, times[COMMAND], "processor_s")
+            # The march alone has no processor time of its own.
+            busy = ["–", "–"] if name == MARCH else [about + seconds(statistics.median(own["processor_s"])), f"{statistics.median(busy):.2f}"]
+            row = [members, name, about + seconds(statistics.median(own["s"])), busy[0], source, f"{statistics.median(ratios):.2f}", spread, busy[1]]
+            yield f"| {' | '.join(row)} |"
+
+
+def beside(own, other, key):
+    """Ratios round by round, or all against the median where one of the two is of other rounds."""
+    same = len(own[key]) == len(other[key]) and not own["from"]
+    return [a / b for a, b in zip(own[key], other[key] if same else [statistics.median(other[key])] * len(own[key]))]
+
+
+def plot(results):
+    pyplot.rcParams |= {"svg.hashsalt": "bondline", "font.size": 9}
+    figure, panels = pyplot.subplots(1, 3, figsize=(11, 3.8))
+    names = list(results["told"])
+    times = results["times"]
+    over_members = {name: [(int(n), statistics.median(t[name]["processor_s"])) for n, t in times.items() if not t[name]["from"]] for name in names}
+    series = [("members", f"{results['cells']} cells, {results['steps']} steps", over_members)]
+    series += [(axis, f"{results['growing']} members, {of['held']}", of["s"]) for axis, of in results.get("growth", {}).items()]
+    for panel, (axis, title, lines) in zip(panels, series):
+        for place, name in enumerate(names):
+            if lines.get(name):
+                panel.loglog(*zip(*lines[name]), marker="o", markersize=3, linewidth=1.2, color=f"C{place}", label=name)
+        xs, ys = zip(*lines[MARCH])
+        panel.loglog([xs[0], xs[-1]], [ys[-1] * 0.4 * xs[0] / xs[-1], ys[-1] * 0.4], "k:", linewidth=0.8, label="linear")
+        panel.set(xlabel=axis, title=title, ylabel="processor time, s" if axis == "members" else None)
+        panel.grid(True, which="major", linewidth=0.3)
+    panels[0].legend(fontsize=7)
+    figure.tight_layout()
+    figure.savefig(PLOT, metadata={"Date": None})
+
+
+def publish(results):
+    plot(results)
+    text = "\n".join(["", *told(results), "", *timed(results), ""])
+    readme = README.read_text(encoding="utf-8")
+    before, rest = readme.split(BEGIN)
+    README.write_text(before + BEGIN + "\n" + text + "\n" + END + rest.split(END)[1], encoding="utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    publish(json.loads(pathlib.Path(sys.argv[1]).read_text(encoding="utf-8")))

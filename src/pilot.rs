@@ -1,0 +1,216 @@
+//! Cells and steps for an error that was asked for, from marches of the nominal member before all others.
+//!
+//! Every ply has cells of its own, every slice of time a pace of its own. What each adds to the error at the sensors is measured, by marching with twice as many
+//! there and nowhere else; then each gets as many as make the whole cheapest. Steps and cells are thereby fine where that shows at a
+//! thermocouple, and nowhere else: no estimate of local errors knows what becomes of them on the way there. All members share what comes of it,
+//! which keeps differences between them free of the noise of choosing.
+
+use crate::case::{Bounds, Case};
+use crate::ensemble::Ensemble;
+use crate::march::cpu::Cpu;
+use crate::march::extrapolated::march_both;
+use crate::march::{MarchError, Precision};
+use crate::plan::clock::Pace;
+use crate::plan::grid::Density;
+use crate::plan::{Plan, Reached};
+use crate::traces::{Arrival, Traces};
+use rayon::prelude::*;
+
+/// Slices of time with a pace of their own.
+const SLICES: usize = 8;
+/// Rounds of measuring and sharing out anew, at most.
+const ROUNDS: usize = 5;
+/// Good enough: an error between this share of the tolerance and the whole of it.
+const NEAR: f64 = 0.5;
+/// Cells and steps of the first round, before they are cut in two: few, as they are added where they are missed.
+const CELLS_FIRST: f64 = 32.0;
+const STEPS_FIRST: usize = 256;
+/// Within one round no share changes more, as errors far from small do not fall by their order.
+const CHANGE_MOST: f64 = 2.5;
+/// Orders by which errors of an extrapolated march fall with cells and with steps.
+const ORDERS: [f64; 2] = [4.0, 3.0];
+/// The share of the tolerance that is aimed at.
+const AIM: f64 = 0.7;
+/// An error is not brought down by more in one round: what one share cannot give within a round the others would be made to.
+const FALL_MOST: f64 = 8.0;
+/// Corners of the bounds that are marched: a whole group of lanes.
+const CORNERS: usize = 8;
+
+/// A share of cells or steps that the pilot hands out.
+#[derive(Clone, Debug)]
+struct Cut {
+    density: Density,
+    pace: Pace,
+}
+
+impl Cut {
+    /// Few cells, and few steps.
+    fn first(case: &Case) -> Self {
+        let density = Density::shared(case, CELLS_FIRST);
+        let steps = |pace: &Pace| steps(case, &density, pace);
+        let mut pace = Pace::slowed(&case.resolution, 2.0);
+        let mut number = steps(&pace);
+        while number > STEPS_FIRST {
+            let slower = Pace {
+                first_step_s: 2.0 * pace.first_step_s,
+                growth: 2.0 * pace.growth,
+                largest_step_s: 2.0 * pace.largest_step_s,
+                ..pace.clone()
+            };
+            let fewer = steps(&slower);
+            if fewer * 10 > number * 9 {
+                break;
+            }
+            (pace, number) = (slower, fewer);
+        }
+        let plan = Plan::cut(case, &density, &pace);
+        let times_s = &plan.coarse.as_ref().map_or(&plan.times_s, |coarse| &coarse.times_s);
+        pace.haste = (0..SLICES).map(|slice| (times_s[slice * (times_s.len() - 1) / SLICES], 1.0)).collect();
+        pace.haste.dedup_by(|later, earlier| later.0 <= earlier.0);
+        Self { density, pace }
+    }
+
+    /// Shares: of the plies, then of the slices.
+    fn shares(&self) -> usize {
+        self.density.plies.len() + self.pace.haste.len()
+    }
+
+    fn share(&mut self, share: usize) -> &mut f64 {
+        let plies = self.density.plies.len();
+        if share < plies { &mut self.density.plies[share] } else { &mut self.pace.haste[share - plies].1 }
+    }
+
+    fn plan(&self, case: &Case) -> Plan {
+        Plan::cut(case, &self.density, &self.pace)
+    }
+
+    /// With twice as much of these shares.
+    fn doubled(&self, shares: impl IntoIterator<Item = usize>) -> Self {
+        let mut cut = self.clone();
+        for share in shares {
+            *cut.share(share) *= 2.0;
+        }
+        cut
+    }
+}
+
+/// A plan for a case: as it states, or for the tolerance that it asks for.
+///
+/// # Errors
+/// None that the processor makes; see [`March::march`](crate::march::March::march).
+pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
+    let Some(tolerance_k) = case.resolution.tolerance_k.filter(|_| !case.sensors.is_empty()) else {
+        return Ok(Plan::new(case));
+    };
+    let nominal = Ensemble::nominal(&case.factors);
+    let mut cut = Cut::first(case);
+    let mut best: Option<(Cut, f64, f64)> = None;
+    for _ in 0..ROUNDS {
+        let plan = cut.plan(case);
+        let base = marched(&plan, &nominal)?;
+        let all = (0..cut.shares()).collect::<Vec<_>>();
+        let tried = all.chunks(1).chain([all.as_slice()]).collect::<Vec<_>>();
+        let tried = tried
+            .par_iter()
+            .map(|shares| {
+                let finer = cut.doubled(shares.iter().copied()).plan(case);
+                let cost = work(&finer) / work(&plan) - 1.0;
+                Ok(Tried { error_k: worst_k(&marched(&finer, &nominal)?, &base, 0), cost })
+            })
+            .collect::<Result<Vec<Tried>, MarchError>>()?;
+        let (parts, error_k) = (&tried[..all.len()], tried[all.len()].error_k);
+        let is_better =
+            best.as_ref().is_none_or(|(_, kept_k, kept_work)| match (error_k <= tolerance_k, *kept_k <= tolerance_k) {
+                (true, true) => work(&plan) < *kept_work,
+                (false, false) => error_k < *kept_k,
+                (is_within, _) => is_within,
+            });
+        let next = shared_out(cut.clone(), parts, error_k, (AIM * tolerance_k).max(error_k / FALL_MOST));
+        if is_better {
+            best = Some((cut, error_k, work(&plan)));
+        }
+        if (NEAR * tolerance_k..=tolerance_k).contains(&error_k) {
+            break;
+        }
+        cut = next;
+    }
+    let Some((cut, nominal_k, _)) = best else { return Ok(Plan::new(case)) };
+    let plan = cut.plan(case);
+    let corners_k = corners_k(case, &plan, &cut.doubled(0..cut.shares()).plan(case))?;
+    Ok(Plan { reached: Some(Reached { tolerance_k, nominal_k, corners_k }), ..plan })
+}
+
+/// The largest error of members at corners of the factors' small bounds that arrive: all factors low, all high, and in turns.
+fn corners_k(case: &Case, plan: &Plan, finer: &Plan) -> Result<Option<f64>, MarchError> {
+    if case.factors.is_empty() {
+        return Ok(None);
+    }
+    let row = |corner: usize| {
+        let is_high = move |factor: usize| (factor & (corner / 2)).count_ones() as usize % 2 != corner % 2;
+        let ends = case.factors.iter().map(|factor| factor.bounds(Bounds::Small)).enumerate();
+        ends.map(move |(factor, (low, high))| if is_high(factor) { high } else { low })
+    };
+    let ensemble = Ensemble::at(case.factors.len(), (0..CORNERS).flat_map(row).collect());
+    let (base, finer) = rayon::join(|| marched(plan, &ensemble), || marched(finer, &ensemble));
+    let (base, finer) = (base?, finer?);
+    let arrived = (0..CORNERS)
+        .filter(|&corner| base.arrivals[corner] == Arrival::Done && finer.arrivals[corner] == Arrival::Done);
+    Ok(arrived.map(|corner| worst_k(&base, &finer, corner)).reduce(f64::max))
+}
+
+fn work(plan: &Plan) -> f64 {
+    (plan.cells() * plan.steps()) as f64
+}
+
+/// Steps before they are cut.
+fn steps(case: &Case, density: &Density, pace: &Pace) -> usize {
+    Plan::cut(case, density, pace).steps() / 2
+}
+
+/// What doubling one share does.
+#[derive(Clone, Copy, Debug)]
+struct Tried {
+    /// The most by which it moves a temperature, K.
+    error_k: f64,
+    /// What it costs, relative to all work.
+    cost: f64,
+}
+
+/// Cells and steps anew, so that the work is least for an error.
+///
+/// With each share x its part of the error falls as `x^−q` and its part of the work rises as x. The work is least where q times the one
+/// is in the same proportion to the other for all shares: r times a share is best where `r^(q+1) = q e / (μ c)`, and μ is such that the parts make up the error.
+fn shared_out(mut cut: Cut, tried: &[Tried], error_k: f64, aim_k: f64) -> Cut {
+    // What the shares add one by one is more than what they add together, where signs differ or other sensors feel it.
+    let together = error_k / tried.iter().map(|tried| tried.error_k).sum::<f64>().max(1e-12);
+    let plies = cut.density.plies.len();
+    let order = |share: usize| ORDERS[usize::from(share >= plies)];
+    let times = |share: usize, worth: f64| {
+        let Tried { error_k, cost } = tried[share];
+        let best =
+            (order(share) * (error_k * together).max(1e-9) / (worth * cost.max(1e-4))).powf(1.0 / (order(share) + 1.0));
+        best.clamp(1.0 / CHANGE_MOST, CHANGE_MOST)
+    };
+    let left_k = |worth: f64| -> f64 {
+        (0..tried.len()).map(|share| tried[share].error_k * together * times(share, worth).powf(-order(share))).sum()
+    };
+    let (mut low, mut high) = (-40.0_f64, 40.0_f64);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if left_k(middle.exp()) > aim_k { high = middle } else { low = middle }
+    }
+    for share in 0..tried.len() {
+        *cut.share(share) *= times(share, low.exp());
+    }
+    cut
+}
+
+fn marched(plan: &Plan, ensemble: &Ensemble) -> Result<Traces, MarchError> {
+    march_both(&mut Cpu::new(Precision::F64), plan, ensemble, 0..ensemble.len())
+}
+
+/// The largest difference between two marches of a member at any sensor and instant, K.
+fn worst_k(one: &Traces, other: &Traces, member: usize) -> f64 {
+    let pairs = one.member(member).iter().zip(other.member(member));
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}

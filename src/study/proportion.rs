@@ -1,0 +1,112 @@
+//! A share that was counted: so many of so many.
+
+use statrs::distribution::{Binomial, DiscreteCDF, Hypergeometric};
+use statrs::function::beta::beta_reg;
+
+/// How many of how many had a property.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Proportion {
+    pub count: usize,
+    pub of: usize,
+}
+
+impl Proportion {
+    /// The share; NaN of none.
+    pub fn share(self) -> f64 {
+        self.count as f64 / self.of as f64
+    }
+
+    /// The probabilities that a count like this leaves open at 95 %: the interval of Clopper & Pearson (Biometrika 26, 1934),
+    /// which covers the truth at least as often as it says, for few as for many, and at a share of one too.
+    pub fn interval_95(self) -> (f64, f64) {
+        let (count, of) = (self.count as f64, self.of as f64);
+        // P(X ≥ k) of n draws at probability q is I_q(k, n − k + 1), which rises with q.
+        let at_least = |least: f64, q: f64| if least <= 0.0 { 1.0 } else { beta_reg(least, of - least + 1.0, q) };
+        let low = if self.count == 0 { 0.0 } else { root(|q| at_least(count, q) - 0.025) };
+        let high = if self.count == self.of { 1.0 } else { root(|q| at_least(count + 1.0, q) - 0.975) };
+        (low, high)
+    }
+
+    /// Whether two counts differ by no more than happens to 95 of 100 of one probability: Fisher's exact test, as of what is
+    /// rare there are too few for a normal one.
+    pub fn is_like(self, other: Self) -> bool {
+        let (all, had) = ((self.of + other.of) as u64, (self.count + other.count) as u64);
+        let Ok(chance) = Hypergeometric::new(all, had, other.of as u64) else { return false };
+        let count = other.count as u64;
+        let at_most = chance.cdf(count);
+        let at_least = if count == 0 { 1.0 } else { 1.0 - chance.cdf(count - 1) };
+        at_most.min(at_least) >= 0.025
+    }
+}
+
+/// Where a function that rises from 0 to 1 passes zero.
+fn root(rising: impl Fn(f64) -> f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..60 {
+        let middle = (low + high) / 2.0;
+        if rising(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    (low + high) / 2.0
+}
+
+/// Of so many draws in order, counted from one, the two between which the quantile of a probability lies with 95 %
+/// confidence, whatever the distribution (David & Nagaraja, *Order Statistics*, 2003, section 7.1): none where so few draws
+/// have none so far out.
+pub fn ranks_95(draws: usize, probability: f64) -> (Option<usize>, Option<usize>) {
+    let Ok(binomial) = Binomial::new(probability, draws as u64) else { return (None, None) };
+    let low = usize::try_from(binomial.inverse_cdf(0.025)).unwrap_or(usize::MAX);
+    let high = usize::try_from(binomial.inverse_cdf(0.975)).unwrap_or(usize::MAX).saturating_add(1);
+    ((low >= 1).then_some(low), (high <= draws).then_some(high))
+}
+
+/// The fewest draws of which the highest lies above the quantile of a probability with 97.5 % confidence, `pⁿ ≤ 0.025`: with
+/// fewer there is no upper end to any interval (Wilks, Ann. Math. Stat. 12, 1941).
+pub fn fewest_draws(probability: f64) -> usize {
+    (0.025_f64.ln() / probability.ln()).ceil() as usize
+}
+
+/// The draws at which the counted share of what is rare has a standard error of a tenth of itself.
+pub fn draws_to_a_tenth(probability: f64) -> usize {
+    (100.0 * probability / (1.0 - probability)).ceil() as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Tables of Clopper and Pearson's limits: 8 of 10, 0 of 20 (`1 − 0.025^(1/20)`), 95 of 100.
+    #[test]
+    fn limits_of_a_counted_share_are_those_of_the_tables() {
+        for (count, of, low, high) in
+            [(8, 10, 0.4439, 0.9748), (0, 20, 0.0, 0.1684), (20, 20, 0.8316, 1.0), (95, 100, 0.8872, 0.9836)]
+        {
+            let found = Proportion { count, of }.interval_95();
+            assert!((found.0 - low).abs() < 6e-5 && (found.1 - high).abs() < 6e-5, "{count} of {of}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn counts_of_what_is_rare_are_told_apart_no_sooner_than_chance_allows() {
+        let failed = |count| Proportion { count, of: 400 };
+        assert!(failed(4).is_like(failed(4)) && failed(4).is_like(failed(12)) && failed(12).is_like(failed(4)));
+        assert!(!failed(4).is_like(failed(16)) && !failed(16).is_like(failed(4)));
+        let held = |count| Proportion { count, of: 2000 };
+        assert!(held(1980).is_like(held(1975)) && !held(1980).is_like(held(1955)));
+    }
+
+    #[test]
+    fn a_quantile_lies_between_its_ranks_as_often_as_is_said_and_not_much_more() {
+        let (Some(low), Some(high)) = ranks_95(1000, 0.99) else { panic!("a thousand are enough") };
+        let binomial = Binomial::new(0.99, 1000).expect("a probability");
+        let within = binomial.cdf(high as u64 - 1) - binomial.cdf(low as u64 - 1);
+        assert!((0.95..0.98).contains(&within), "{low} to {high}: {within}");
+    }
+
+    #[test]
+    fn too_few_draws_leave_the_upper_end_open() {
+        let fewest = fewest_draws(0.99);
+        assert_eq!(fewest, 368);
+        assert!(ranks_95(fewest, 0.99).1.is_some() && ranks_95(fewest - 1, 0.99).1.is_none());
+        assert_eq!(draws_to_a_tenth(0.99), 9_900);
+    }
+}

@@ -1,0 +1,170 @@
+//! Members marched at thicknesses of their own.
+
+use super::needed::{Needed, Search};
+use super::stretched::Stretched;
+use super::{Demand, SizeError};
+use crate::case::Case;
+use crate::ensemble::Ensemble;
+use crate::march::{March, MarchError, march_all};
+use crate::pilot::pilot;
+use crate::plan::Plan;
+use crate::study::nominal::Peak;
+use crate::study::uncertainty::{Failure, reason};
+use crate::traces::Arrival;
+use std::collections::BTreeMap;
+
+/// A march of the case at any thicknesses.
+pub(super) struct Trial<'a> {
+    pub stretched: Stretched,
+    plan: Plan,
+    march: &'a mut dyn March,
+    sensor: usize,
+    limit_k: f64,
+    pub marches: usize,
+}
+
+/// A member's peak, infinite where it failed, and why it did.
+pub(super) struct Met {
+    pub peak: Peak,
+    failed: Option<String>,
+}
+
+/// What members need, and why some failed on the way.
+pub(super) struct Found {
+    pub needed: Vec<Needed>,
+    pub failures: Vec<Failure>,
+}
+
+impl<'a> Trial<'a> {
+    pub(super) fn new(case: &Case, march: &'a mut dyn March, demand: &Demand) -> Result<Self, SizeError> {
+        let stretched = Stretched::new(case, &demand.ply)?;
+        let plan = pilot(&stretched.case)?;
+        Ok(Self { stretched, plan, march, sensor: demand.sensor, limit_k: demand.limit_k, marches: 0 })
+    }
+
+    /// The peaks of members with their thicknesses: one ensemble.
+    pub(super) fn peaks(&mut self, members: impl Iterator<Item = (Vec<f64>, f64)>) -> Result<Vec<Met>, MarchError> {
+        let rows = members.flat_map(|(factors, thickness_m)| self.stretched.row(&factors, thickness_m)).collect();
+        let ensemble = Ensemble::at(self.stretched.case.factors.len(), rows);
+        self.marches += ensemble.len();
+        let mut met = Vec::with_capacity(ensemble.len());
+        march_all(self.march, &self.plan, &ensemble, &mut |traces| {
+            for member in 0..traces.members() {
+                let arrival = &traces.arrivals[member];
+                let mut peak = Peak::of(traces.trace(member, self.sensor), &self.plan.instants_s);
+                if *arrival != Arrival::Done {
+                    peak.temperature_k = f64::INFINITY;
+                }
+                met.push(Met { peak, failed: reason(&self.stretched.case, arrival) });
+            }
+        })?;
+        Ok(met)
+    }
+
+    /// What so many members need, each sought from the same thickness on; every turn of all that are still sought is one
+    /// ensemble, and those that are found are not marched again.
+    pub(super) fn needed(
+        &mut self,
+        within_m: (f64, f64),
+        members: usize,
+        first_m: f64,
+        curve: &[(f64, Peak)],
+        factors: impl Fn(usize) -> Vec<f64>,
+    ) -> Result<Found, MarchError> {
+        let mut searches = vec![Search::new(within_m); members];
+        let mut failed: BTreeMap<usize, String> = BTreeMap::new();
+        loop {
+            let open: Vec<usize> = (0..members).filter(|&member| searches[member].found.is_none()).collect();
+            if open.is_empty() {
+                break;
+            }
+            let next = |&member: &usize| searches[member].next(first_m, |at_m, off_k| guess(curve, at_m, off_k));
+            let thicknesses_m: Vec<f64> = open.iter().map(next).collect();
+            let rows = open.iter().zip(&thicknesses_m).map(|(&member, &thickness_m)| (factors(member), thickness_m));
+            let met = self.peaks(rows)?;
+            for ((&member, &thickness_m), met) in open.iter().zip(&thicknesses_m).zip(met) {
+                searches[member].met(thickness_m, met.peak.temperature_k - self.limit_k);
+                if let Some(reason) = met.failed {
+                    failed.insert(member, reason);
+                }
+            }
+        }
+        let mut failures: Vec<Failure> = Vec::new();
+        for (first, reason) in failed {
+            match failures.iter_mut().find(|failure| failure.reason == reason) {
+                Some(failure) => failure.members += 1,
+                None => failures.push(Failure { reason, members: 1, first }),
+            }
+        }
+        Ok(Found { needed: searches.iter().filter_map(|search| search.found).collect(), failures })
+    }
+}
+
+/// The thickness at which the nominal peak is lower than at another by so much, K, along the curve of nominal peaks; its end
+/// where it is nowhere.
+pub(super) fn guess(curve: &[(f64, Peak)], at_m: f64, lower_k: f64) -> f64 {
+    let along = |pair: &[(f64, Peak)], value: f64, of: fn(&(f64, Peak)) -> f64, to: fn(&(f64, Peak)) -> f64| {
+        let share = (value - of(&pair[0])) / (of(&pair[1]) - of(&pair[0]));
+        to(&pair[0]) + share * (to(&pair[1]) - to(&pair[0]))
+    };
+    let (thickness, peak) = (|point: &(f64, Peak)| point.0, |point: &(f64, Peak)| point.1.temperature_k);
+    let (first, last) = (&curve[0], &curve[curve.len() - 1]);
+    let here = curve.windows(2).find(|pair| at_m <= pair[1].0);
+    let target_k = here.map_or(peak(last), |pair| along(pair, at_m, thickness, peak)) - lower_k;
+    if target_k >= peak(first) {
+        return first.0;
+    }
+    let there = curve.windows(2).find(|pair| peak(&pair[1]) <= target_k && peak(&pair[0]).is_finite());
+    there.map_or(last.0, |pair| along(pair, target_k, peak, thickness))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::stretched::redrawn;
+    use super::*;
+    use crate::march::Precision;
+    use crate::march::cpu::Cpu;
+    use crate::study::nominal::nominal;
+
+    /// The nominal peak of a sensor behind the insulator with this much of it, by a factor and drawn anew.
+    fn peaks_k(mut case: Case, group: &str, sensor: &str, ratio: f64) -> (f64, f64) {
+        case.resolution.cells = 64;
+        let sensor = case.sensors.iter().position(|found| found.name == sensor).expect("a sensor of the case");
+        let mut march = Cpu::new(Precision::F64);
+        let demand = Demand { ply: group.to_owned(), sensor, limit_k: 600.0, probability: 0.9, within_m: None };
+        let mut trial = Trial::new(&case, &mut march, &demand).expect("a ply of the case");
+        let (drawn_m, plies) = (trial.stretched.drawn_m, trial.stretched.plies.clone());
+        let row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+        let met = trial.peaks(std::iter::once((row, ratio * drawn_m))).expect("a march");
+        let anew = redrawn(&case, &plies, ratio);
+        let again = nominal(&anew, &Plan::new(&anew), &mut march).expect("a march");
+        (met[0].peak.temperature_k, again.peaks[sensor].temperature_k)
+    }
+
+    #[test]
+    fn sensors_behind_and_within_a_ply_that_is_stretched_move_with_it_as_if_it_were_drawn_so() {
+        let lcat = || Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
+        for (group, sensor, ratio) in
+            [("INS", "TC4", 1.6), ("INS", "TC3", 1.6), ("INS1", "TC4", 0.5), ("GB", "TC4", 2.0)]
+        {
+            let (stretched_k, drawn_k) = peaks_k(lcat(), group, sensor, ratio);
+            // Cells are shared out anew in the one and stretched in the other: half a kelvin of 64 cells.
+            assert!((stretched_k - drawn_k).abs() < 0.5, "{group} {sensor}: {stretched_k} and {drawn_k}");
+        }
+        let mut within = lcat();
+        within.sensors[2].depth_m = 2.5e-3;
+        let anew = redrawn(&within, &[2, 3], 2.0);
+        assert!((anew.sensors[2].depth_m - (1.02e-3 + 2.0 * 1.48e-3)).abs() < 1e-12);
+        assert_eq!(anew.sensors[3].depth_m, anew.layup.faces_m()[3], "a sensor on an interface stays on it");
+        assert_eq!(anew.sensors[0].depth_m, within.sensors[0].depth_m, "what lies ahead does not move");
+    }
+
+    #[test]
+    fn a_guess_follows_the_curve_and_ends_with_it() {
+        let peak = |temperature_k| Peak { temperature_k, time_s: 0.0 };
+        let curve = [(1.0, peak(f64::INFINITY)), (2.0, peak(900.0)), (3.0, peak(700.0)), (4.0, peak(600.0))];
+        assert!((guess(&curve, 2.5, 100.0) - 3.0).abs() < 1e-12);
+        assert!((guess(&curve, 4.0, -50.0) - 3.5).abs() < 1e-12);
+        assert_eq!((guess(&curve, 3.0, 400.0), guess(&curve, 3.0, f64::INFINITY)), (4.0, 4.0));
+    }
+}

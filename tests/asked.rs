@@ -1,0 +1,139 @@
+//! Questions of design and of trust: a ply sized against answers in closed form, twins fitted and counted.
+
+use crate::support::case;
+use bondline::case::{Bounds, Case};
+use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
+use bondline::march::Precision;
+use bondline::march::cpu::Cpu;
+use bondline::plan::Plan;
+use bondline::study::estimate::Search;
+use bondline::study::proportion::Proportion;
+use bondline::study::recovery::{Recovery, TwinEnd, recovery};
+use bondline::study::size::{Demand, Needed, SizeError, Sizing, size};
+use bondline::study::twin::Noise;
+use std::f64::consts::PI;
+
+/// Heat into the slab, W/m², and for how long, s; its density, heat capacity and conductivity.
+const HEATED: (f64, f64) = (2000.0, 400.0);
+const SLAB: (f64, f64, f64) = (200.0, 1000.0, 0.05);
+
+/// The back of a slab heated evenly, insulated behind: `q t/(ρ c L) − (q L/k) (1/6 − 2/π² e^(−π² α t/L²))` above 300 K (Carslaw &
+/// Jaeger, *Conduction of Heat in Solids*, 1959, section 3.8; of the series the term that has not died away).
+fn back_k(thickness_m: f64, f_k: f64, f_cp: f64) -> f64 {
+    let ((q, t), (rho, c, k)) = (HEATED, SLAB);
+    let fourier = k * f_k / (rho * c * f_cp) * t / thickness_m.powi(2);
+    let left = 2.0 / PI.powi(2) * (-PI.powi(2) * fourier).exp();
+    300.0 + q * t / (rho * c * f_cp * thickness_m) - q * thickness_m / (k * f_k) * (1.0 / 6.0 - left)
+}
+
+/// Where that passes a limit.
+fn exact_m(limit_k: f64, f_k: f64, f_cp: f64) -> f64 {
+    let (mut low, mut high) = (4e-3, 20e-3);
+    for _ in 0..60 {
+        let middle: f64 = (low + high) / 2.0;
+        if back_k(middle, f_k, f_cp) > limit_k { low = middle } else { high = middle }
+    }
+    low
+}
+
+const LIMIT_K: f64 = 600.0;
+
+fn demand(case: &Case, ply: &str, sensor: &str, limit_k: f64) -> Demand {
+    let sensor = case.sensors.iter().position(|found| found.name == sensor).expect("a sensor of the case");
+    Demand { ply: ply.to_owned(), sensor, limit_k, probability: 0.9, within_m: None }
+}
+
+fn sized(demand: impl Fn(&Case) -> Demand, members: usize) -> Result<Sizing, SizeError> {
+    let mut case = case("slab");
+    case.resolution.cells = 40;
+    let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
+    size(&case, &mut Cpu::new(Precision::F64), &demand(&case), Bounds::Small, &sampling, members)
+}
+
+#[test]
+fn a_slab_is_sized_as_the_closed_form_has_it_nominally_and_for_a_share_of_members() {
+    let found = sized(|case| demand(case, "SLAB", "BACK", LIMIT_K), 1000).expect("a thickness");
+    let (Needed::At(nominal_m), Needed::At(needed_m)) = (found.nominal, found.needed) else { panic!("{found:?}") };
+    let exact = exact_m(LIMIT_K, 1.0, 1.0);
+    assert!((nominal_m / exact - 1.0).abs() < 1e-3, "{nominal_m} m, not {exact}");
+    // What other members need, by the closed form: a Monte Carlo that owes nothing to the march.
+    let factors = case("slab").factors;
+    let sampling = Sampling { kind: SamplingKind::Normal, seed: 77 };
+    let others = Ensemble::sample(&factors, Bounds::Small, &sampling, 20_000);
+    let holds = |thickness_m: f64| {
+        let held = |&member: &usize| {
+            let row = others.member(member);
+            back_k(thickness_m, row[0], row[1]) < LIMIT_K
+        };
+        Proportion { count: (0..others.len()).filter(held).count(), of: others.len() }
+    };
+    assert!(found.held(needed_m).is_like(holds(needed_m)), "{:?} and {:?}", found.held(needed_m), holds(needed_m));
+    assert!(!found.held(needed_m).is_like(holds(1.02 * needed_m)), "a fiftieth more is told apart");
+    let (Some(Needed::At(low)), Some(Needed::At(high))) = found.interval else { panic!("{:?}", found.interval) };
+    let (low, high) = (holds(low).share(), holds(high).share());
+    assert!(low < 0.9 && high > 0.9 && high - low < 0.06, "{low} to {high} about 0.9");
+    assert_eq!(found.is_borne_out(), Some(true), "{:?}", found.check);
+    assert!(found.still_warming, "it is heated until the end");
+    assert!((found.mass_kg_m2(needed_m) - SLAB.0 * needed_m).abs() < 1e-9);
+}
+
+#[test]
+fn a_limit_that_no_thickness_holds_is_an_answer_and_a_ply_that_does_not_cool_is_a_fault() {
+    let never = sized(|case| demand(case, "SLAB", "BACK", 300.1), 40).expect("an answer");
+    assert!(matches!((never.nominal, never.needed), (Needed::Beyond(_), Needed::Beyond(_))), "{never:?}");
+    assert!(never.check.is_none() && never.margin_m().is_none() && never.held(never.within_m.1).count == 0);
+    let always = sized(|case| demand(case, "SLAB", "BACK", 3000.0), 40).expect("an answer");
+    assert!(matches!((always.nominal, always.needed), (Needed::AtMost(_), Needed::AtMost(_))), "{always:?}");
+    let mut behind = case("lcat-2259");
+    behind.resolution.cells = 40;
+    behind.exposure.duration_s = 45.0;
+    let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
+    let asked = demand(&behind, "GB", "TC1", 1000.0);
+    let fault =
+        size(&behind, &mut Cpu::new(Precision::F64), &asked, Bounds::Small, &sampling, 40).expect_err("no cooling");
+    assert!(fault.to_string().contains("TC1 is not cooled by a thicker GB"), "{fault}");
+}
+
+/// Twins of the slab with noise that forgets itself over ten seconds.
+fn recovered(seed: u64, twins: usize) -> Recovery {
+    let mut case = case("slab");
+    case.resolution.cells = 24;
+    let plan = Plan::new(&case);
+    let search = Search { landscape: false, ..Search::of(Precision::F64) };
+    let noise = Noise { correlation_s: 10.0, seed };
+    case.estimate.bounds = Bounds::Large;
+    recovery(&case, &plan, &mut Cpu::new(Precision::F64), &search, Bounds::Small, None, noise, twins).expect("fits")
+}
+
+#[test]
+fn intervals_of_twins_with_correlated_noise_hold_the_truth_as_often_as_they_say() {
+    let found = recovered(5, 60);
+    assert_eq!(found.converged(), 60, "{:?}", found.failures());
+    let (low, high) = found.covered.interval_95();
+    assert!(low <= 0.95 && high >= 0.92, "{:?}", found.covered);
+    for factor in &found.recovered {
+        assert!(factor.bias.abs() < 4.0 * factor.bias_error, "{factor:?}");
+        assert!(factor.rms < factor.half_width && factor.half_width < 0.1, "{factor:?}");
+    }
+    // As if its samples were independent an interval would be narrower by the root of what they are worth less.
+    let narrow = (found.effective_samples / found.samples as f64).sqrt();
+    let held = found.twins.iter().flat_map(|twin| {
+        let TwinEnd::Converged(fit) = &twin.end else { panic!("all converged") };
+        let each = fit.values.iter().zip(&fit.intervals).zip(&twin.truth);
+        let is_held = |((value, (low, high)), truth): ((&f64, &(f64, f64)), &f64)| {
+            (value - truth).abs() <= narrow * (high - low) / 2.0
+        };
+        each.map(is_held).collect::<Vec<bool>>()
+    });
+    let naive = held.filter(|held| *held).count() as f64 / found.covered.of as f64;
+    assert!(naive < 0.8, "samples taken as independent hold the truth in {naive}");
+}
+
+#[test]
+fn a_twin_is_the_same_among_few_and_among_many() {
+    let (few, many) = (recovered(3, 2), recovered(3, 5));
+    for (a, b) in few.twins.iter().zip(&many.twins) {
+        let (TwinEnd::Converged(one), TwinEnd::Converged(other)) = (&a.end, &b.end) else { panic!("both converge") };
+        assert_eq!((&a.truth, &one.values, &one.intervals), (&b.truth, &other.values, &other.intervals));
+    }
+}

@@ -1,0 +1,66 @@
+//! A ply sized and twins studied: words, files, and that threads change nothing.
+
+use super::{CASE, OBSERVED, Ran, command, finish};
+use crate::support::Scratch;
+use serde_json::Value;
+
+fn on_threads(scratch: &Scratch, threads: usize, line: &str) -> Ran {
+    let mut command = command(scratch);
+    command.env("RAYON_NUM_THREADS", threads.to_string());
+    finish(command.args(line.split_whitespace())).done()
+}
+
+fn observed(name: &str) -> Scratch {
+    let scratch = Scratch::new(name);
+    scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
+    scratch
+}
+
+/// What a folder tells, less how long it took and on what.
+fn told(scratch: &Scratch, folder: &str, tables: &[&str]) -> (Value, Vec<String>) {
+    let mut summary: Value = serde_json::from_str(&scratch.read(&format!("{folder}/summary.json"))).expect("JSON");
+    for key in ["seconds", "backend"] {
+        assert!(summary.as_object_mut().expect("an object").remove(key).is_some(), "no {key}");
+    }
+    (summary, tables.iter().map(|table| scratch.read(&format!("{folder}/{table}"))).collect())
+}
+
+#[test]
+fn a_ply_is_sized_in_words_numbers_and_files_the_same_on_any_threads() {
+    let scratch = observed("sized");
+    let line = "size c --ply BASE --limit TC2<480K --probability 0.9 -n 80 --quiet --out";
+    let ran = on_threads(&scratch, 1, &format!("{line} one"));
+    on_threads(&scratch, 3, &format!("{line} three"));
+    let tables = ["sizing.csv", "needed.csv"];
+    let (one, three) = (told(&scratch, "one", &tables), told(&scratch, "three", &tables));
+    assert_eq!(one, three);
+    let sizing = &one.0["sizing"];
+    let number =
+        |key: &str, of: &str| sizing[key][of].as_f64().unwrap_or_else(|| panic!("no {key}.{of} in {sizing:#}"));
+    let (nominal, needed) = (number("nominal", "thickness_m"), number("needed", "thickness_m"));
+    assert!(nominal < needed && (sizing["margin_m"].as_f64() == Some(needed - nominal)), "{sizing:#}");
+    assert_eq!(sizing["check"]["is_borne_out"], true, "{sizing:#}");
+    for said in ["BASE for TC2 below 480 K", "as drawn", "nominally", "in 90 % of members", "margin", "Checked at"] {
+        assert!(ran.stdout.contains(said), "no {said:?} in:\n{}", ran.stdout);
+    }
+    assert!(ran.stdout.lines().count() <= 25 && ran.stdout.lines().all(|line| line.chars().count() <= 80));
+    let page = scratch.read("one/report.html");
+    assert!(page.contains("<section id=\"size\">") && page.contains("Peak of TC2 over the thickness of BASE"));
+    assert_eq!(one.1[0].lines().count(), 14);
+    // It is at its hottest at the end, as the heater never goes out.
+    assert!(ran.stdout.contains("TC2 is at its hottest when the run ends at 40 s"), "{}", ran.stdout);
+}
+
+#[test]
+fn twins_are_the_same_on_any_threads_and_every_one_of_them_is_in_the_table() {
+    let scratch = observed("twins");
+    let line = "twin c --study 7 --factors f_k,f_q --correlation 5s --seed 4 --bounds large --quiet --out";
+    let ran = on_threads(&scratch, 1, &format!("{line} one"));
+    on_threads(&scratch, 3, &format!("{line} three"));
+    let (one, three) = (told(&scratch, "one", &["twins.csv"]), told(&scratch, "three", &["twins.csv"]));
+    assert_eq!(one, three);
+    assert_eq!(one.1[0].lines().count(), 1 + 7 * 2);
+    assert_eq!((&one.0["twins"]["asked"], &one.0["twins"]["correlation_s"]), (&7.into(), &5.0.into()));
+    assert!(ran.stdout.contains("intervals that hold it") && ran.stdout.contains("7 data sets"), "{}", ran.stdout);
+    assert!(scratch.read("one/report.html").contains("<section id=\"twins\">"));
+}
