@@ -1,7 +1,7 @@
 //! From what was typed to what the library takes.
 
 use crate::cli::{
-    BackendKind, BoundsKind, Fit, Limit, Minimiser, On, PrecisionKind, PriorKind, SamplingKind, Sweep, Trusted,
+    BackendKind, BoundsKind, Fit, Limit, Minimiser, On, PrecisionKind, PriorKind, SamplingKind, Sweep, Trusted, Walk,
 };
 use crate::ending::{Failure, input};
 use bondline::case::unit::{Dimension, quantity};
@@ -11,6 +11,7 @@ use bondline::fit::Loss;
 use bondline::march::Precision;
 use bondline::march::choose::{Choice, Kind};
 use bondline::study::estimate::{PAPER, Search};
+use bondline::study::posterior::Walkers;
 use bondline::study::size::Demand;
 use std::ops::Range;
 
@@ -229,6 +230,21 @@ pub(crate) fn search(fit: &Fit, precision: Precision) -> Result<Search, Failure>
         search.options.rules = PAPER;
     }
     Ok(search)
+}
+
+/// The walkers of a posterior, where one is wanted.
+pub(crate) fn walkers(walk: &Walk, seed: u64) -> Result<Option<Walkers>, Failure> {
+    // Of every factor each walker's place after every move is held: 0.8 GB a factor.
+    const MOST: usize = 100_000_000;
+    const FEWEST_MOVES: usize = 10;
+    let Walk { posterior, walkers, moves } = *walk;
+    if moves < FEWEST_MOVES {
+        return Err(input(format!("--moves {moves}: expected {FEWEST_MOVES} at least")));
+    }
+    if walkers.checked_mul(moves).is_none_or(|places| places > MOST) {
+        return Err(input(format!("--walkers {walkers} --moves {moves}: expected no more than {MOST} moves in all")));
+    }
+    Ok(posterior.then_some(Walkers { number: walkers, moves, seed }))
 }
 
 /// What is to be held by which ply.

@@ -54,6 +54,11 @@ pub(crate) enum Command {
         data: Trusted,
         #[command(flatten)]
         fit: Fit,
+        #[command(flatten)]
+        walk: Walk,
+        /// The same seed walks the same way
+        #[arg(long, default_value_t = 1, requires = "posterior")]
+        seed: u64,
         /// Fit this case to the same observations too, and tell what its physics explains
         #[arg(long, value_name = "CASE")]
         beside: Option<PathBuf>,
@@ -68,6 +73,8 @@ pub(crate) enum Command {
         data: Trusted,
         #[command(flatten)]
         fit: Fit,
+        #[command(flatten)]
+        walk: Walk,
     },
     /// How thick a ply must be for a sensor to stay below its limit, and what uncertainty adds to that
     Size {
@@ -293,6 +300,20 @@ pub(crate) struct Fit {
     /// Iterations at most
     #[arg(long, default_value_t = 50)]
     pub patience: usize,
+}
+
+/// How likely the values of what is fitted are.
+#[derive(Debug, Args)]
+pub(crate) struct Walk {
+    /// Draw factors as often as they are likely, by an ensemble of walkers: intervals of any shape, bands of every sensor
+    #[arg(long)]
+    pub posterior: bool,
+    /// Walkers, half of which march at a time
+    #[arg(long, default_value_t = 2000, requires = "posterior")]
+    pub walkers: usize,
+    /// Moves of each walker
+    #[arg(long, default_value_t = 500, requires = "posterior")]
+    pub moves: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -16,6 +16,7 @@ use bondline::report::{self, Seconds, Story, materials, summary};
 use bondline::study::beside::{Beside, BesideError, beside};
 use bondline::study::estimate::{EstimateError, Estimated, estimate};
 use bondline::study::nominal::{Nominal, nominal};
+use bondline::study::posterior::{Posterior, PosteriorError, Walkers, posterior};
 use bondline::study::recovery::Recovery;
 use bondline::study::sensitivity::{Sensitivity, difference_step, sensitivity};
 use bondline::study::size::Sizing;
@@ -70,15 +71,17 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
                 desk.differentiate(step)
             })
         }
-        Command::Estimate { ask, others, data, fit, beside } => {
+        Command::Estimate { ask, others, data, fit, walk, seed, beside } => {
+            let walkers = asked::walkers(&walk, seed)?;
             let mut other: Vec<Case> = beside.map(|path| load(&path, &ask.on)).transpose()?.into_iter().collect();
             prepare(&mut other, &data, &fit)?;
             Desk::open("estimate", ask, &others, 16, |cases| prepare(cases, &data, &fit))?.answer(|desk| {
-                desk.fit(&fit)?;
+                desk.fit(&fit, walkers)?;
                 other.first().map_or(Ok(()), |other| desk.hold_beside(other, &fit))
             })
         }
-        Command::Study { ask, sweep, data, fit } => {
+        Command::Study { ask, sweep, data, fit, walk } => {
+            let walkers = asked::walkers(&walk, sweep.seed)?;
             Desk::open("study", ask, &[], sweep.members, |cases| prepare(cases, &data, &fit))?.answer(|desk| {
                 desk.predict()?;
                 desk.doubt(&sweep, None)?;
@@ -91,7 +94,7 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
                     desk.remark("no estimation: the case names no factors to estimate; give --factors");
                     return Ok(());
                 }
-                desk.fit(&fit)
+                desk.fit(&fit, walkers)
             })
         }
     }
@@ -121,6 +124,7 @@ struct Desk {
     uncertainty: Option<Uncertainty>,
     sensitivity: Option<Sensitivity>,
     estimated: Option<Estimated>,
+    posterior: Option<Posterior>,
     beside: Option<Beside>,
     sizing: Option<Sizing>,
     recovery: Option<Recovery>,
@@ -166,6 +170,7 @@ impl Desk {
             uncertainty: None,
             sensitivity: None,
             estimated: None,
+            posterior: None,
             beside: None,
             sizing: None,
             recovery: None,
@@ -197,6 +202,7 @@ impl Desk {
             uncertainty: self.uncertainty.as_ref(),
             sensitivity: self.sensitivity.as_ref(),
             estimated: self.estimated.as_ref(),
+            posterior: self.posterior.as_ref(),
             beside: self.beside.as_ref(),
             sizing: self.sizing.as_ref(),
             recovery: self.recovery.as_ref(),
@@ -307,15 +313,24 @@ impl Desk {
         Ok(())
     }
 
-    fn fit(&mut self, fit: &Fit) -> Result<(), Failure> {
+    fn fit(&mut self, fit: &Fit, walkers: Option<Walkers>) -> Result<(), Failure> {
         let search = asked::search(fit, self.march.precision())?;
         let others = self.others.iter().zip(&self.other_plans);
         let runs: Vec<(&Case, &Plan)> = std::iter::once((&self.case, &self.plan)).chain(others).collect();
-        let outcome = estimate(&runs, &mut self.march, &search);
-        self.estimated = Some(outcome.map_err(|error| match error {
+        let found = estimate(&runs, &mut self.march, &search).map_err(|error| match error {
             EstimateError::March(error) => error.into(),
             other => input(other),
-        })?);
+        })?;
+        if let Some(walkers) = walkers {
+            self.march.expect(runs.len() * walkers.number * walkers.moves);
+            let outcome = posterior(&runs, &mut self.march, &found, &walkers).map_err(|error| match error {
+                PosteriorError::March(error) => error.into(),
+                other => input(other),
+            })?;
+            self.seed = Some(walkers.seed);
+            self.posterior = Some(outcome);
+        }
+        self.estimated = Some(found);
         Ok(())
     }
 

@@ -65,6 +65,7 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod case;
+mod chance;
 pub mod ensemble;
 pub mod fit;
 pub mod march;

@@ -83,6 +83,7 @@ pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
         uncertainty: Some(&outcome),
         sensitivity: None,
         estimated: None,
+        posterior: None,
         beside: None,
         sizing: None,
         recovery: None,

@@ -7,6 +7,7 @@ mod golden; // the nominal march of every shipped case, as it was
 mod layup; // what a layup has beside its plies
 mod parity; // whole marches of every shipped case: device, lanes, one at a time; f32 and f64
 mod pilot; // cells and steps for an error that was asked for, and what two resolutions say of a third
+mod posterior; // posteriors beside linear intervals and profiles; bands beside what was not fitted
 mod properties; // truths of heat that no case may break, and what a seed promises
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod shaders; // naga: kernels, layouts, twins of names, the loop budget

@@ -6,8 +6,7 @@
 //! on the size of the ensemble too.
 
 use crate::case::{Bounds, Factor};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use crate::chance::Numbers;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// How to draw, and from which seed.
@@ -68,40 +67,28 @@ impl Draw {
     pub(super) fn new(factors: &[Factor], bounds: Bounds, sampling: &Sampling, members: usize) -> Self {
         let spreads = factors.iter().map(|factor| Spread::new(factor.nominal, factor.bounds(bounds))).collect();
         // No member has this number, so its stream is free for the keys.
-        let mut keys = stream(sampling.seed, u64::MAX);
-        let keys = factors.iter().map(|_| keys.next_u64()).collect();
+        let mut keys = Numbers::of(sampling.seed, u64::MAX);
+        let keys = factors.iter().map(|_| keys.word()).collect();
         Self { sampling: *sampling, members: members as u64, spreads, keys }
     }
 
     /// The factor values of one member.
     pub(super) fn row(&self, member: usize) -> Vec<f64> {
         let member = member as u64;
-        let mut numbers = stream(self.sampling.seed, member);
+        let mut numbers = Numbers::of(self.sampling.seed, member);
         let draws = self.spreads.iter().zip(&self.keys).enumerate();
         draws
             .map(|(factor, (spread, &key))| match self.sampling.kind {
-                SamplingKind::Normal => spread.normal(unit(&mut numbers)),
-                SamplingKind::Uniform => spread.uniform(unit(&mut numbers)),
+                SamplingKind::Normal => spread.normal(numbers.unit()),
+                SamplingKind::Uniform => spread.uniform(numbers.unit()),
                 SamplingKind::LatinHypercube => {
                     let stratum = permuted(member, self.members, key);
-                    spread.normal((stratum as f64 + unit(&mut numbers)) / self.members as f64)
+                    spread.normal((stratum as f64 + numbers.unit()) / self.members as f64)
                 }
                 SamplingKind::Sobol => spread.normal(sobol(self.sampling.seed, member, factor as u64)),
             })
             .collect()
     }
-}
-
-/// The numbers that belong to one member.
-fn stream(seed: u64, member: u64) -> ChaCha8Rng {
-    let mut numbers = ChaCha8Rng::seed_from_u64(seed);
-    numbers.set_stream(member);
-    numbers
-}
-
-/// A number strictly between zero and one: 53 bits, and half of the last to keep off zero.
-fn unit(numbers: &mut ChaCha8Rng) -> f64 {
-    ((numbers.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
 }
 
 /// A number strictly between zero and one: one coordinate of a scrambled Sobol point.

@@ -44,18 +44,22 @@ pub mod difference;
 pub mod identify;
 pub mod interval;
 pub mod loss;
+pub mod mixing;
 mod neighbourhood;
 mod pace;
 pub mod prior;
 pub mod subset;
 pub mod termination;
+pub mod walk;
 
 pub use difference::difference;
 pub use identify::{Certainty, certainty};
 pub use loss::{Loss, Robust};
-pub use prior::{Posterior, Prior, Weighed, WithPriors, posterior};
+pub use mixing::Mixing;
+pub use prior::{Known, Prior, Weighed, WithPriors, known};
 pub use subset::{Dropped, Limits, Reason, Subset, subset};
 pub use termination::Termination;
+pub use walk::{Walk, walk};
 
 use descent::Descent;
 use nalgebra::{DMatrix, DVector};

@@ -85,9 +85,9 @@ impl Prior {
     }
 }
 
-/// What data and priors together say at the end of a fit, straightened where it was robust.
+/// What data and priors together say at the end of a fit, to first order; straightened where it was robust.
 #[derive(Clone, Debug)]
-pub struct Posterior {
+pub struct Known {
     /// Residuals and derivatives of the data, and after them those of the priors.
     tangent: Tangent,
     samples: usize,
@@ -103,7 +103,7 @@ pub struct Posterior {
 /// own residuals, for squares as `s² = S/(n − q)`, where `q = tr(J (JᵀJ/s² + Λ)⁻¹ Jᵀ)/s²` is how many variables the data
 /// had to determine, priors of precision Λ having had a share in them. The covariance is `(JᵀJ/s² + Λ)⁻¹`. To take s² for
 /// the variance of all residuals alike would widen or narrow what is known beforehand by how well the data fit.
-pub fn posterior(fit: &Fit, loss: Loss, priors: usize) -> Posterior {
+pub fn known(fit: &Fit, loss: Loss, priors: usize) -> Known {
     let samples = fit.residuals.len() - priors;
     let data =
         loss.straightened(&fit.residuals.rows(0, samples).into_owned(), &fit.jacobian.rows(0, samples).into_owned());
@@ -121,10 +121,10 @@ pub fn posterior(fit: &Fit, loss: Loss, priors: usize) -> Posterior {
         }
     }
     let scale = loss.scale(&data.residuals, variance);
-    Posterior { tangent: Tangent { residuals, jacobian }, samples, variance, scale }
+    Known { tangent: Tangent { residuals, jacobian }, samples, variance, scale }
 }
 
-impl Posterior {
+impl Known {
     /// Those of the data alone.
     pub fn residuals(&self) -> &[f64] {
         &self.tangent.residuals.as_slice()[..self.samples]
@@ -192,7 +192,7 @@ mod tests {
         let mut problem = WithPriors { problem: Repeated(readings), priors };
         let options = Options { tolerance_gradient: 1e-12, tolerance_reduction: 1e-20, ..Options::default() };
         let Ok(fit) = minimize(&mut problem, &DVector::from_element(1, 1.0), &options);
-        let found = posterior(&fit, Loss::Squares, 1);
+        let found = known(&fit, Loss::Squares, 1);
         let certainty = found.certainty(found.variance);
         (fit, certainty, found.variance)
     }

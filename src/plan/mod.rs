@@ -8,21 +8,20 @@ pub mod clock;
 pub mod grid;
 pub mod layout;
 pub mod readout;
+mod steps;
 mod substances;
 mod tables;
 
 pub use crate::case::GasPath;
 use crate::case::air::air_enthalpy_j_kg;
-use crate::case::{
-    Case, Conductivity, Emissivity, Face, Holder, Material, OpenFace, OutOfRange, Property, Schedule, Table,
-};
+use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutOfRange, Property, Table};
 use clock::{Clock, Pace};
 use grid::{Density, Grid};
 use layout::{
-    AIR_COLUMNS, Bead, Bulk, Cell, Drive, NO_INSTANT, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
-    TABLE_NODES,
+    AIR_COLUMNS, Bead, Bulk, Cell, Drive, Path, Place, Ply, Reaction, Scaling, Sensor, Substance, TABLE_NODES,
 };
 use readout::Readout;
+use steps::{beads, drives, instants};
 use substances::{bulk, paths, plies, reactions, states, substances};
 
 /// Largest errors of temperatures at any sensor and instant, K, held against twice the cells and steps.
@@ -47,7 +46,7 @@ pub struct Plan {
     pub instants_s: Vec<f64>,
     /// End of each step, s, after a first entry of zero.
     pub times_s: Vec<f64>,
-    /// The record that is made at each of `times_s`, or [`NO_INSTANT`].
+    /// The record that is made at each of `times_s`, or [`NO_INSTANT`](layout::NO_INSTANT).
     pub instants: Vec<u32>,
     /// Records of every sensor that a march makes.
     pub records: usize,
@@ -234,23 +233,6 @@ impl Plan {
     }
 }
 
-/// The instant at the start of each step and at the end of the last.
-fn instants(clock: &Clock) -> Vec<u32> {
-    let mut next = 0;
-    clock
-        .times_s
-        .iter()
-        .map(|&time_s| {
-            if clock.instants_s.get(next).is_some_and(|&instant_s| instant_s <= time_s) {
-                next += 1;
-                next as u32 - 1
-            } else {
-                NO_INSTANT
-            }
-        })
-        .collect()
-}
-
 fn parts(case: &Case) -> usize {
     let is_part = |property| {
         matches!(property, Property::ConductivitySolid | Property::ConductivityGas | Property::ConductivityRadiative)
@@ -324,65 +306,6 @@ fn face(face: &Face) -> layout::Face<f64> {
             held: 0.0,
         },
     }
-}
-
-fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
-    let exposure = &case.exposure;
-    let mut drives = Vec::with_capacity(4 * clock.times_s.len());
-    let back_pressure_pa = exposure.back_pressure_pa.as_ref().unwrap_or(&exposure.pressure_pa);
-    let sides = [(&exposure.hot_face, &exposure.pressure_pa), (&exposure.back_face, back_pressure_pa)];
-    for step in clock.times_s.windows(2) {
-        for (face, pressure_pa) in sides {
-            let holder = exposure.holder.as_ref();
-            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.after(step[0])));
-            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.before(step[1])));
-        }
-    }
-    let end = [drives[drives.len() - 3], drives[drives.len() - 1]];
-    drives.extend([end[0], end[0], end[1], end[1]]);
-    drives
-}
-
-fn drive(face: &Face, holder: Option<&Holder>, pressure_pa: &Schedule, read: impl Fn(&Schedule) -> f64) -> Drive<f64> {
-    let holder_k = holder.map_or(0.0, |holder| read(&holder.temperature_k));
-    let pressure_pa = read(pressure_pa);
-    match face {
-        Face::Held(temperature_k) => Drive {
-            flux_w_m2: 0.0,
-            radiant_w_m2: 0.0,
-            gas_k: 0.0,
-            surroundings_k: 0.0,
-            pressure_pa,
-            held_k: read(temperature_k),
-            holder_k,
-        },
-        Face::Open(open) => Drive {
-            flux_w_m2: read(&open.flux_w_m2),
-            radiant_w_m2: read(&open.radiant_w_m2),
-            gas_k: read(&open.gas_k),
-            surroundings_k: read(&open.surroundings_k),
-            pressure_pa,
-            held_k: 0.0,
-            holder_k,
-        },
-    }
-}
-
-/// Exact weights of a first-order lag under a reading that moves in a straight line over the step.
-fn beads(case: &Case, clock: &Clock) -> Vec<Bead<f64>> {
-    let mut beads = Vec::with_capacity(clock.times_s.len() * case.sensors.len());
-    for step in clock.times_s.windows(2) {
-        for sensor in &case.sensors {
-            beads.push(if sensor.lag_s > 0.0 {
-                let lags = (step[1] - step[0]) / sensor.lag_s;
-                let mean = -(-lags).exp_m1() / lags;
-                Bead { start: mean - (-lags).exp(), end: 1.0 - mean }
-            } else {
-                Bead { start: 0.0, end: 1.0 }
-            });
-        }
-    }
-    beads
 }
 
 /// The temperatures a ply may take: those of every table of its material that refuses to be left.

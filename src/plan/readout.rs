@@ -43,6 +43,16 @@ impl Readout {
         self.taps.is_empty()
     }
 
+    /// The readings up to one of the instants.
+    pub(super) fn until(&self, instant: usize) -> Self {
+        Self { taps: self.taps[..=instant].to_vec() }
+    }
+
+    /// The last record that is read.
+    pub(super) fn last(&self) -> usize {
+        self.taps.iter().flatten().map(|&(record, _)| record).max().unwrap_or_default()
+    }
+
     /// Append the readings at all instants to `readings`, from the records of one sensor.
     pub fn read(&self, records: &[f64], readings: &mut Vec<f64>) {
         readings.extend(

@@ -2,12 +2,17 @@
 //!
 //! Trace and layout attributes are those of the plotly.js reference, <https://plotly.com/javascript/reference/>.
 
+mod corner;
+
 use super::figure::{Axis, Figure, Ink, Layer, Scale, Stroke, decades, diverging, rising};
 use super::words;
 use serde_json::{Value, json};
 
 /// `{"traces": […], "layout": {…}}`.
 pub(super) fn draw(figure: &Figure) -> Value {
+    if let [Layer::Corner { variables, regions }] = figure.layers.as_slice() {
+        return corner::draw(variables, regions);
+    }
     let mut traces = Vec::new();
     let mut shapes = Vec::new();
     for layer in &figure.layers {
@@ -75,6 +80,8 @@ pub(super) fn draw(figure: &Figure) -> Value {
                 ));
             }
             Layer::Cells { values } => traces.push(cells(figure, values)),
+            // It has axes of its own: see `corner`.
+            Layer::Corner { .. } => {}
             Layer::Contours { name, x, y, values, levels } => traces.push(contours(name, x, y, values, levels)),
             Layer::Whiskers { name, ink, percentiles } => {
                 let of = |index: usize| -> Vec<f64> { percentiles.iter().map(|p| p[index]).collect() };

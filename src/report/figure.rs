@@ -89,12 +89,41 @@ pub enum Layer {
         /// Rising, each ten to the same power times the one before.
         levels: Vec<f64>,
     },
+    /// The distribution of each variable on a diagonal, and below it the regions of each two. It fills the figure, and has
+    /// axes of its own.
+    Corner {
+        variables: Vec<Variable>,
+        regions: Vec<Region>,
+    },
     /// At each name of the horizontal axis the percentiles 2.5, 25, 50, 75, 97.5.
     Whiskers {
         name: String,
         ink: Ink,
         percentiles: Vec<[f64; 5]>,
     },
+}
+
+/// One variable of a corner.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    pub name: String,
+    /// Lowest and highest value shown.
+    pub range: (f64, f64),
+    /// Middles of its bins, and the share in each.
+    pub middles: Vec<f64>,
+    pub shares: Vec<f64>,
+    pub estimate: f64,
+    /// Where 95 % lie.
+    pub interval: (f64, f64),
+}
+
+/// Two variables of a corner, by their places.
+#[derive(Clone, Debug)]
+pub struct Region {
+    pub across: usize,
+    pub up: usize,
+    /// `enclosed[j][i]` at the middles i across and j up: how much lies where it is at least as dense.
+    pub enclosed: Vec<Vec<f64>>,
 }
 
 /// One part of a pile.
@@ -218,7 +247,7 @@ impl Layer {
             }
             Self::Band { x, low, high, .. } => (span(x), union(span(low), span(high))),
             Self::Shares { x, .. } => (span(x), Some((0.0, 100.0))),
-            Self::Window { .. } | Self::Cells { .. } => (None, None),
+            Self::Window { .. } | Self::Cells { .. } | Self::Corner { .. } => (None, None),
             Self::Contours { x, y, .. } => (span(x), span(y)),
             Self::Whiskers { percentiles, .. } => (None, span(percentiles.as_flattened())),
         }

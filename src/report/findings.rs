@@ -1,7 +1,7 @@
 //! What was found, in sentences: the same for the page and, shortened, for the screen.
 
 use super::figures::nearest;
-use super::{Story, gas, recovery, sizing, words};
+use super::{Story, gas, posterior, recovery, sizing, words};
 use crate::case::Case;
 use crate::fit::Loss;
 use crate::study::beside::Beside;
@@ -88,6 +88,13 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
                     words::misfit(after.rms_k)
                 ),
             );
+        }
+        if let Some(outcome) = story.posterior {
+            say("Posterior", posterior::walked(outcome));
+            say("Lacking", posterior::lacking(outcome));
+            if let Some(said) = posterior::foreseen(story, outcome) {
+                say("Foreseen", said);
+            }
         }
         if let Some(said) = ends(outcome) {
             say("Starts", said);

@@ -7,6 +7,7 @@ use crate::case::*;
 use crate::march::{Backend, Precision};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::{Misfit, Nominal, Peak, Reached};
+use crate::study::posterior::Posterior;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::uncertainty::{Failure, PeakSpread, Spread, Uncertainty};
 use crate::traces::{Arrival, Balance};
@@ -15,8 +16,10 @@ use std::time::Instant;
 
 mod charring;
 mod estimated;
+mod posterior;
 
 use estimated::estimated;
+use posterior::posterior;
 
 /// A case and an answer to every question about it.
 pub(super) struct Outcomes {
@@ -26,6 +29,7 @@ pub(super) struct Outcomes {
     pub uncertainty: Uncertainty,
     pub sensitivity: Sensitivity,
     pub estimated: Estimated,
+    pub posterior: Posterior,
 }
 
 impl Outcomes {
@@ -43,6 +47,7 @@ impl Outcomes {
             uncertainty: (study || command == "uncertainty").then_some(&self.uncertainty),
             sensitivity: (study || command == "sensitivity").then_some(&self.sensitivity),
             estimated: (study || command == "estimate").then_some(&self.estimated),
+            posterior: (study || command == "estimate").then_some(&self.posterior),
             beside: None,
             sizing: None,
             recovery: None,
@@ -344,6 +349,7 @@ pub(super) fn outcomes() -> Outcomes {
         uncertainty: uncertainty(&case, &nominal),
         sensitivity: sensitivity(),
         estimated: estimated(&case, nominal.clone()),
+        posterior: posterior(),
         backend: Backend { name: "AMD EPYC, 2 threads".to_owned(), kind: "cpu", precision: Precision::F64 },
         nominal,
         case,

@@ -13,6 +13,7 @@ mod fixture;
 mod gas;
 mod html;
 pub mod materials;
+mod posterior;
 mod recovery;
 mod sizing;
 pub mod summary;
@@ -25,6 +26,7 @@ use crate::march::{Backend, Precision};
 use crate::study::beside::Beside;
 use crate::study::estimate::{Estimated, Fitted};
 use crate::study::nominal::{Misfit, Nominal};
+use crate::study::posterior::Posterior;
 use crate::study::recovery::Recovery;
 use crate::study::sensitivity::Sensitivity;
 use crate::study::size::Sizing;
@@ -50,6 +52,7 @@ pub struct Story<'a> {
     pub uncertainty: Option<&'a Uncertainty>,
     pub sensitivity: Option<&'a Sensitivity>,
     pub estimated: Option<&'a Estimated>,
+    pub posterior: Option<&'a Posterior>,
     pub beside: Option<&'a Beside>,
     pub sizing: Option<&'a Sizing>,
     pub recovery: Option<&'a Recovery>,

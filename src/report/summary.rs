@@ -1,6 +1,6 @@
 //! The outcome on one screen: at most 24 lines of 80 columns.
 
-use super::{Story, backend_words, findings, gas, recovery, sizing, warnings, words};
+use super::{Story, backend_words, findings, gas, posterior, recovery, sizing, warnings, words};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
 use crate::study::proportion::Proportion;
@@ -183,6 +183,14 @@ fn estimate(story: &Story, outcome: &Estimated, room: &Room) -> Vec<String> {
         let estimand = &outcome.factors[profile.factor];
         let within = words::profiled(profile.interval, estimand.bounds);
         lines.push(format!("{}: 95 % by its profile: {within}", estimand.factor.name));
+    }
+    if let Some(drawn) = story.posterior {
+        for (marginal, estimand) in drawn.marginals.iter().zip(&outcome.factors).take(room.factors) {
+            let ((low, high), name) = (marginal.interval, &estimand.factor.name);
+            lines.push(format!("{name}: 95 % by its posterior: {low:.3} to {high:.3}, median {:.3}", marginal.median));
+        }
+        lines.push(posterior::walked_shortly(drawn));
+        lines.extend(posterior::foreseen(story, drawn).map_or(Vec::new(), |said| wrapped("", &said)));
     }
     for (name, (before, after)) in story.misfits(outcome).into_iter().take(room.fitted) {
         lines.push(format!(

@@ -1,6 +1,6 @@
 //! What an analyst should doubt before using an outcome.
 
-use super::{Story, recovery, sizing, words};
+use super::{Story, posterior, recovery, sizing, words};
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, Ply};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
@@ -61,6 +61,7 @@ pub(super) fn all(story: &Story) -> Vec<String> {
             excursions(case, &[&fitted.before, &fitted.after], &mut doubts);
         }
     }
+    doubts.extend(story.posterior.iter().flat_map(|outcome| posterior::doubts(story, outcome)));
     let fitted = story.estimated.and_then(|outcome| outcome.fitted.first()).map(|fitted| &fitted.after);
     let marches: Vec<&Nominal> = story.nominal_march().into_iter().chain(fitted).collect();
     excursions(story.case, &marches, &mut doubts);

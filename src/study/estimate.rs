@@ -16,7 +16,7 @@ use super::thermocouples::{Part, Sample, Thermocouples, samples};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 use crate::fit::interval::{effective_samples, inflation, lag_one, noise_autocorrelation, student_95};
-use crate::fit::{Fit, Loss, Options, Prior, Robust, Rules, Weighed, WithPriors, minimize_all, posterior};
+use crate::fit::{Fit, Loss, Options, Prior, Robust, Rules, Weighed, WithPriors, known, minimize_all};
 use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
 use crate::traces::Traces;
@@ -194,7 +194,7 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         .map(|((run, observed), traces)| Fitted::of(*run, observed, traces))
         .collect();
 
-    let found = posterior(fit, loss, priors.len());
+    let found = known(fit, loss, priors.len());
     let mut weighted = found.residuals().iter().copied();
     let traces: Vec<Vec<f64>> =
         observed.iter().flatten().map(|trace| weighted.by_ref().take(trace.len()).collect()).collect();
@@ -310,7 +310,8 @@ fn window_s(case: &Case) -> (f64, f64) {
     case.estimate.window_s.unwrap_or((0.0, case.exposure.duration_s))
 }
 
-fn priors(factors: &[Estimand], prior: Option<Bounds>) -> Vec<Prior> {
+/// What is known of the factors beforehand, where side constraints are taken to say it.
+pub(super) fn priors(factors: &[Estimand], prior: Option<Bounds>) -> Vec<Prior> {
     let of = |bounds| {
         let each = factors.iter().enumerate();
         each.map(move |(variable, Estimand { factor, .. })| Prior {

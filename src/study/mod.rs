@@ -3,6 +3,7 @@
 pub mod beside;
 pub mod estimate;
 pub mod nominal;
+pub mod posterior;
 pub mod proportion;
 pub mod recovery;
 pub mod sensitivity;

@@ -46,7 +46,7 @@ impl<'a> Part<'a> {
     }
 
     /// Members with these values, a point each, for the factors that vary.
-    fn ensemble<'p>(&self, points: impl Iterator<Item = &'p [f64]>) -> Ensemble {
+    pub fn ensemble<'p>(&self, points: impl Iterator<Item = &'p [f64]>) -> Ensemble {
         let row = |point: &[f64]| {
             let mut row = self.nominal.clone();
             for (place, &value) in self.places.iter().zip(point) {

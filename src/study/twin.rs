@@ -1,13 +1,11 @@
 //! Observations made of known factors: what thermocouples would show if the truth were this.
 
 use crate::case::Case;
+use crate::chance::Numbers;
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
 use crate::traces::{Arrival, Traces};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
-use statrs::distribution::{ContinuousCDF, Normal};
 
 /// Synthetic measurements at every instant of the plan.
 #[derive(Clone, Debug)]
@@ -38,14 +36,10 @@ pub enum TwinError {
 impl Noise {
     /// Noise of standard deviation one at these times. It depends on the seed, the data set and the sensor's place alone.
     pub fn at(&self, times_s: &[f64], data_set: usize, sensor: usize) -> Vec<f64> {
-        let normal = Normal::standard();
-        let mut draws = ChaCha8Rng::seed_from_u64(self.seed);
-        draws.set_stream((data_set as u64) << 32 | sensor as u64);
+        let mut numbers = Numbers::of(self.seed, (data_set as u64) << 32 | sensor as u64);
         let mut before: Option<(f64, f64)> = None;
         let mut next = |&time_s: &f64| {
-            // The middle of one of 2⁵³ equal strata: never nought or one, where the inverse is not finite.
-            let uniform = ((draws.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
-            let fresh = normal.inverse_cdf(uniform);
+            let fresh = numbers.normal();
             let noise = match before {
                 Some((then_s, noise)) if self.correlation_s > 0.0 => {
                     let kept = (-(time_s - then_s) / self.correlation_s).exp();

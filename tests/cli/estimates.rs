@@ -1,6 +1,7 @@
-//! Estimates: of several cases at once, by a loss, with what is known beforehand, from many starts, and their profiles.
+//! Estimates: of several cases at once, by a loss, with what is known beforehand, from many starts, their profiles and
+//! posteriors.
 
-use super::{CASE, say};
+use super::{CASE, command, finish, say};
 use crate::support::Scratch;
 use serde_json::Value;
 
@@ -138,4 +139,45 @@ fn where_a_problem_is_near_linear_a_profile_ends_where_the_linear_interval_does(
     let table = scratch.read("out/c/estimate/profiles.csv");
     assert!(table.starts_with("held,f_k,f_q,rise\nf_k,") && table.contains("\nf_q,"), "{table}");
     assert!(found["profiles"].is_object() && estimated(&scratch, "c", "").get("profiles").is_none());
+}
+
+#[test]
+fn a_posterior_is_the_same_on_any_number_of_threads_and_foresees_every_sensor() {
+    let scratch = Scratch::new("posterior");
+    observed(&scratch, "thin", SAME, 1);
+    observed(&scratch, "thick", THICK, 2);
+    let walk =
+        "estimate thin thick --factors f_k,f_q --sensors TC2 --window 0:40 --prior small --loss huber --json --quiet";
+    let walk = format!("{walk} --force --posterior --walkers 40 --moves 300");
+    let walked = |more: &str, threads: &str| {
+        let words = format!("{walk} {more}");
+        let mut command = command(&scratch);
+        let found = finish(command.args(words.split_whitespace()).env("RAYON_NUM_THREADS", threads)).done().json();
+        (found, scratch.read("out/thin+thick/estimate/posterior.csv"))
+    };
+    let ((found, one), (_, two), (_, other)) = (walked("", "1"), walked("", "2"), walked("--seed 2", "2"));
+    assert!(one.starts_with("f_k,f_q\n") && one.lines().count() > 1000, "{}", one.len());
+    assert!(one == two && one != other);
+
+    let known = &found["posterior"];
+    for (factor, truth) in [("f_k", 1.1), ("f_q", 0.95)] {
+        let [low, median, high] =
+            ["low", "median", "high"].map(|key| number(known, &format!("factors.{factor}.{key}")));
+        assert!(low < median && median < high && low - 0.02 < truth && truth < high + 0.02, "{factor}: {known:#}");
+        assert!(number(known, &format!("factors.{factor}.r_hat")) < 1.2, "{known:#}");
+    }
+    assert!(number(known, "acceptance") > 0.15 && number(known, "burn_in") > 4.0);
+    for case in ["thin", "thick"] {
+        // TC1 was not fitted, and is observed.
+        let held = number(known, &format!("predicted.{case}.TC1.discrepancy.held"));
+        assert!(held > 0.85, "{case}: {held}");
+    }
+    let table = scratch.read("out/thin+thick/estimate/predictive-thick.csv");
+    assert!(table.starts_with("sensor,time_s,p2.5_K,p50_K,p97.5_K,lacking_p2.5_K"), "{table}");
+    let page = scratch.read("out/thin+thick/estimate/report.html");
+    assert!(page.contains("id=\"posterior\"") && page.contains("What the posterior predicts of TC1 of thick"));
+    assert!(estimated(&scratch, "thin", "").get("posterior").is_none());
+    say(&scratch, "estimate thin --walkers 50").ended(2).saying(&["--posterior"]);
+    say(&scratch, "estimate thin --posterior --walkers 3 --quiet").ended(2).saying(&["3 walkers", "4 at least"]);
+    say(&scratch, "estimate thin --posterior --moves 3").ended(2).saying(&["--moves 3", "10 at least"]);
 }

@@ -8,6 +8,7 @@ mod beside;
 mod estimate;
 mod gas;
 mod nominal;
+mod posterior;
 mod profile;
 mod recovery;
 mod sensitivity;
@@ -32,6 +33,9 @@ pub fn all(story: &Story) -> Vec<Figure> {
     );
     figures.extend(story.sensitivity.map(|outcome| sensitivity::figures(case, outcome)).unwrap_or_default());
     figures.extend(story.estimated.map(|outcome| estimate::figures(story, outcome)).unwrap_or_default());
+    if let (Some(found), Some(outcome)) = (story.estimated, story.posterior) {
+        figures.extend(posterior::figures(story, found, outcome));
+    }
     if let (Some(first), Some(outcome)) = (story.estimated, story.beside) {
         figures.extend(beside::figures(case, &first.fitted[0], outcome));
     }

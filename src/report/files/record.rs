@@ -2,6 +2,7 @@
 
 mod asked;
 mod estimated;
+mod posterior;
 
 use super::super::{ReportError, Story, findings, precision_words};
 use crate::case::Case;
@@ -12,6 +13,7 @@ use crate::study::uncertainty::Uncertainty;
 use crate::traces::Arrival;
 use asked::{RecoveryRecord, SizingRecord};
 use estimated::EstimatedRecord;
+use posterior::PosteriorRecord;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
@@ -36,6 +38,8 @@ struct Record<'a> {
     balance: Balance,
     #[serde(flatten)]
     estimated: Option<EstimatedRecord<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    posterior: Option<PosteriorRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     beside: Option<BesideRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -211,6 +215,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
             mass: readings.map(|outcome| outcome.balance.mass_residual()),
         },
         estimated: story.estimated.map(|outcome| EstimatedRecord::of(story, outcome)),
+        posterior: story.posterior.map(|outcome| PosteriorRecord::of(story, outcome)),
         beside: story.beside.map(|outcome| beside(story.case, outcome)),
         sizing: story.sizing.map(|outcome| SizingRecord::of(story.case, outcome)),
         twins: story.recovery.map(RecoveryRecord::of),
@@ -298,6 +303,10 @@ mod tests {
         assert_eq!((&determined["combination"], &determined["factors"][1]), (&"ratio".into(), &"f_cp_INS".into()));
         assert!(determined["value"].as_f64().is_some_and(|value| (value - 0.951).abs() < 1e-3));
         assert_eq!(determined["relative_standard_error"], 0.003);
+        let drawn = &read["posterior"];
+        assert_eq!((&drawn["settled"], &drawn["factors"]["f_cp_INS"]["median"]), (&true.into(), &1.018.into()));
+        assert_eq!((&drawn["correlation"][0][1], &drawn["discrepancy"]["amplitude_k"]), (&0.98.into(), &4.2.into()));
+        assert_eq!(drawn["predicted"][outcomes.case.id.as_str()]["TC4"]["discrepancy"]["held"], 0.96);
         assert_eq!(read["members"]["failed"], 0);
         assert_eq!(read["backend"]["precision"], "f64");
         assert!(read["sensors"]["TC4"]["peak_k"].as_f64().is_some_and(|peak| peak > 300.0));

@@ -8,9 +8,11 @@
 //! | `shares.csv` | `sensor`, `time_s`, each factor's share of the spread, correlation, and first-order Sobol index |
 //! | `sensitivities.csv` | `sensor`, `time_s`, K per unit of each factor |
 //! | `residuals.csv` | `sensor`, `time_s`, measured less predicted over the fitted window |
-//! | `traces-CASE.csv`, `residuals-CASE.csv` | the same of the further cases of a joint estimate |
+//! | `traces-CASE.csv`, `residuals-CASE.csv`, `predictive-CASE.csv` | the same of the further cases of a joint estimate |
 //! | `path.csv` | `iteration`, the factors, the objective, the damping |
 //! | `profiles.csv` | `held`, the factor that is held, all factors, the rise of the objective in squares of a standard error |
+//! | `posterior.csv` | values of the factors, drawn as often as they are likely |
+//! | `predictive.csv` | `sensor`, `time_s`, between what 95 % of these predict, and the same with what the model lacks |
 //! | `sizing.csv` | `thickness_m`, nominal peak and percentiles 2.5, 50, 97.5 of the members' peaks there, share of members that hold the limit |
 //! | `needed.csv` | `thickness_m` that each member needs, thinnest first, and the share of members that need no more |
 //! | `twins.csv` | `twin`, `factor`, truth, estimate, its 95 % interval, and whether that holds the truth; the last four empty where no fit converged |
@@ -21,6 +23,7 @@ use super::super::{ReportError, Story};
 use crate::case::Case;
 use crate::study::estimate::{Estimated, Fitted, Landscape};
 use crate::study::nominal::Nominal;
+use crate::study::posterior::{Posterior, Predicted};
 use crate::study::recovery::{Recovery, TwinEnd};
 use crate::study::sensitivity::Sensitivity;
 use crate::study::size::Sizing;
@@ -65,6 +68,13 @@ pub(in super::super) fn all(story: &Story) -> Result<Vec<(String, Vec<u8>)>, Rep
         }
         if let Some(landscape) = &outcome.landscape {
             tables.push(plane(outcome, landscape)?);
+        }
+    }
+    if let (Some(found), Some(outcome)) = (story.estimated, story.posterior) {
+        tables.push(posterior(found, outcome)?);
+        for (which, (case, of)) in story.cases().zip(&outcome.predicted).enumerate() {
+            let name = if which == 0 { "predictive".to_owned() } else { file_name("predictive", &case.id) };
+            tables.push(predictive(&format!("{name}.csv"), case, of)?);
         }
     }
     if let Some(outcome) = story.sizing {
@@ -220,6 +230,28 @@ fn plane(outcome: &Estimated, landscape: &Landscape) -> Result<(String, Vec<u8>)
     for (&y, row) in landscape.y.iter().zip(&landscape.objective_k2) {
         for (&x, &objective_k2) in landscape.x.iter().zip(row) {
             table.row(None, [x, y, objective_k2])?;
+        }
+    }
+    table.close()
+}
+
+fn posterior(found: &Estimated, outcome: &Posterior) -> Result<(String, Vec<u8>), ReportError> {
+    let names = found.factors.iter().map(|factor| factor.factor.name.clone());
+    let mut table = Table::new("posterior.csv", names)?;
+    for draw in &outcome.draws {
+        table.row(None, draw.iter().copied())?;
+    }
+    table.close()
+}
+
+fn predictive(name: &str, case: &Case, outcome: &Predicted) -> Result<(String, Vec<u8>), ReportError> {
+    let columns = ["p2.5_K", "p50_K", "p97.5_K", "lacking_p2.5_K", "lacking_p50_K", "lacking_p97.5_K"];
+    let mut table = Table::new(name, ["sensor", "time_s"].into_iter().chain(columns))?;
+    for (sensor, found) in case.sensors.iter().zip(&outcome.sensors) {
+        for (at, &time_s) in outcome.instants_s.iter().enumerate() {
+            let of = [&found.parameters, &found.discrepancy];
+            let curves = of.iter().flat_map(|band| [band.low_k[at], band.median_k[at], band.high_k[at]]);
+            table.row(Some(&sensor.name), std::iter::once(time_s).chain(curves))?;
         }
     }
     table.close()

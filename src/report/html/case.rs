@@ -286,6 +286,14 @@ pub(super) fn method(story: &Story) -> String {
              Nonlinear Regression Analysis, 1988), whatever the curve of the prediction.",
         );
     }
+    if story.posterior.is_some() {
+        out += &paragraph(
+            "Posterior: values drawn as often as they are likely, by walkers that move by each other's differences (ter Braak \
+             2006) between the bounds. Data weigh as in the intervals, by their scatter and the effective number of samples. What \
+             the model lacks is a process of exponential memory, as strong as the residuals are beyond the readings' own deviations; \
+             at each sensor and instant it is in proportion to what a standard deviation of every factor of the case moves there.",
+        );
+    }
     out + &paragraph(
         "\"The paper\" whose figures are named is \"Flexible Thermal Protection System Physics-Based Modeling for \
          Temperature Profile Predictions\". Its property tables and thermocouple traces are not public: what stands \

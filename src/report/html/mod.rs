@@ -5,6 +5,7 @@
 
 mod asked;
 mod case;
+mod posterior;
 mod sections;
 mod table;
 

@@ -4,7 +4,7 @@ use super::super::figure::Figure;
 use super::super::findings::{ends, explained, objective, ranked, sentence};
 use super::super::{Story, gas, words};
 use super::table::{escaped, list, paragraph, table};
-use super::{Section, asked, case};
+use super::{Section, asked, case, posterior};
 use crate::case::Case;
 use crate::study::beside::Beside;
 use crate::study::estimate::{Estimand, Estimated};
@@ -48,6 +48,9 @@ pub(super) fn all(story: &Story, figures: &[Figure], stills: &[String]) -> Vec<S
     if let Some(outcome) = story.estimated {
         add("estimation", "Estimation", estimation(story, outcome) + &shown("estimation"));
     }
+    if let (Some(found), Some(outcome)) = (story.estimated, story.posterior) {
+        add("posterior", "Posterior", posterior::posterior(story, found, outcome) + &shown("posterior"));
+    }
     if let Some(outcome) = story.beside {
         add("beside", "Beside another case", beside(story, outcome) + &shown("beside"));
     }
@@ -73,6 +76,7 @@ fn section_of(figure: &Figure) -> &'static str {
         "gas" => "gas",
         "spread" | "shares" | "peaks" => "uncertainty",
         "sensitivity" | "alignment" | "proposed" => "sensitivity",
+        "corner" | "predictive" => "posterior",
         "beside" => "beside",
         "size" => "size",
         "twins" => "twins",

@@ -40,7 +40,7 @@ pub(super) fn legend(figure: &Figure) -> Vec<Entry> {
                     entries.push(Entry { name: words::significant(*level, 2), colour, key: Key::Line(Stroke::Solid) });
                 }
             }
-            Layer::Cells { .. } => {}
+            Layer::Cells { .. } | Layer::Corner { .. } => {}
         }
     }
     entries.retain(|entry| !entry.name.is_empty());
@@ -152,6 +152,8 @@ pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) ->
             chart.plotting_area().draw(&Rectangle::new(corners, colour(WINDOW).mix(WINDOW_OPACITY).filled()))?;
         }
         Layer::Cells { values } => cells(values, chart)?,
+        // It has axes of its own: see `corner`.
+        Layer::Corner { .. } => {}
         Layer::Contours { x, y, values, levels, .. } => {
             let logarithms: Vec<Vec<f64>> = values.iter().map(|row| row.iter().map(|v| v.log10()).collect()).collect();
             for (place, level) in levels.iter().enumerate() {

@@ -4,6 +4,7 @@
 //! and shown at its size, so that curves keep a quarter of a pixel.
 
 mod contour;
+mod corner;
 mod layers;
 mod ticks;
 
@@ -48,6 +49,9 @@ fn compose(figure: &Figure, root: &Area) -> Drawn {
     let (plot, side) = root.split_horizontally(px(width));
     let title = ("sans-serif", f64::from(px(17)) * 1.24, FontStyle::Bold).into_text_style(root).color(&INK);
     plot.draw(&Text::new(figure.title.clone(), (spx(20), spx(14)), title))?;
+    if let [Layer::Corner { variables, regions }] = figure.layers.as_slice() {
+        return corner::draw(variables, regions, &plot);
+    }
     let (x, y) = frame(figure);
     let mut chart = ChartBuilder::on(&plot)
         .margin_top(px(44))

@@ -1,0 +1,193 @@
+//! A posterior in sentences, for the page and the screen.
+
+use super::{Story, words};
+use crate::case::Case;
+use crate::fit::Mixing;
+use crate::study::posterior::{Foreseen, Posterior};
+
+/// How the walkers went and whether they have been everywhere.
+pub(super) fn walked(outcome: &Posterior) -> String {
+    let settled = if outcome.is_settled() { "they have been everywhere" } else { "they have NOT been everywhere" };
+    format!(
+        "{} made {}, the first {} of which do not count; {} of what they proposed was taken. R-hat is {} at most, where {} is \
+         the limit: {settled}. What they drew is worth {}.",
+        words::counted(outcome.walkers.number, "walker"),
+        words::counted(outcome.walkers.moves, "move"),
+        words::count(outcome.burn_in),
+        words::percent(outcome.acceptance),
+        words::significant(r_hat(outcome), 3),
+        words::significant(Mixing::R_HAT, 2),
+        words::counted(effective(outcome), "independent draw"),
+    )
+}
+
+/// The same on a line.
+pub(super) fn walked_shortly(outcome: &Posterior) -> String {
+    format!(
+        "posterior: R-hat {} ({}), {}, burn-in {} of {}",
+        words::significant(r_hat(outcome), 3),
+        if outcome.is_settled() { "settled" } else { "NOT settled" },
+        words::counted(effective(outcome), "effective draw"),
+        words::count(outcome.burn_in),
+        words::count(outcome.walkers.moves)
+    )
+}
+
+/// The largest R-hat of a factor.
+fn r_hat(outcome: &Posterior) -> f64 {
+    outcome.marginals.iter().map(|marginal| marginal.mixing.r_hat).fold(0.0, f64::max)
+}
+
+/// Draws that those of the factor with the fewest are worth.
+fn effective(outcome: &Posterior) -> usize {
+    outcome.marginals.iter().map(|marginal| marginal.mixing.effective_draws).fold(f64::INFINITY, f64::min) as usize
+}
+
+/// What the model lacks.
+pub(super) fn lacking(outcome: &Posterior) -> String {
+    let found = outcome.discrepancy;
+    if found.share == 0.0 {
+        return "What the fit leaves is no more than the readings' own deviations: nothing is seen that the model lacks, and \
+                the band with its discrepancy is the one without."
+            .to_owned();
+    }
+    let keeps = if found.time_s.is_finite() {
+        format!("forgets itself over {}", words::seconds(found.time_s))
+    } else {
+        "does not forget itself".to_owned()
+    };
+    format!(
+        "What the fit leaves beyond the readings' own deviations, {} (root mean square), is an error of the model that {keeps}: \
+         worth as much as if the factors were off by {} of the standard deviations that they are doubted by.",
+        words::misfit(found.amplitude_k),
+        words::significant(found.share, 2)
+    )
+}
+
+/// The peak of the deepest sensor by both bands.
+pub(super) fn foreseen(story: &Story, outcome: &Posterior) -> Option<String> {
+    let (sensor, of) = (story.bondline()?, outcome.predicted.first()?);
+    let found = of.sensors.get(sensor)?;
+    let within = |[low_k, _, high_k]: [f64; 3]| format!("{} and {}", words::kelvin(low_k), words::kelvin(high_k));
+    Some(format!(
+        "The peak of {} lies between {} by what is known of the factors, and between {} with what the model lacks (95 % each).",
+        story.sensor(story.case, sensor),
+        within(found.parameters.peak_k),
+        within(found.discrepancy.peak_k)
+    ))
+}
+
+/// What an analyst should doubt.
+pub(super) fn doubts(story: &Story, outcome: &Posterior) -> Vec<String> {
+    let mut doubts = Vec::new();
+    if !outcome.is_settled() {
+        let enough = outcome.enough_moves();
+        let advice = if enough.is_finite() && enough > outcome.walkers.moves as f64 {
+            format!("Some {} moves should do (--moves)", words::significant(enough, 2))
+        } else {
+            "Give more moves (--moves)".to_owned()
+        };
+        doubts.push(format!(
+            "The posterior is not settled: R-hat is {}, where {} is the limit. {advice}; walkers that still differ then are in \
+             minima of their own (--starts tells).",
+            words::significant(r_hat(outcome), 3),
+            words::significant(Mixing::R_HAT, 2)
+        ));
+    }
+    if outcome.gain > GAIN {
+        doubts.push(format!(
+            "Walkers met a point that meets data and priors better than the estimate, by {} squares of a standard error: there \
+             is a lower minimum. Look for it with --starts.",
+            words::significant(outcome.gain, 2)
+        ));
+    }
+    for (case, of) in story.cases().zip(&outcome.predicted) {
+        if of.failed > 0 {
+            doubts.push(format!(
+                "{} of what was drawn did not arrive in {}, and is left out of its bands.",
+                words::counted(of.failed, "member"),
+                case.id
+            ));
+        }
+        for (sensor, found) in case.sensors.iter().zip(&of.sensors) {
+            if found.held.is_some_and(|(_, held)| held < HELD) {
+                doubts.push(format!(
+                    "The band of {} holds {} of what was observed there, even with what the model lacks: something acts there \
+                     that none of the factors resembles.",
+                    sensor.name,
+                    words::percent(found.held.map_or(f64::NAN, |(_, held)| held))
+                ));
+            }
+        }
+    }
+    doubts
+}
+
+/// A rise that one standard error makes; what walkers meet by chance below a minimum that was found is rounding.
+const GAIN: f64 = 1.0;
+/// Samples follow one another, so that a sound band of 95 % may well hold fewer of one trace; of half of it, no more.
+const HELD: f64 = 0.5;
+
+/// Whether the observations of a sensor were fitted.
+pub(super) fn is_fitted(case: &Case, sensor: usize) -> bool {
+    let chosen = &case.estimate.sensors;
+    let is_seen = case.observations.iter().any(|seen| seen.sensor == sensor);
+    is_seen && (chosen.is_empty() || chosen.contains(&sensor))
+}
+
+/// What a band says of the sensor's observations.
+pub(super) fn held(case: &Case, sensor: usize, found: &Foreseen) -> String {
+    let Some((parameters, discrepancy)) = found.held else {
+        return "Nothing was observed here.".to_owned();
+    };
+    let fitted = if is_fitted(case, sensor) { "which were fitted" } else { "none of which were fitted" };
+    format!(
+        "Of the samples observed in the trusted window, {fitted}, the factors' band holds {} and the wider one {}, give or take two deviations of the \
+         reading.",
+        words::percent(parameters),
+        words::percent(discrepancy)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{fixture, warnings};
+    use super::*;
+
+    fn saying(outcomes: &fixture::Outcomes, text: &str) -> bool {
+        warnings::all(&outcomes.story("estimate")).iter().any(|doubt| doubt.contains(text))
+    }
+
+    #[test]
+    fn walkers_that_have_not_been_everywhere_are_told_with_moves_that_would_do() {
+        let mut outcomes = fixture::outcomes();
+        assert!(
+            walked(&outcomes.posterior).contains("R-hat is 1.05 at most, where 1.1 is the limit: they have been every")
+        );
+        assert!(!saying(&outcomes, "not settled"));
+        outcomes.posterior.marginals[1].mixing.r_hat = 1.31;
+        outcomes.posterior.marginals[1].mixing.autocorrelation_moves = 80.0;
+        assert!(walked(&outcomes.posterior).contains("they have NOT been everywhere"));
+        assert!(saying(&outcomes, "R-hat is 1.31, where 1.1 is the limit. Some 1,500 moves should do"));
+    }
+
+    #[test]
+    fn a_point_below_the_estimate_and_a_band_that_misses_its_sensor_are_doubted() {
+        let mut outcomes = fixture::outcomes();
+        assert!(!saying(&outcomes, "lower minimum") && !saying(&outcomes, "The band of TC4"));
+        outcomes.posterior.gain = 7.3;
+        outcomes.posterior.predicted[0].sensors[3].held = Some((0.1, 0.31));
+        assert!(
+            saying(&outcomes, "by 7.3 squares of a standard error") && saying(&outcomes, "The band of TC4 holds 31 %")
+        );
+    }
+
+    #[test]
+    fn what_the_model_lacks_is_told_in_kelvin_and_seconds_or_that_nothing_is_seen() {
+        let mut outcomes = fixture::outcomes();
+        let said = lacking(&outcomes.posterior);
+        assert!(said.contains("4.2 K") && said.contains("over 8.5 s") && said.contains("by 0.31 of"), "{said}");
+        outcomes.posterior.discrepancy.share = 0.0;
+        assert!(lacking(&outcomes.posterior).contains("nothing is seen that the model lacks"));
+    }
+}

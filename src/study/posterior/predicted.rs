@@ -1,0 +1,140 @@
+//! What the draws predict of every thermocouple, observed or not.
+
+use super::super::estimate::Estimated;
+use super::super::nominal::trusted;
+use super::super::statistics::Tally;
+use super::super::thermocouples::Part;
+use super::discrepancy::Discrepancy;
+use crate::case::{Case, Observation};
+use crate::chance::Numbers;
+use crate::march::{March, MarchError, march_all};
+use crate::plan::Plan;
+use crate::traces::Arrival;
+
+/// What is foreseen of a case.
+#[derive(Clone, Debug)]
+pub struct Predicted {
+    pub instants_s: Vec<f64>,
+    /// One a sensor.
+    pub sensors: Vec<Foreseen>,
+    /// Draws that did not arrive and are left out.
+    pub failed: usize,
+}
+
+/// What is foreseen of a sensor: by what is known of the factors alone, and with the model's discrepancy.
+#[derive(Clone, Debug)]
+pub struct Foreseen {
+    pub parameters: Band,
+    pub discrepancy: Band,
+    /// The share of the sensor's observed samples within the trusted window that each of the two bands holds, give or take two
+    /// deviations of the reading; `None` where there are none.
+    pub held: Option<(f64, f64)>,
+}
+
+/// 95 % of the draws, and the middle one.
+#[derive(Clone, Debug)]
+pub struct Band {
+    /// One an instant, K.
+    pub low_k: Vec<f64>,
+    pub median_k: Vec<f64>,
+    pub high_k: Vec<f64>,
+    /// The same of the sensor's peak.
+    pub peak_k: [f64; 3],
+}
+
+const PERCENTS: [f64; 3] = [2.5, 50.0, 97.5];
+/// Streams of chance of discrepancies, beside those of starts and moves.
+const DISCREPANCIES: u64 = 3 << 62;
+
+/// Of which case and with what to predict.
+pub(super) struct Asked<'a> {
+    pub which: usize,
+    pub found: &'a Estimated,
+    pub draws: &'a [Vec<f64>],
+    pub discrepancy: Discrepancy,
+    /// Sensor × instant.
+    pub gains_k: &'a [Vec<f64>],
+}
+
+/// March the draws and count what they show: no trace is kept.
+///
+/// # Errors
+/// When the device fails.
+pub(super) fn predict(
+    (case, plan): (&Case, &Plan),
+    march: &mut dyn March,
+    asked: &Asked,
+    seed: u64,
+) -> Result<Predicted, MarchError> {
+    let part = Part::new(case, plan, super::places(asked.found, asked.which), Vec::new());
+    let ensemble = part.ensemble(asked.draws.iter().map(Vec::as_slice));
+    let after = &asked.found.fitted[asked.which].after;
+    let reference: Vec<f64> = after
+        .temperatures_k
+        .iter()
+        .flatten()
+        .copied()
+        .chain(after.peaks.iter().map(|peak| peak.temperature_k))
+        .collect();
+    let (mut parameters, mut discrepancy) = (Tally::new(&reference, &[]), Tally::new(&reference, &[]));
+    let (sensors, instants) = (case.sensors.len(), plan.instants_s.len());
+    let highest_k = |trace: &[f64]| trace.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut failed = 0;
+    march_all(march, plan, &ensemble, &mut |traces| {
+        let is_there: Vec<bool> = traces.arrivals.iter().map(|arrival| *arrival == Arrival::Done).collect();
+        failed += is_there.iter().filter(|is_there| !**is_there).count();
+        let (mut plain, mut doubted) = (Vec::new(), Vec::new());
+        for member in 0..traces.members() {
+            let row = traces.member(member);
+            plain.extend_from_slice(row);
+            plain.extend(row.chunks(instants).map(highest_k));
+            let mut peaks_k = Vec::with_capacity(sensors);
+            for sensor in 0..sensors {
+                let draw = (traces.first + member) as u64;
+                let stream = DISCREPANCIES | (asked.which as u64) << 48 | (sensor as u64) << 32 | draw;
+                let mut numbers = Numbers::of(seed, stream);
+                let off_k = asked.discrepancy.drawn_k(&asked.gains_k[sensor], &plan.instants_s, &mut numbers);
+                let trace: Vec<f64> = traces.trace(member, sensor).iter().zip(&off_k).map(|(t, off)| t + off).collect();
+                peaks_k.push(highest_k(&trace));
+                doubted.extend(trace);
+            }
+            doubted.extend(peaks_k);
+        }
+        parameters.add_block(&plain, &[], &is_there);
+        discrepancy.add_block(&doubted, &[], &is_there);
+    })?;
+    let foreseen = |sensor: usize| {
+        let (parameters, discrepancy): (Band, Band) =
+            [&parameters, &discrepancy].map(|tally| band(tally, sensor, (sensors, instants))).into();
+        let seen = case.observations.iter().find(|seen| seen.sensor == sensor);
+        let held = |seen: &Observation| {
+            let pairs = trusted(case, seen, &plan.instants_s);
+            (!pairs.is_empty()).then(|| (parameters.holds(seen, &pairs), discrepancy.holds(seen, &pairs)))
+        };
+        Foreseen { held: seen.and_then(held), parameters, discrepancy }
+    };
+    Ok(Predicted { instants_s: plan.instants_s.clone(), sensors: (0..sensors).map(foreseen).collect(), failed })
+}
+
+/// Of a sensor, from a tally of so many sensors × instants and the peaks behind.
+fn band(tally: &Tally, sensor: usize, (sensors, instants): (usize, usize)) -> Band {
+    let curve = |percent: f64| (0..instants).map(|i| tally.percentile(sensor * instants + i, percent)).collect();
+    let [low_k, median_k, high_k] = PERCENTS.map(curve);
+    Band {
+        low_k,
+        median_k,
+        high_k,
+        peak_k: PERCENTS.map(|percent| tally.percentile(sensors * instants + sensor, percent)),
+    }
+}
+
+impl Band {
+    /// The share of samples, with the instant at each, that lie within the band or no more than two of their deviations beyond.
+    fn holds(&self, seen: &Observation, pairs: &[(usize, usize)]) -> f64 {
+        let is_held = |&&(sample, instant): &&(usize, usize)| {
+            let (measured_k, reach_k) = (seen.temperatures_k[sample], 2.0 * seen.sigma_k[sample]);
+            (self.low_k[instant] - reach_k..=self.high_k[instant] + reach_k).contains(&measured_k)
+        };
+        pairs.iter().filter(is_held).count() as f64 / pairs.len() as f64
+    }
+}
