@@ -5,6 +5,7 @@ use bondline::case::{Bounds, Case};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
+use bondline::march::extrapolated::Extrapolated;
 use bondline::plan::Plan;
 use bondline::study::estimate::Search;
 use bondline::study::proportion::Proportion;
@@ -47,7 +48,14 @@ fn sized(demand: impl Fn(&Case) -> Demand, members: usize) -> Result<Sizing, Siz
     let mut case = case("slab");
     case.resolution.cells = 40;
     let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
-    size(&case, &mut Cpu::new(Precision::F64), &demand(&case), Bounds::Small, &sampling, members)
+    size(
+        &case,
+        &mut Extrapolated::new(Box::new(Cpu::new(Precision::F64))),
+        &demand(&case),
+        Bounds::Small,
+        &sampling,
+        members,
+    )
 }
 
 #[test]
@@ -90,7 +98,8 @@ fn a_limit_that_no_thickness_holds_is_an_answer_and_a_ply_that_does_not_cool_is_
     let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
     let asked = demand(&behind, "GB", "TC1", 1000.0);
     let fault =
-        size(&behind, &mut Cpu::new(Precision::F64), &asked, Bounds::Small, &sampling, 40).expect_err("no cooling");
+        size(&behind, &mut Extrapolated::new(Box::new(Cpu::new(Precision::F64))), &asked, Bounds::Small, &sampling, 40)
+            .expect_err("no cooling");
     assert!(fault.to_string().contains("TC1 is not cooled by a thicker GB"), "{fault}");
 }
 
@@ -102,7 +111,17 @@ fn recovered(seed: u64, twins: usize) -> Recovery {
     let search = Search { landscape: false, ..Search::of(Precision::F64) };
     let noise = Noise { correlation_s: 10.0, seed };
     case.estimate.bounds = Bounds::Large;
-    recovery(&case, &plan, &mut Cpu::new(Precision::F64), &search, Bounds::Small, None, noise, twins).expect("fits")
+    recovery(
+        &case,
+        &plan,
+        &mut Extrapolated::new(Box::new(Cpu::new(Precision::F64))),
+        &search,
+        Bounds::Small,
+        None,
+        noise,
+        twins,
+    )
+    .expect("fits")
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The march on the processor: batches of members on every thread, several members in each vector.
 
-use super::{Backend, March, MarchError, Precision, arrival};
+use super::{Backend, March, MarchError, Precision, arrival, read_out};
 use crate::ensemble::Ensemble;
 use crate::physics::Real;
 use crate::physics::lanes::{Doubles, Singles};
@@ -105,11 +105,12 @@ impl March for Cpu {
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        Ok(if members.len() <= ALONE * self.threads {
+        let records = if members.len() <= ALONE * self.threads {
             one_by_one(self.precision, plan, ensemble, members)
         } else {
             self.vectors.march(self.precision, plan, ensemble, members)
-        })
+        };
+        Ok(read_out(records, plan))
     }
 }
 
@@ -126,7 +127,7 @@ impl March for Reference {
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        Ok(one_by_one(self.0, plan, ensemble, members))
+        Ok(read_out(one_by_one(self.0, plan, ensemble, members), plan))
     }
 }
 

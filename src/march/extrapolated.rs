@@ -46,25 +46,9 @@ pub fn march_both(
     ensemble: &Ensemble,
     members: Range<usize>,
 ) -> Result<Traces, MarchError> {
-    let fine = read_out(march.march(plan, ensemble, members.clone())?, plan);
+    let fine = march.march(plan, ensemble, members.clone())?;
     let Some(coarse) = &plan.coarse else { return Ok(fine) };
-    Ok(extrapolated(fine, &read_out(march.march(coarse, ensemble, members)?, coarse)))
-}
-
-/// Readings at the instants of a plan, from records at its steps.
-fn read_out(records: Traces, plan: &Plan) -> Traces {
-    let Some(readout) = &plan.readout else { return records };
-    let read = |records_of: &[f64]| {
-        let mut readings = Vec::with_capacity(records_of.len() / plan.records * readout.len());
-        records_of.chunks_exact(plan.records).for_each(|records| readout.read(records, &mut readings));
-        readings
-    };
-    Traces {
-        instants: readout.len(),
-        temperatures_k: read(&records.temperatures_k),
-        gauges: read(&records.gauges),
-        ..records
-    }
+    Ok(extrapolated(fine, &march.march(coarse, ensemble, members)?))
 }
 
 /// What readings that are off by a quarter of what others are off say of the truth. A member that failed at either resolution failed; where its

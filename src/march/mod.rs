@@ -89,6 +89,22 @@ pub fn march_some(
     Ok(())
 }
 
+/// Readings at the instants of a plan, from records at its steps.
+fn read_out(records: Traces, plan: &Plan) -> Traces {
+    let Some(readout) = &plan.readout else { return records };
+    let read = |records_of: &[f64]| {
+        let mut readings = Vec::with_capacity(records_of.len() / plan.records * readout.len());
+        records_of.chunks_exact(plan.records).for_each(|records| readout.read(records, &mut readings));
+        readings
+    };
+    Traces {
+        instants: readout.len(),
+        temperatures_k: read(&records.temperatures_k),
+        gauges: read(&records.gauges),
+        ..records
+    }
+}
+
 /// How a member arrived, from the step on which it strayed and from where its plies have been.
 fn arrival(plan: &Plan, strayed: Option<usize>, extremes_k: &[(f64, f64)]) -> Arrival {
     if let Some(step) = strayed {

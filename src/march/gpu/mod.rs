@@ -9,7 +9,7 @@ pub mod device;
 pub mod shader;
 pub mod spirv;
 
-use super::{Backend, March, MarchError, Precision, arrival};
+use super::{Backend, March, MarchError, Precision, arrival, read_out};
 use crate::ensemble::Ensemble;
 use crate::plan::layout::{HEATS, Path, Reaction};
 use crate::plan::{GasPath, Plan};
@@ -345,9 +345,10 @@ impl March for Gpu {
                 needed: self.member_bytes(plan) * members.len() as u64,
             });
         }
-        match self.precision {
+        let records = match self.precision {
             Precision::F32 => self.carry::<f32>(plan, ensemble, members),
             Precision::F64 => self.carry::<f64>(plan, ensemble, members),
-        }
+        };
+        Ok(read_out(records?, plan))
     }
 }
