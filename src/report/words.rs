@@ -96,7 +96,7 @@ pub(super) fn profiled((low, high): (Option<f64>, Option<f64>), (least, most): (
 pub(super) fn reached(reached: Reached) -> String {
     let corners =
         reached.corners_k.map_or(String::new(), |off_k| format!(" ({} at corners of the bounds)", misfit(off_k)));
-    format!("temperatures within {} of twice the cells and steps{corners}", misfit(reached.nominal_k))
+    format!("within {} of twice the cells and steps{corners}", misfit(reached.nominal_k))
 }
 
 /// A whole number, thousands grouped: `5,000`.
