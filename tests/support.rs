@@ -30,6 +30,9 @@ pub(crate) const MASS_SINGLE_DRIVEN: f64 = 5e-5;
 /// doubles at 1,000 K, a ten-thousandth of what anybody prints.
 pub(crate) const ROUNDING_K: f64 = 1e-9;
 
+/// Parts of a variance that are to sum to a whole: chance is taken off each, and none is let below zero.
+pub(crate) const INDEX: f64 = 2e-3;
+
 /// Memory that a sweep of any number of members may reserve with two threads, KiB: twice what one takes whose program,
 /// stacks and report are all there is, for machines whose libraries take more.
 pub(crate) const MEMORY_KIB: usize = 256 * 1024;

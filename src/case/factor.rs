@@ -85,8 +85,7 @@ impl Correlation {
                 row.push((between(a, b) - known) / above[b]);
             }
             let pivot = 1.0 - row.iter().map(|weight| weight * weight).sum::<f64>();
-            // Written so that a pivot that is no number is refused too.
-            if !(pivot > PIVOT) {
+            if pivot.is_nan() || pivot <= PIVOT {
                 return None;
             }
             row.push(pivot.sqrt());

@@ -247,7 +247,13 @@ fn factors(case: &Case) -> String {
             ]
         })
         .collect();
-    table("Factors", &["Factor", "Scales", "Nominal", "Small bounds", "Large bounds"], &rows)
+    let name = |factor: usize| case.factors[factor].name.as_str();
+    let pairs: Vec<String> = (case.correlation.pairs().iter())
+        .map(|&(one, other, value)| {
+            format!("{} and {} go together where members are drawn (correlation {value})", name(one), name(other))
+        })
+        .collect();
+    table("Factors", &["Factor", "Scales", "Nominal", "Small bounds", "Large bounds"], &rows) + &list(&pairs)
 }
 
 /// How the numbers of this page were found, shortly.

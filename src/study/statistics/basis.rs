@@ -136,14 +136,14 @@ mod tests {
     use crate::ensemble::SamplingKind;
 
     fn marginals(count: usize) -> Vec<Marginal> {
-        let kind = |factor: usize| if factor % 2 == 0 { SamplingKind::Normal } else { SamplingKind::Uniform };
+        let kind = |factor: usize| if factor.is_multiple_of(2) { SamplingKind::Normal } else { SamplingKind::Uniform };
         (0..count).map(|factor| Marginal::new(1.0, (0.75, 1.25 + 0.1 * factor as f64), kind(factor))).collect()
     }
 
     #[test]
     fn functions_are_orthonormal_over_the_distribution_of_their_factor() {
         for marginal in marginals(3) {
-            let basis = Basis::new(&[marginal.clone()]);
+            let basis = Basis::new(std::slice::from_ref(&marginal));
             let mut rows = Vec::new();
             let members = 20_000;
             (0..members).for_each(|member| {
