@@ -292,8 +292,9 @@ impl Desk {
         let part = if members.len() < sweep.members { Some(&members) } else { None };
         let mut kept = Kept::open(&mut self.folder, &self.case, &self.plan, keep, part)?;
         let bounds = sweep.spread.map_or(Bounds::Small, asked::bounds);
-        let ensemble = Ensemble::sample(&self.case.factors, bounds, &asked::sampling(sweep), sweep.members);
-        let mut gathered = Gathered::new(&self.case, nominal, bounds);
+        let ensemble = Ensemble::sample(&self.case.factors, bounds, &asked::sampling(sweep), sweep.members)
+            .correlated(&self.case.correlation);
+        let mut gathered = Gathered::new(&self.case, nominal, bounds, asked::sampling(sweep).kind);
         gathered.march(&self.case, &self.plan, &mut self.march, &ensemble, members, &mut |ensemble, traces| {
             kept.take(ensemble, traces);
         })?;

@@ -1,10 +1,12 @@
 //! Which variations of a case to march.
 
+pub mod marginal;
 pub mod sampling;
 
+pub use marginal::Marginal;
 pub use sampling::{Sampling, SamplingKind};
 
-use crate::case::{Bounds, Factor};
+use crate::case::{Bounds, Correlation, Factor};
 use sampling::Draw;
 
 /// Members × factors, made row by row when asked for, so that a million members need no memory.
@@ -40,6 +42,16 @@ impl Ensemble {
     /// Members drawn between the side constraints, as [`Sampling`] says.
     pub fn sample(factors: &[Factor], bounds: Bounds, sampling: &Sampling, members: usize) -> Self {
         Self { factors: factors.len(), members, rows: Rows::Drawn(Draw::new(factors, bounds, sampling, members)) }
+    }
+
+    /// The same members, drawn so that factors go together as a correlation says; rows that were given stay.
+    ///
+    /// Factors behind those that the correlation knows go with nothing.
+    pub fn correlated(self, correlation: &Correlation) -> Self {
+        match self.rows {
+            Rows::Drawn(draw) => Self { rows: Rows::Drawn(draw.correlated(correlation)), ..self },
+            Rows::Given(_) => self,
+        }
     }
 
     /// Number of members.

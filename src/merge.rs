@@ -53,12 +53,12 @@ pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
     let nominal = Nominal::of(&case, &plan, &traces, 0);
     let bounds = Bounds::named(&first.draw.bounds).ok_or_else(|| damaged(path))?;
     let kind = SamplingKind::named(&first.draw.sampling).ok_or_else(|| damaged(path))?;
-    let mut whole = Gathered::new(&case, &nominal, bounds);
+    let mut whole = Gathered::new(&case, &nominal, bounds, kind);
     let mut merged = Vec::with_capacity(merge.pieces.len());
     for at in &merge.pieces {
         let piece = Piece::read(at)?;
         is_of_one_sweep((at, &piece), (path, &first))?;
-        let part = Gathered::restored(&case, &nominal, bounds, piece.numbers(), &piece.failures());
+        let part = Gathered::restored(&case, &nominal, bounds, kind, piece.numbers(), &piece.failures());
         let part = part.filter(|part| part.members() == piece.members.len()).ok_or_else(|| damaged(at))?;
         whole.merge(&part);
         merged.push(Merged { path: at, members: piece.members, device: piece.backend.name });

@@ -1,12 +1,15 @@
 //! Truths of heat that no case may break, and what a seed promises.
 
 use crate::support::{
-    BALANCE, BALANCE_FAR, MASS, MASS_SINGLE, MASS_SINGLE_DRIVEN, ROUNDING_K, case, cases, coarse, drawn, with_factor,
+    BALANCE, BALANCE_FAR, INDEX, MASS, MASS_SINGLE, MASS_SINGLE_DRIVEN, ROUNDING_K, case, cases, coarse, drawn,
+    with_factor,
 };
 use bondline::case::{Bounds, Case, Emissivity, Face, GasPath, OpenFace, Pores, Property, Schedule};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::cpu::Cpu;
+use bondline::march::extrapolated::Extrapolated;
 use bondline::march::{Backend, March, MarchError, Precision};
+use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::study::nominal::{Peak, nominal};
 use bondline::study::uncertainty::uncertainty;
@@ -298,6 +301,45 @@ fn a_seed_gives_the_same_statistics_whatever_the_batch_and_the_threads() {
     assert_eq!(once, figures(&case, 1, 37, 2));
     assert_eq!(once, figures(&case, 1, 8, 1));
     assert_ne!(once, figures(&case, 2, 100, 1));
+}
+
+/// Of independent factors what each does alone is no more than its total, and the totals exceed what all do alone by twice
+/// what pairs do together, as each pair counts for both of its factors.
+#[test]
+fn first_order_and_total_indices_of_run_2259_are_consistent_and_another_draw_lies_within_their_intervals() {
+    let case = case("lcat-2259");
+    let found = |seed| {
+        let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
+        let plan = pilot(&case).expect("the processor marches");
+        let centre = nominal(&case, &plan, &mut march).expect("the processor does not fail");
+        let sampling = Sampling { kind: SamplingKind::Normal, seed };
+        uncertainty(&case, &plan, &mut march, &centre, Bounds::Small, &sampling, 700, &mut |_, _| {})
+            .expect("the processor does not fail")
+    };
+    let (one, other) = (found(1), found(2));
+    for (peak, again) in one.peaks.iter().zip(&other.peaks) {
+        for (causes, again) in [(&peak.causes, &again.causes), (&peak.causes_of_time, &again.causes_of_time)] {
+            let (first, total): (f64, f64) = (
+                causes.first.iter().map(|index| index.value).sum(),
+                causes.total.iter().map(|index| index.value).sum(),
+            );
+            // Every member peaks at one instant under the heated face: a time that stays has no cause.
+            if total == 0.0 {
+                assert_eq!(causes.rest, 0.0);
+                continue;
+            }
+            let pairs = 1.0 - first - causes.rest;
+            assert!(first <= 1.0 && pairs > -INDEX && (total - first - 2.0 * pairs).abs() < INDEX, "{first} {total}");
+            for (index, again) in causes.first.iter().chain(&causes.total).zip(again.first.iter().chain(&again.total)) {
+                assert!(index.low <= again.high && again.low <= index.high, "{index:?} and {again:?}");
+            }
+            let within =
+                causes.first.iter().zip(&causes.total).all(|(first, total)| first.value <= total.value + INDEX);
+            assert!(within, "{causes:?}");
+        }
+    }
+    let bondline = &one.peaks[3].causes;
+    assert!(bondline.rest < 1e-4 && bondline.total.iter().all(|index| index.high - index.low < 0.01), "{bondline:?}");
 }
 
 #[test]

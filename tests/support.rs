@@ -34,6 +34,9 @@ pub(crate) const ROUNDING_K: f64 = 1e-9;
 /// by 0.015 of the width, three of which are left, and as much for what is not quite linear.
 pub(crate) const POSTERIOR_ENDS: f64 = 0.1;
 
+/// Parts of a variance that are to sum to a whole: chance is taken off each, and none is let below zero.
+pub(crate) const INDEX: f64 = 2e-3;
+
 /// Memory that a sweep of any number of members may reserve with two threads, KiB: twice what one takes whose program,
 /// stacks and report are all there is, for machines whose libraries take more.
 pub(crate) const MEMORY_KIB: usize = 256 * 1024;

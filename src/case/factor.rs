@@ -52,6 +52,65 @@ pub enum Property {
     Depth,
 }
 
+/// Which factors go together: the correlations of their normal scores, which a Gaussian copula makes of them. None at all
+/// where each is drawn by itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Correlation {
+    pairs: Vec<(usize, usize, f64)>,
+    /// Lower triangular factor of the matrix, row after row, each up to its diagonal.
+    rows: Vec<Vec<f64>>,
+}
+
+impl Correlation {
+    /// Of so many factors, from pairs of them and their correlation; all others go together by nothing. `None` where
+    /// no factors can go together so: the matrix is not positive definite.
+    ///
+    /// # Panics
+    /// When a pair names a factor that there is not.
+    pub fn of(factors: usize, pairs: &[(usize, usize, f64)]) -> Option<Self> {
+        if pairs.is_empty() {
+            return Some(Self::default());
+        }
+        let between = |a: usize, b: usize| {
+            let pair = pairs.iter().find(|&&(one, other, _)| (one, other) == (a, b) || (one, other) == (b, a));
+            if a == b { 1.0 } else { pair.map_or(0.0, |&(_, _, value)| value) }
+        };
+        // Cholesky's factorisation; a pivot below this is rounding of a matrix that is singular.
+        const PIVOT: f64 = 1e-9;
+        let mut rows: Vec<Vec<f64>> = Vec::with_capacity(factors);
+        for a in 0..factors {
+            let mut row: Vec<f64> = Vec::with_capacity(a + 1);
+            for (b, above) in rows.iter().enumerate() {
+                let known: f64 = row.iter().zip(above).map(|(one, other)| one * other).sum();
+                row.push((between(a, b) - known) / above[b]);
+            }
+            let pivot = 1.0 - row.iter().map(|weight| weight * weight).sum::<f64>();
+            if pivot.is_nan() || pivot <= PIVOT {
+                return None;
+            }
+            row.push(pivot.sqrt());
+            rows.push(row);
+        }
+        Some(Self { pairs: pairs.to_vec(), rows })
+    }
+
+    /// Whether each factor is drawn by itself.
+    pub fn is_none(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Pairs of factors, and the correlation of their normal scores.
+    pub fn pairs(&self) -> &[(usize, usize, f64)] {
+        &self.pairs
+    }
+
+    /// The lower triangular factor of the correlation matrix, row after row, each up to its diagonal; none where each
+    /// factor is drawn by itself.
+    pub fn rows(&self) -> &[Vec<f64>] {
+        &self.rows
+    }
+}
+
 /// Which of a factor's two side constraints hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Bounds {

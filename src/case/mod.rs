@@ -21,7 +21,7 @@ pub use decomposition::{
 };
 pub use error::{CaseError, Fault};
 pub use exposure::{Emissivity, Exposure, Face, Holder, OpenFace};
-pub use factor::{Bounds, Factor, Property};
+pub use factor::{Bounds, Correlation, Factor, Property};
 pub use layup::{Layup, Ply, Sensor, Side};
 pub use material::{Conductivity, Material};
 pub use observation::Observation;
@@ -44,6 +44,8 @@ pub struct Case {
     /// How gas leaves, where a ply makes any or is driven through by it.
     pub gas: Option<GasFlow>,
     pub factors: Vec<Factor>,
+    /// Which of them go together where members are drawn.
+    pub correlation: Correlation,
     pub observations: Vec<Observation>,
     pub estimate: Estimate,
     pub resolution: Resolution,

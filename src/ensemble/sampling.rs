@@ -5,7 +5,8 @@
 //! hypercube is the exception that its definition forces: its strata are as many as its members, so a member depends
 //! on the size of the ensemble too.
 
-use crate::case::{Bounds, Factor};
+use super::Marginal;
+use crate::case::{Bounds, Correlation, Factor};
 use crate::chance::Numbers;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -58,36 +59,56 @@ impl SamplingKind {
 pub(super) struct Draw {
     sampling: Sampling,
     members: u64,
-    spreads: Vec<Spread>,
+    marginals: Vec<Marginal>,
     /// Of the permutations of strata, one a factor.
     keys: Vec<u64>,
+    correlation: Correlation,
 }
 
 impl Draw {
     pub(super) fn new(factors: &[Factor], bounds: Bounds, sampling: &Sampling, members: usize) -> Self {
-        let spreads = factors.iter().map(|factor| Spread::new(factor.nominal, factor.bounds(bounds))).collect();
+        let marginal = |factor: &Factor| Marginal::new(factor.nominal, factor.bounds(bounds), sampling.kind);
         // No member has this number, so its stream is free for the keys.
         let mut keys = Numbers::of(sampling.seed, u64::MAX);
         let keys = factors.iter().map(|_| keys.word()).collect();
-        Self { sampling: *sampling, members: members as u64, spreads, keys }
+        let marginals = factors.iter().map(marginal).collect();
+        Self { sampling: *sampling, members: members as u64, marginals, keys, correlation: Correlation::default() }
+    }
+
+    pub(super) fn correlated(self, correlation: &Correlation) -> Self {
+        Self { correlation: correlation.clone(), ..self }
     }
 
     /// The factor values of one member.
     pub(super) fn row(&self, member: usize) -> Vec<f64> {
         let member = member as u64;
         let mut numbers = Numbers::of(self.sampling.seed, member);
-        let draws = self.spreads.iter().zip(&self.keys).enumerate();
-        draws
-            .map(|(factor, (spread, &key))| match self.sampling.kind {
-                SamplingKind::Normal => spread.normal(numbers.unit()),
-                SamplingKind::Uniform => spread.uniform(numbers.unit()),
-                SamplingKind::LatinHypercube => {
-                    let stratum = permuted(member, self.members, key);
-                    spread.normal((stratum as f64 + numbers.unit()) / self.members as f64)
-                }
-                SamplingKind::Sobol => spread.normal(sobol(self.sampling.seed, member, factor as u64)),
-            })
-            .collect()
+        let share = |(factor, &key): (usize, &u64)| match self.sampling.kind {
+            SamplingKind::Normal | SamplingKind::Uniform => numbers.unit(),
+            SamplingKind::LatinHypercube => {
+                let stratum = permuted(member, self.members, key);
+                (stratum as f64 + numbers.unit()) / self.members as f64
+            }
+            SamplingKind::Sobol => sobol(self.sampling.seed, member, factor as u64),
+        };
+        let mut shares: Vec<f64> = self.keys.iter().enumerate().map(share).collect();
+        mix(&mut shares, &self.correlation);
+        self.marginals.iter().zip(shares).map(|(marginal, share)| marginal.value(share)).collect()
+    }
+}
+
+/// Independent shares, made to go together; those that correlate with nothing are left to the bit.
+fn mix(shares: &mut [f64], correlation: &Correlation) {
+    if correlation.is_none() {
+        return;
+    }
+    let scores: Vec<f64> = shares.iter().map(|&share| Normal::standard().inverse_cdf(share)).collect();
+    for (share, row) in shares.iter_mut().zip(correlation.rows()) {
+        // A row with nothing before its diagonal is that of a factor that is drawn by itself.
+        if row[..row.len() - 1].iter().any(|&weight| weight != 0.0) {
+            let score: f64 = row.iter().zip(&scores).map(|(weight, score)| weight * score).sum();
+            *share = Normal::standard().cdf(score);
+        }
     }
 }
 
@@ -127,41 +148,6 @@ fn mixed(word: u64) -> u64 {
     let word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     word ^ (word >> 31)
-}
-
-/// How one factor is spread between its side constraints.
-#[derive(Clone, Debug)]
-struct Spread {
-    centre: f64,
-    deviation: f64,
-    low: f64,
-    high: f64,
-    /// Of the normal distribution: its share below `low`, and its share between `low` and `high`.
-    below: f64,
-    inside: f64,
-}
-
-impl Spread {
-    fn new(nominal: f64, (low, high): (f64, f64)) -> Self {
-        let centre = nominal.max(low).min(high);
-        let deviation = (high - low) / 4.0;
-        let share =
-            |value: f64| if deviation > 0.0 { Normal::standard().cdf((value - centre) / deviation) } else { 0.5 };
-        let below = share(low);
-        Self { centre, deviation, low, high, below, inside: share(high) - below }
-    }
-
-    /// The value below which the given share of the truncated normal lies.
-    fn normal(&self, share: f64) -> f64 {
-        let value = self.centre + self.deviation * Normal::standard().inverse_cdf(self.below + share * self.inside);
-        // Rounding may carry a draw past the bound by a unit in the last place.
-        value.max(self.low).min(self.high)
-    }
-
-    /// The value below which the given share of the uniform lies.
-    fn uniform(&self, share: f64) -> f64 {
-        (self.low + share * (self.high - self.low)).min(self.high)
-    }
 }
 
 #[cfg(test)]
@@ -246,8 +232,8 @@ mod tests {
     #[test]
     fn every_stratum_of_the_hypercube_holds_one_member() {
         for members in [1, 2, 3, 100, 1000, 4097] {
-            let spread = Spread::new(1.0, (0.75, 1.25));
-            let edges: Vec<f64> = (0..=members).map(|i| spread.normal(i as f64 / members as f64)).collect();
+            let marginal = Marginal::new(1.0, (0.75, 1.25), SamplingKind::LatinHypercube);
+            let edges: Vec<f64> = (0..=members).map(|i| marginal.value(i as f64 / members as f64)).collect();
             let mut held = vec![0; members];
             for row in drawn(SamplingKind::LatinHypercube, 9, members) {
                 held[edges[..members].partition_point(|&edge| edge <= row[0]) - 1] += 1;
@@ -288,5 +274,33 @@ mod tests {
         let past = |member, factor| sobol(1, member, factor);
         assert_ne!(past(3, 0), past(3 + (1 << 16), 0));
         assert_ne!(past(3, 0), past(3, 256));
+    }
+
+    /// Of two normal scores that correlate by r, the shares do by (6/π) asin(r/2), Pearson's relation of both.
+    #[test]
+    fn factors_go_together_as_asked_and_each_keeps_its_own_distribution() {
+        let correlation = Correlation::of(4, &[(0, 1, 0.6), (1, 2, -0.5)]).expect("positive definite");
+        for kind in KINDS {
+            let sampling = Sampling { kind, seed: 6 };
+            let free = Ensemble::sample(&factors(), Bounds::Small, &sampling, 20_000);
+            let tied = free.clone().correlated(&correlation);
+            let marginals: Vec<Marginal> =
+                factors().iter().map(|factor| Marginal::new(factor.nominal, factor.small, kind)).collect();
+            let shares = |row: Vec<f64>| -> Vec<f64> {
+                row.iter().zip(&marginals).map(|(value, marginal)| marginal.share(*value) - 0.5).collect()
+            };
+            let rows: Vec<Vec<f64>> = (0..tied.len()).map(|member| shares(tied.member(member))).collect();
+            let product = |a: usize, b: usize| rows.iter().map(|row| 12.0 * row[a] * row[b]).sum::<f64>() / 20_000.0;
+            let expected = |r: f64| 6.0 / std::f64::consts::PI * (r / 2.0).asin();
+            for (a, b, r) in [(0, 1, 0.6), (1, 2, -0.5), (0, 2, 0.0)] {
+                // Four standard errors of the product of two independent shares, 1/√n.
+                assert!((product(a, b) - expected(r)).abs() < 4.0 / 20_000f64.sqrt(), "{kind:?}: {a} {b}");
+            }
+            for factor in 0..3 {
+                let mean: f64 = rows.iter().map(|row| row[factor]).sum::<f64>() / 20_000.0;
+                assert!(mean.abs() < 4.0 / (12.0 * 20_000f64).sqrt() && (product(factor, factor) - 1.0).abs() < 0.03);
+            }
+            assert_eq!(tied.member(7)[0], free.member(7)[0], "nothing is before the first");
+        }
     }
 }

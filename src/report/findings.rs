@@ -1,7 +1,7 @@
 //! What was found, in sentences: the same for the page and, shortened, for the screen.
 
 use super::figures::nearest;
-use super::{Story, gas, posterior, recovery, sizing, words};
+use super::{Story, causes, gas, posterior, recovery, sizing, words};
 use crate::case::Case;
 use crate::fit::Loss;
 use crate::study::beside::Beside;
@@ -64,7 +64,7 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
         if let Some(said) = blame(story.case, outcome, sensor) {
             say("Cause", said);
         }
-        if let Some(said) = alone(story.case, outcome, sensor) {
+        if let Some(said) = causes::alone(story, outcome, sensor) {
             say("Alone", said);
         }
     }
@@ -144,35 +144,12 @@ fn blame(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
     (!said.is_empty()).then(|| format!("At its peak the spread of {name} is mostly due to {}.", words::listed(&said)))
 }
 
-/// How much of the variance of a sensor at its nominal peak the factors explain one by one.
-fn alone(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
-    let explained: f64 = indices(outcome, sensor)?.iter().sum();
-    let rest = if explained < 0.98 {
-        format!("; the other {} they make together", words::percent(1.0 - explained))
-    } else {
-        String::new()
-    };
-    (explained > 0.0).then(|| {
-        format!(
-            "One by one the factors explain {} of the variance of {} at its peak (the sum of their first-order Sobol \
-             indices){rest}.",
-            words::percent(explained.min(1.0)),
-            case.sensors[sensor].name,
-        )
-    })
-}
-
-/// First-order Sobol index of each factor at a sensor's nominal peak.
-pub(super) fn indices(outcome: &Uncertainty, sensor: usize) -> Option<Vec<f64>> {
-    let instant = nearest(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s)?;
-    Some(outcome.spreads[sensor].indices.iter().map(|curve| curve[instant]).collect())
-}
-
 /// Factors by their share of a sensor's spread at its nominal peak, largest first.
 pub(super) fn ranked(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Vec<(usize, f64)>> {
     let instant = nearest(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s)?;
-    let mut shares: Vec<(usize, f64)> =
-        (0..case.factors.len()).map(|factor| (factor, outcome.spreads[sensor].shares[factor][instant])).collect();
+    let mut shares: Vec<(usize, f64)> = (0..case.factors.len())
+        .map(|factor| (factor, outcome.spreads[sensor].causes[instant].shares[factor]))
+        .collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     Some(shares)
 }

@@ -9,6 +9,7 @@ use crate::study::estimate::Estimated;
 use crate::study::nominal::{Misfit, Nominal, Peak, Reached};
 use crate::study::posterior::Posterior;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
+use crate::study::statistics::{Causes, Likely};
 use crate::study::uncertainty::{Failure, PeakSpread, Spread, Uncertainty};
 use crate::traces::{Arrival, Balance};
 use std::sync::Arc;
@@ -203,6 +204,7 @@ fn case() -> Case {
             }),
             back_face: Face::Open(OpenFace { film_w_m2_k: 15.0, ..OpenFace::insulated() }),
         },
+        correlation: Default::default(),
         factors: vec![
             factor("f_eps_OF", "OF", Property::Emissivity, 0.05),
             factor("f_k_OF", "OF", Property::Conductivity, 0.25),
@@ -266,9 +268,9 @@ fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
             low_k: at(-3.5),
             high_k: at(3.5),
             percentiles_k: [at(-1.96), at(-0.674), at(0.0), at(0.674), at(1.96)],
-            shares: correlations.iter().map(|row| row.iter().map(|r| r * r).collect()).collect(),
-            indices: correlations.iter().map(|row| row.iter().map(|r| r * r).collect()).collect(),
-            correlations,
+            causes: (0..INSTANTS)
+                .map(|n| causes(&correlations.iter().map(|row| row[n]).collect::<Vec<f64>>()))
+                .collect(),
             deviation_k,
         }
     };
@@ -282,10 +284,12 @@ fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
             deviation_k: spreads[sensor].deviation_k[at],
             percentiles_k: around(nominal.temperature_k, spreads[sensor].deviation_k[at]),
             percentiles_s: around(nominal.time_s, 1.5),
-            correlations: spreads[sensor].correlations.iter().map(|row| row[at]).collect(),
+            causes: spreads[sensor].causes[at].clone(),
+            causes_of_time: spreads[sensor].causes[at].clone(),
         }
     });
     Uncertainty {
+        is_independent: true,
         seed: 1,
         sampling: "normal",
         asked: 5000,
@@ -298,6 +302,21 @@ fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
         instants_s: instants(),
         peaks: peaks.collect(),
         spreads,
+    }
+}
+
+/// Of factors that act one by one, but for a thousandth of the variance.
+fn causes(correlations: &[f64]) -> Causes {
+    let likely = |value: f64| Likely { value, low: value - 0.01, high: value + 0.01 };
+    let each = |of: fn(f64) -> f64| -> Vec<Likely> { correlations.iter().map(|&r| likely(of(r))).collect() };
+    Causes {
+        correlations: each(|r| r),
+        rank_correlations: each(|r| 0.98 * r),
+        partial_rank_correlations: each(|r| 0.99 * r.signum() * r.abs().sqrt()),
+        shares: correlations.iter().map(|r| r * r).collect(),
+        first: each(|r| 0.999 * r * r),
+        total: each(|r| 1.001 * r * r),
+        rest: 0.001,
     }
 }
 

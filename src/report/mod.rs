@@ -3,6 +3,7 @@
 //!
 //! [`write()`] puts a [`Story`] into a folder; [`summary::screen`] says it in a terminal.
 
+mod causes;
 mod chart;
 pub mod figure;
 pub mod figures;

@@ -1,6 +1,6 @@
 //! The outcome on one screen: at most 24 lines of 80 columns.
 
-use super::{Story, backend_words, findings, gas, posterior, recovery, sizing, warnings, words};
+use super::{Story, backend_words, causes, findings, gas, posterior, recovery, sizing, warnings, words};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
 use crate::study::proportion::Proportion;
@@ -47,6 +47,10 @@ pub fn screen(story: &Story) -> String {
         (Some(outcome), nominal) => lines.extend(uncertainty(story, outcome, nominal, &room)),
         (None, Some(outcome)) => lines.extend(nominal(story, outcome, &room)),
         (None, None) => {}
+    }
+    if let (Some(outcome), Some(sensor), false) = (story.uncertainty, story.bondline(), all || is_asked) {
+        let said = causes::alone(story, outcome, sensor);
+        lines.extend(said.map_or(Vec::new(), |said| wrapped("", &said)));
     }
     lines.extend(gas);
     if let Some(outcome) = story.sensitivity {

@@ -131,7 +131,7 @@ pub fn size(
     let drawn_m = trial.stretched.drawn_m;
     let within_m = demand.within_m.unwrap_or((drawn_m / 4.0, drawn_m * 4.0));
     let nominal_row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
-    let drawn = Ensemble::sample(&case.factors, bounds, sampling, members);
+    let drawn = Ensemble::sample(&case.factors, bounds, sampling, members).correlated(&case.correlation);
 
     let thicknesses_m = ladder(within_m);
     let curve = trial.peaks(thicknesses_m.iter().map(|&thickness_m| (nominal_row.clone(), thickness_m)))?;

@@ -1,9 +1,9 @@
 //! How far may the prediction be off, and which factor is to blame?
 
 use super::nominal::{Nominal, Peak};
-use super::statistics::{Span, Tally};
+use super::statistics::{Causes, Tally};
 use crate::case::{Bounds, Case};
-use crate::ensemble::{Ensemble, Sampling};
+use crate::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
 use crate::march::{March, MarchError, march_some};
 use crate::plan::Plan;
 use crate::traces::{Arrival, Traces};
@@ -16,6 +16,8 @@ pub struct Uncertainty {
     pub seed: u64,
     /// `normal`, `uniform`, `lhs`, `sobol`.
     pub sampling: &'static str,
+    /// Whether each factor was drawn by itself: if not, the indices of [`Causes`] are those of factors that go together.
+    pub is_independent: bool,
     pub asked: usize,
     pub ok: usize,
     /// Why members failed, how many each, and one of them.
@@ -45,12 +47,8 @@ pub struct Spread {
     pub high_k: Vec<f64>,
     /// Percentiles 2.5, 25, 50, 75, 97.5, in this order.
     pub percentiles_k: [Vec<f64>; 5],
-    /// Factor × instant: Pearson correlation of factor and temperature (the paper's Eq. 13).
-    pub correlations: Vec<Vec<f64>>,
-    /// Factor × instant: squared correlations over their sum; zero where nothing varies.
-    pub shares: Vec<Vec<f64>>,
-    /// Factor × instant: first-order Sobol indices, the shares of the variance that go if the factor is known.
-    pub indices: Vec<Vec<f64>>,
+    /// What the factors have to do with the temperature, one an instant.
+    pub causes: Vec<Causes>,
 }
 
 /// The distribution of a sensor's peak.
@@ -63,8 +61,10 @@ pub struct PeakSpread {
     pub percentiles_k: [f64; 5],
     /// Percentiles 2.5, 25, 50, 75, 97.5 of the time of the peak, s.
     pub percentiles_s: [f64; 5],
-    /// Pearson correlation of each factor with the peak temperature.
-    pub correlations: Vec<f64>,
+    /// What the factors have to do with the peak temperature.
+    pub causes: Causes,
+    /// What they have to do with the time of the peak.
+    pub causes_of_time: Causes,
 }
 
 /// The percentiles of every spread.
@@ -78,6 +78,7 @@ const BLOCK: usize = 256;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gathered {
     tally: Tally,
+    is_independent: bool,
     /// How many failed so, and the first of them, by reason.
     failures: BTreeMap<String, (usize, usize)>,
 }
@@ -98,17 +99,18 @@ pub fn uncertainty(
     members: usize,
     watch: &mut dyn FnMut(&Ensemble, &Traces),
 ) -> Result<Uncertainty, MarchError> {
-    let ensemble = Ensemble::sample(&case.factors, bounds, sampling, members);
-    let mut gathered = Gathered::new(case, nominal, bounds);
+    let ensemble = Ensemble::sample(&case.factors, bounds, sampling, members).correlated(&case.correlation);
+    let mut gathered = Gathered::new(case, nominal, bounds, sampling.kind);
     gathered.march(case, plan, march, &ensemble, 0..members, watch)?;
     Ok(gathered.answer(nominal, sampling, members))
 }
 
 impl Gathered {
-    /// Nothing yet, of members drawn between these side constraints about this nominal march.
-    pub fn new(case: &Case, nominal: &Nominal, bounds: Bounds) -> Self {
-        let (reference, spans) = references(case, nominal, bounds);
-        Self { tally: Tally::new(&reference, &spans), failures: BTreeMap::new() }
+    /// Nothing yet, of members drawn so between these side constraints about this nominal march.
+    pub fn new(case: &Case, nominal: &Nominal, bounds: Bounds, kind: SamplingKind) -> Self {
+        let (reference, marginals) = references(case, nominal, bounds, kind);
+        let (tally, is_independent) = (Tally::new(&reference, &marginals), case.correlation.is_none());
+        Self { tally, is_independent, failures: BTreeMap::new() }
     }
 
     /// March some members of an ensemble and count them; `watch` is shown each run of them as [`uncertainty`] says.
@@ -190,12 +192,13 @@ impl Gathered {
         case: &Case,
         nominal: &Nominal,
         bounds: Bounds,
+        kind: SamplingKind,
         numbers: &[i128],
         failures: &[Failure],
     ) -> Option<Self> {
-        let (reference, spans) = references(case, nominal, bounds);
-        let tally = Tally::restored(&reference, &spans, numbers)?;
-        let mut restored = Self { tally, failures: BTreeMap::new() };
+        let (reference, marginals) = references(case, nominal, bounds, kind);
+        let tally = Tally::restored(&reference, &marginals, numbers)?;
+        let mut restored = Self { tally, is_independent: case.correlation.is_none(), failures: BTreeMap::new() };
         failures.iter().for_each(|failure| restored.fail(failure.reason.clone(), failure.members, failure.first));
         Some(restored)
     }
@@ -204,7 +207,7 @@ impl Gathered {
     pub fn answer(&self, nominal: &Nominal, sampling: &Sampling, asked: usize) -> Uncertainty {
         let Self { tally, .. } = self;
         let (sensors, instants) = (nominal.temperatures_k.len(), nominal.instants_s.len());
-        let factors = tally.factors();
+        let causes = tally.causes(self.is_independent);
         let over = |sensor: usize, each: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (sensor * instants..(sensor + 1) * instants).map(each).collect()
         };
@@ -214,9 +217,7 @@ impl Gathered {
             low_k: over(sensor, &|output| tally.low(output)),
             high_k: over(sensor, &|output| tally.high(output)),
             percentiles_k: PERCENTS.map(|percent| over(sensor, &|output| tally.percentile(output, percent))),
-            correlations: (0..factors).map(|f| over(sensor, &|output| tally.correlation(output, f))).collect(),
-            shares: (0..factors).map(|f| over(sensor, &|output| tally.share(output, f))).collect(),
-            indices: (0..factors).map(|f| over(sensor, &|output| tally.index(output, f))).collect(),
+            causes: causes[sensor * instants..(sensor + 1) * instants].to_vec(),
         });
         let peaks = (0..sensors).map(|sensor| {
             let (hot, late) = (sensors * instants + sensor, sensors * instants + sensors + sensor);
@@ -226,12 +227,14 @@ impl Gathered {
                 deviation_k: tally.deviation(hot),
                 percentiles_k: PERCENTS.map(|percent| tally.percentile(hot, percent)),
                 percentiles_s: PERCENTS.map(|percent| tally.percentile(late, percent)),
-                correlations: (0..factors).map(|factor| tally.correlation(hot, factor)).collect(),
+                causes: causes[hot].clone(),
+                causes_of_time: causes[late].clone(),
             }
         });
         Uncertainty {
             seed: sampling.seed,
             sampling: sampling.kind.name(),
+            is_independent: self.is_independent,
             asked,
             ok: tally.members(),
             failures: self.failures(),
@@ -242,17 +245,14 @@ impl Gathered {
     }
 }
 
-/// What members are counted from: every temperature, then every peak and its time, of the nominal march; and the
-/// factors' nominal values with the ends of their ranges.
-fn references(case: &Case, nominal: &Nominal, bounds: Bounds) -> (Vec<f64>, Vec<Span>) {
+/// What members are counted from: every temperature, then every peak and its time, of the nominal march; and what the
+/// factors are drawn from.
+fn references(case: &Case, nominal: &Nominal, bounds: Bounds, kind: SamplingKind) -> (Vec<f64>, Vec<Marginal>) {
     let mut reference: Vec<f64> = nominal.temperatures_k.concat();
     reference.extend(nominal.peaks.iter().map(|peak| peak.temperature_k));
     reference.extend(nominal.peaks.iter().map(|peak| peak.time_s));
-    let spans = case.factors.iter().map(|factor| {
-        let (low, high) = factor.bounds(bounds);
-        Span { nominal: factor.nominal, low, high }
-    });
-    (reference, spans.collect())
+    let marginals = case.factors.iter().map(|factor| Marginal::new(factor.nominal, factor.bounds(bounds), kind));
+    (reference, marginals.collect())
 }
 
 /// Why a member failed, in words that do not depend on the member; `None` of one that arrived.

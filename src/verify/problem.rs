@@ -140,6 +140,7 @@ impl Problem {
                 back_face,
             },
             factors: Vec::new(),
+            correlation: Default::default(),
             estimate: Estimate::default(),
             resolution: Resolution {
                 tolerance_k: None,

@@ -41,6 +41,7 @@ fn pieces_merged_in_any_order_tell_what_one_march_of_all_tells_to_the_last_digit
     for (case, sweep) in [
         (CASE.to_owned(), "-n 300 --sampling lhs --seed 7"),
         (charring(), "-n 60 --sampling sobol --backend gpu"),
+        (CASE.to_owned() + "\n[[correlation]]\nfactors = [\"f_q\", \"f_k\"]\nvalue = -0.7\n", "-n 100 --seed 3"),
         (melting, "-n 80 --sampling uniform --max-failed 80 --set pressure=1kPa"),
     ] {
         scratch.write("c/case.toml", case);

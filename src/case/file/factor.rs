@@ -4,7 +4,9 @@ use super::layup::{mm, names};
 use super::nearest::suggestion;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
-use crate::case::{Conductivity, Emissivity, Face, Factor, GasPath, Layup, Ply, Property, PyrolysisHeat, Sensor};
+use crate::case::{
+    Conductivity, Correlation, Emissivity, Face, Factor, GasPath, Layup, Ply, Property, PyrolysisHeat, Sensor,
+};
 
 const PROPERTIES: &[(&str, Property)] = &[
     ("conductivity", Property::Conductivity),
@@ -54,6 +56,61 @@ pub(super) fn factors(case: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Ve
         }))?;
     }
     Ok(factors)
+}
+
+/// `[[correlation]]`: factors, two at a time, that go together. Where the factors are at fault, only its keys are read.
+pub(super) fn correlation(case: &Section<'_>, factors: Option<&[Factor]>) -> Read<Correlation> {
+    let sections = case.tables("correlation")?;
+    let mut pairs: Vec<(usize, usize, f64)> = Vec::new();
+    all(sections.iter().map(|section| {
+        let read = pair(section, factors);
+        section.close();
+        let Some((one, other, value)) = read? else { return Ok(()) };
+        if pairs.iter().any(|&(a, b, _)| (a, b) == (one, other) || (a, b) == (other, one)) {
+            return Err(section.fault("the correlation of these two factors is given already"));
+        }
+        pairs.push((one, other, value));
+        Ok(())
+    }))?;
+    Correlation::of(factors.map_or(0, <[Factor]>::len), &pairs).ok_or_else(|| {
+        // The last one written is where the contradiction ends; there is one, as none at all contradict nothing.
+        let place = sections.last().unwrap_or(case);
+        place.fault("no factors can go together as these correlations say: their matrix is not positive definite")
+    })
+}
+
+fn pair(section: &Section<'_>, factors: Option<&[Factor]>) -> Read<Option<(usize, usize, f64)>> {
+    let expected = "two factors such as [\"f_k_INS\", \"f_rho_INS\"]";
+    let named = section.required("factors", expected).and_then(|written| {
+        let names = written.list()?;
+        let known = |written: &Written<'_>| -> Read<usize> {
+            let (name, factors) = (written.text()?, factors.unwrap_or_default());
+            let hint = || suggestion(name, factors.iter().map(|factor| factor.name.as_str()));
+            let found = factors.iter().position(|factor| factor.name == name);
+            found.ok_or_else(|| written.fault(format!("{name:?} is no factor of this case{}", hint())))
+        };
+        match (&names[..], factors) {
+            (_, None) => Ok(None),
+            ([one, other], _) => {
+                let (one, other) = (known(one), known(other));
+                let (one, other) = (one?, other?);
+                if one == other {
+                    return Err(written.fault("a factor goes with itself: expected two factors"));
+                }
+                Ok(Some((one, other)))
+            }
+            _ => Err(written.fault(format!("expected {expected}, found {} of them", names.len()))),
+        }
+    });
+    let value = section.required("value", "a correlation such as 0.5").and_then(|written| {
+        let value = written.number()?;
+        if value.abs() < 1.0 {
+            return Ok(value);
+        }
+        Err(written.fault(format!("expected a correlation above -1 and below 1, found {value}")))
+    });
+    let (named, value) = (named?, value?);
+    Ok(named.map(|(one, other)| (one, other, value)))
 }
 
 fn overlap(one: &Factor, other: &Factor, layup: &Layup) -> bool {

@@ -182,6 +182,7 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
         factor::Scaled { layup, hot_face, back_face, gas_path, has_holder, sensors }
     });
     let factors = factor::factors(top, scaled);
+    let correlation = factor::correlation(top, factors.as_deref().ok());
     let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);
     let plies = marched.as_ref().map_or(1, |(layup, ..)| layup.plies.len());
     let resolution = resolution(top, plies, duration_s);
@@ -207,6 +208,7 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
         gas: gas?,
         exposure,
         factors: factors?,
+        correlation: correlation?,
         observations: observations?,
         estimate: estimate?,
         resolution: resolution?,

@@ -1,5 +1,6 @@
 //! What a case file may say, and what is said of one that is wrong.
 
+mod correlation;
 mod reacting;
 
 use crate::case::{Bounds, Case, Emissivity, Face, Property};

@@ -5,6 +5,7 @@ use super::super::words;
 use super::{STILL_K, file_name, line, nearest, paper, temperature, thinned, time, window};
 use crate::case::Case;
 use crate::study::nominal::Nominal;
+use crate::study::statistics::Likely;
 use crate::study::uncertainty::Uncertainty;
 
 pub(super) fn figures(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>) -> Vec<Figure> {
@@ -12,7 +13,8 @@ pub(super) fn figures(case: &Case, outcome: &Uncertainty, nominal: Option<&Nomin
     let moves = |sensor: &usize| outcome.spreads[*sensor].deviation_k.iter().any(|deviation_k| *deviation_k > STILL_K);
     let sensors = (0..case.sensors.len()).filter(moves);
     let mut figures: Vec<Figure> = sensors.clone().map(|sensor| spread(case, outcome, nominal, sensor)).collect();
-    figures.extend(sensors.map(|sensor| shares(case, outcome, sensor)));
+    figures.extend(sensors.clone().map(|sensor| shares(case, outcome, sensor)));
+    figures.extend(sensors.filter_map(|sensor| indices(case, outcome, sensor)));
     figures.push(peaks(case, outcome));
     figures
 }
@@ -58,27 +60,23 @@ fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor:
 
 fn shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure {
     let name = &case.sensors[sensor].name;
-    let shares = &outcome.spreads[sensor].shares;
-    let parts = case
-        .factors
-        .iter()
-        .zip(shares)
-        .enumerate()
-        .map(|(index, (factor, shares))| Part {
-            name: factor.name.clone(),
-            ink: Ink::Series(index),
-            values: thinned(shares).iter().map(|share| 100.0 * share).collect(),
-        })
-        .collect();
+    let causes = &outcome.spreads[sensor].causes;
+    let percent = |factor: usize| causes.iter().map(|causes| 100.0 * causes.shares[factor]).collect::<Vec<f64>>();
+    let parts = case.factors.iter().enumerate().map(|(index, factor)| Part {
+        name: factor.name.clone(),
+        ink: Ink::Series(index),
+        values: thinned(&percent(index)),
+    });
     let peak = outcome.peaks[sensor].nominal;
     let blame = nearest(&outcome.instants_s, peak.time_s).and_then(|instant| {
-        let most = (0..shares.len()).max_by(|&a, &b| shares[a][instant].total_cmp(&shares[b][instant]))?;
+        let shares = &causes[instant].shares;
+        let most = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b]))?;
         Some(format!(
             " At the nominal peak ({}) {} ({}) has the largest share, {}.",
             words::seconds(peak.time_s),
             case.factors[most].name,
             words::meaning(&case.factors[most]),
-            words::percent(shares[most][instant]),
+            words::percent(shares[most]),
         ))
     });
     Figure {
@@ -92,8 +90,53 @@ fn shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure {
         ),
         x: time(case),
         y: Axis::linear("Share of the spread, %").within(0.0, 100.0),
-        layers: vec![Layer::Shares { x: thinned(&outcome.instants_s), parts }],
+        layers: vec![Layer::Shares { x: thinned(&outcome.instants_s), parts: parts.collect() }],
     }
+}
+
+/// Total Sobol indices through time, with their intervals, of those factors that ever matter; `None` where too few members
+/// arrived to tell.
+fn indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> {
+    let name = &case.sensors[sensor].name;
+    let spread = &outcome.spreads[sensor];
+    // Before anything moves, indices are those of nothing.
+    let most_k = spread.deviation_k.iter().copied().fold(0.0, f64::max);
+    let from = spread.deviation_k.iter().position(|&deviation_k| deviation_k > 0.01 * most_k)?;
+    let (times, causes) = (&outcome.instants_s[from..], &spread.causes[from..]);
+    let curve = |factor: usize, of: fn(&Likely) -> f64| -> Vec<f64> {
+        causes.iter().map(|causes| 100.0 * of(&causes.total[factor])).collect()
+    };
+    let mut layers: Vec<Layer> = window(case).into_iter().collect();
+    let matters = |factor: &usize| curve(*factor, |index| index.value).into_iter().any(|percent| percent > 2.0);
+    for factor in (0..case.factors.len()).filter(matters) {
+        let stroke = if factor % 2 == 0 { Stroke::Solid } else { Stroke::Dashed };
+        layers.push(Layer::Band {
+            name: String::new(),
+            ink: Ink::Series(factor),
+            opacity: 0.18,
+            x: thinned(times),
+            low: thinned(&curve(factor, |index| index.low)),
+            high: thinned(&curve(factor, |index| index.high)),
+        });
+        let values = curve(factor, |index| index.value);
+        layers.push(line(case.factors[factor].name.clone(), Ink::Series(factor), stroke, times, &values));
+    }
+    let rest = causes.iter().map(|causes| causes.rest).fold(0.0, f64::max);
+    let drawn = layers.iter().any(|layer| matches!(layer, Layer::Band { .. }));
+    drawn.then(|| Figure {
+        id: file_name("indices", name),
+        number: String::new(),
+        title: format!("How much of the variance at {name} hangs on each factor"),
+        caption: format!(
+            "Total Sobol indices through time, of factors that ever reach 2 %: the share of the variance that would stay \
+             were all other factors known, with its 95 % interval. Together they exceed 100 % by what factors do in \
+             pairs. At most {} of the variance is left that pairs do not explain.",
+            words::percent_of(rest),
+        ),
+        x: time(case),
+        y: Axis::linear("Total index, %"),
+        layers,
+    })
 }
 
 /// Peaks less the nominal one, so that a spread of tens of kelvin shows beside peaks a thousand apart.

@@ -1,6 +1,7 @@
 //! `summary.json`: the outcome for a program. Numbers that are unbounded or unknown are `null`.
 
 mod asked;
+mod causes;
 mod estimated;
 mod posterior;
 
@@ -9,9 +10,9 @@ use crate::case::Case;
 use crate::study::beside::{Beside, Left};
 use crate::study::nominal::{Reached, Reading};
 use crate::study::sensitivity::Identifiability;
-use crate::study::uncertainty::Uncertainty;
 use crate::traces::Arrival;
 use asked::{RecoveryRecord, SizingRecord};
+use causes::Due;
 use estimated::EstimatedRecord;
 use posterior::PosteriorRecord;
 use serde::Serialize;
@@ -49,9 +50,9 @@ struct Record<'a> {
     /// Sensor → factor → share of the spread at the sensor's nominal peak.
     #[serde(skip_serializing_if = "Option::is_none")]
     shares: Option<Named<'a, Named<'a, f64>>>,
-    /// Sensor → factor → first-order Sobol index at the sensor's nominal peak.
+    /// Sensor → what its peak and the time of that are due to.
     #[serde(skip_serializing_if = "Option::is_none")]
-    indices: Option<Named<'a, Named<'a, f64>>>,
+    causes: Option<Named<'a, Due<'a>>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     estimable: Option<Estimable<'a>>,
     /// The files of this report, so that the next one of the case can clear them.
@@ -220,7 +221,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         sizing: story.sizing.map(|outcome| SizingRecord::of(story.case, outcome)),
         twins: story.recovery.map(RecoveryRecord::of),
         shares: story.uncertainty.map(|_| shares(story)),
-        indices: story.uncertainty.map(|outcome| indices(story, outcome)),
+        causes: story.uncertainty.map(|outcome| causes::causes(story.case, outcome)),
         estimable: story.sensitivity.map(|outcome| estimable(story, &outcome.proposed, &outcome.all)),
         files,
     };
@@ -261,14 +262,6 @@ fn shares<'a>(story: &Story<'a>) -> Named<'a, Named<'a, f64>> {
         let ranked = story.uncertainty.and_then(|outcome| findings::ranked(story.case, outcome, sensor));
         let named = ranked.into_iter().flatten();
         Named(named.map(|(factor, share)| (story.case.factors[factor].name.as_str(), share)).collect())
-    };
-    Named(story.case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
-}
-
-fn indices<'a>(story: &Story<'a>, outcome: &Uncertainty) -> Named<'a, Named<'a, f64>> {
-    let of = |sensor: usize| {
-        let known = findings::indices(outcome, sensor).unwrap_or_default();
-        Named(story.case.factors.iter().map(|factor| factor.name.as_str()).zip(known).collect())
     };
     Named(story.case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
 }

@@ -27,6 +27,7 @@ use crate::study::posterior::{Posterior, Predicted};
 use crate::study::recovery::{Recovery, TwinEnd};
 use crate::study::sensitivity::Sensitivity;
 use crate::study::size::Sizing;
+use crate::study::statistics::Likely;
 use crate::study::uncertainty::Uncertainty;
 
 /// A table being written.
@@ -169,12 +170,31 @@ fn percentiles(story: &Story, outcome: &Uncertainty) -> Result<(String, Vec<u8>)
 }
 
 fn shares(story: &Story, outcome: &Uncertainty) -> Result<(String, Vec<u8>), ReportError> {
-    let columns = ["_share", "_correlation", "_index"].into_iter().flat_map(|ending| factor_columns(story, ending));
+    let endings = [
+        "_share",
+        "_correlation",
+        "_rank_correlation",
+        "_partial_rank_correlation",
+        "_index",
+        "_index_low",
+        "_index_high",
+        "_total",
+        "_total_low",
+        "_total_high",
+    ];
+    let columns = endings.into_iter().flat_map(|ending| factor_columns(story, ending));
+    let columns = columns.chain(["unexplained".to_owned()]);
     let mut table = Table::new("shares.csv", head(&["sensor", "time_s"], columns))?;
     for (sensor, spread) in story.case.sensors.iter().zip(&outcome.spreads) {
         for (at, &time_s) in outcome.instants_s.iter().enumerate() {
-            let values = spread.shares.iter().chain(&spread.correlations).chain(&spread.indices).map(|curve| curve[at]);
-            table.row(Some(&sensor.name), std::iter::once(time_s).chain(values))?;
+            let causes = &spread.causes[at];
+            let correlations = [&causes.correlations, &causes.rank_correlations, &causes.partial_rank_correlations];
+            let ends = [|index: &Likely| index.value, |index: &Likely| index.low, |index: &Likely| index.high];
+            let indices = [&causes.first, &causes.total].into_iter();
+            let indices = indices.flat_map(|of| ends.into_iter().flat_map(move |end| of.iter().map(end)));
+            let values = causes.shares.iter().copied();
+            let values = values.chain(correlations.into_iter().flatten().map(|likely| likely.value)).chain(indices);
+            table.row(Some(&sensor.name), std::iter::once(time_s).chain(values).chain([causes.rest]))?;
         }
     }
     table.close()

@@ -247,7 +247,13 @@ fn factors(case: &Case) -> String {
             ]
         })
         .collect();
-    table("Factors", &["Factor", "Scales", "Nominal", "Small bounds", "Large bounds"], &rows)
+    let name = |factor: usize| case.factors[factor].name.as_str();
+    let pairs: Vec<String> = (case.correlation.pairs().iter())
+        .map(|&(one, other, value)| {
+            format!("{} and {} go together where members are drawn (correlation {value})", name(one), name(other))
+        })
+        .collect();
+    table("Factors", &["Factor", "Scales", "Nominal", "Small bounds", "Large bounds"], &rows) + &list(&pairs)
 }
 
 /// How the numbers of this page were found, shortly.
@@ -261,7 +267,9 @@ pub(super) fn method(story: &Story) -> String {
         out += &paragraph(
             "Uncertainty: every member draws all factors within their small bounds and is marched in full. A factor's \
              correlation with a temperature is Pearson's; its share is the squared correlation over the sum of all. \
-             Shares take effects to be linear and factors to be independent.",
+             Shares take effects to be linear and factors to be independent. Sobol indices do not: they are parts of the \
+             variance, from a fit of all members with orthonormal polynomials of one factor and of two, and what such do \
+             not explain is told. Correlations of ranks are Spearman's, and with the others taken out partial ones.",
         );
     }
     if story.sensitivity.is_some() {

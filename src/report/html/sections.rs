@@ -2,7 +2,7 @@
 
 use super::super::figure::Figure;
 use super::super::findings::{ends, explained, objective, ranked, sentence};
-use super::super::{Story, gas, words};
+use super::super::{Story, causes, gas, words};
 use super::table::{escaped, list, paragraph, table};
 use super::{Section, asked, case, posterior};
 use crate::case::Case;
@@ -74,7 +74,7 @@ fn section_of(figure: &Figure) -> &'static str {
     match figure.id.split('-').next().unwrap_or_default() {
         "nominal" => "nominal",
         "gas" => "gas",
-        "spread" | "shares" | "peaks" => "uncertainty",
+        "spread" | "shares" | "indices" | "peaks" => "uncertainty",
         "sensitivity" | "alignment" | "proposed" => "sensitivity",
         "corner" | "predictive" => "posterior",
         "beside" => "beside",
@@ -210,6 +210,18 @@ fn uncertainty(story: &Story, outcome: &Uncertainty) -> String {
     paragraph(&drawn)
         + &table("Peak temperatures of the members", &head, &rows)
         + &table("Members that failed", &["Reason", "Members", "The first"], &failures)
+        + &story.bondline().map(|sensor| due(story, outcome, sensor)).unwrap_or_default()
+}
+
+/// What the peak of a sensor, and its time, are due to.
+fn due(story: &Story, outcome: &Uncertainty, sensor: usize) -> String {
+    let (name, peak) = (&story.case.sensors[sensor].name, &outcome.peaks[sensor]);
+    let of = |what: &str, causes| {
+        table(&format!("What the {what} of {name} is due to"), &causes::HEAD, &causes::rows(story, causes))
+    };
+    of("peak temperature", &peak.causes)
+        + &of("time of the peak", &peak.causes_of_time)
+        + &paragraph(causes::explanation(outcome))
 }
 
 fn sensitivity(story: &Story, outcome: &Sensitivity) -> String {

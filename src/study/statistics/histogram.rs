@@ -4,23 +4,41 @@
 //! are multiples of its width. So the bins depend on the extremes alone, not on what came first, and histograms merge
 //! to exactly that of all their values, while their memory has a bound. A sketch such as a t-digest is as small, but
 //! merges to other numbers in another order.
-
-/// Bins at most: where values spread widest, one is a 512th of their range or less.
-const BINS_MAX: i64 = 1024;
+//!
+//! A value may carry others along, whose sums are then known in every bin.
 
 /// Counts of bins, from the lowest that holds a value to the highest.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Histogram {
+    bins_max: i64,
+    /// Numbers of a bin: how many values, and the sums of what they carry.
+    columns: usize,
     /// A bin is 2 to this power quanta wide.
     width_log2: u32,
     lowest: i64,
+    /// Bin × column.
     counts: Vec<u64>,
 }
 
 impl Histogram {
-    /// Counts a value.
-    pub(super) fn count(&mut self, quanta: i64) {
-        *self.bin(quanta) += 1;
+    /// Nothing yet, for so many bins at most (where values spread widest, one is twice their range over that, or less)
+    /// of values that carry so many others.
+    pub(super) fn new(bins_max: i64, carried: usize) -> Self {
+        Self { bins_max, columns: 1 + carried, width_log2: 0, lowest: 0, counts: Vec::new() }
+    }
+
+    /// Counts a value with what it carries.
+    pub(super) fn count(&mut self, quanta: i64, carried: impl IntoIterator<Item = u64>) {
+        let bin = self.bin(quanta);
+        bin[0] += 1;
+        for (sum, more) in bin[1..].iter_mut().zip(carried) {
+            *sum += more;
+        }
+    }
+
+    /// Bins, lowest first: how many values, and the sums of what they carry.
+    pub(super) fn bins(&self) -> impl ExactSizeIterator<Item = &[u64]> {
+        self.counts.chunks_exact(self.columns)
     }
 
     /// Counts what another histogram has counted.
@@ -28,9 +46,11 @@ impl Histogram {
         while self.width_log2 < other.width_log2 {
             self.coarsen();
         }
-        for (bin, count) in (other.lowest..).zip(&other.counts) {
-            if *count > 0 {
-                *self.bin(bin << other.width_log2) += count;
+        for (bin, counts) in (other.lowest..).zip(other.bins()) {
+            if counts[0] > 0 {
+                for (mine, theirs) in self.bin(bin << other.width_log2).iter_mut().zip(counts) {
+                    *mine += theirs;
+                }
             }
         }
     }
@@ -39,8 +59,8 @@ impl Histogram {
     pub(super) fn above(&self, values: f64) -> Option<f64> {
         let mut below = 0.0;
         let mut edge = None;
-        for (bin, &count) in (self.lowest..).zip(&self.counts) {
-            let count = count as f64;
+        for (bin, counts) in (self.lowest..).zip(self.bins()) {
+            let count = counts[0] as f64;
             if count > 0.0 {
                 let share = ((values - below) / count).clamp(0.0, 1.0);
                 edge = Some((bin as f64 + share) * (1i64 << self.width_log2) as f64);
@@ -55,56 +75,60 @@ impl Histogram {
 
     /// All of it as whole numbers: width, lowest bin, how many bins, and their counts.
     pub(super) fn numbers(&self) -> impl Iterator<Item = i128> {
-        let head = [i128::from(self.width_log2), i128::from(self.lowest), self.counts.len() as i128];
+        let head = [i128::from(self.width_log2), i128::from(self.lowest), self.bins().len() as i128];
         head.into_iter().chain(self.counts.iter().map(|&count| i128::from(count)))
     }
 
-    /// From [`numbers`](Self::numbers), of which it takes its own; `None` where they are not such of so many values.
-    pub(super) fn restored(numbers: &mut dyn Iterator<Item = i128>, values: u64) -> Option<Self> {
+    /// The one of these bins and columns with [`numbers`](Self::numbers), of which it takes its own; `None` where they are
+    /// not such of so many values.
+    pub(super) fn restored(self, numbers: &mut dyn Iterator<Item = i128>, values: u64) -> Option<Self> {
         let width_log2 = u32::try_from(numbers.next()?).ok().filter(|&log2| log2 < 48)?;
         let lowest = i64::try_from(numbers.next()?).ok().filter(|lowest| lowest.unsigned_abs() < 1 << 48)?;
-        let bins = usize::try_from(numbers.next()?).ok().filter(|&bins| bins <= BINS_MAX as usize)?;
-        let counts: Vec<u64> = (0..bins).map(|_| u64::try_from(numbers.next()?).ok()).collect::<Option<_>>()?;
-        let held = counts.iter().try_fold(0u64, |sum, &count| sum.checked_add(count));
-        (held == Some(values)).then_some(Self { width_log2, lowest, counts })
+        let bins = usize::try_from(numbers.next()?).ok().filter(|&bins| bins <= self.bins_max as usize)?;
+        let counts: Vec<u64> =
+            (0..bins * self.columns).map(|_| u64::try_from(numbers.next()?).ok()).collect::<Option<_>>()?;
+        let held = counts.iter().step_by(self.columns).try_fold(0u64, |sum, &count| sum.checked_add(count));
+        (held == Some(values)).then_some(Self { width_log2, lowest, counts, ..self })
     }
 
-    /// The count of the bin that holds a value, the range grown just so far as to hold it.
-    fn bin(&mut self, quanta: i64) -> &mut u64 {
+    /// The numbers of the bin that holds a value, the range grown just so far as to hold it.
+    fn bin(&mut self, quanta: i64) -> &mut [u64] {
         if self.counts.is_empty() {
             self.lowest = quanta >> self.width_log2;
         }
         let (bin, more) = loop {
             let bin = quanta >> self.width_log2;
             let first = bin.min(self.lowest);
-            let last = bin.max(self.lowest + self.counts.len() as i64 - 1);
-            if last - first < BINS_MAX {
+            let last = bin.max(self.lowest + self.bins().len() as i64 - 1);
+            if last - first < self.bins_max {
                 break (bin, (self.lowest - first) as usize);
             }
             self.coarsen();
         };
         if more > 0 {
-            self.counts.splice(0..0, std::iter::repeat_n(0, more));
+            self.counts.splice(0..0, std::iter::repeat_n(0, more * self.columns));
             self.lowest = bin;
         }
-        let place = (bin - self.lowest) as usize;
+        let place = (bin - self.lowest) as usize * self.columns;
         if place >= self.counts.len() {
-            self.counts.resize(place + 1, 0);
+            self.counts.resize(place + self.columns, 0);
         }
-        &mut self.counts[place]
+        &mut self.counts[place..place + self.columns]
     }
 
     /// Bins twice as wide: each pair becomes one.
     fn coarsen(&mut self) {
-        let lowest = self.lowest >> 1;
-        for place in 0..self.counts.len() {
+        let (lowest, bins) = (self.lowest >> 1, self.bins().len());
+        for place in 0..bins {
             let into = (((self.lowest + place as i64) >> 1) - lowest) as usize;
-            // A pair lies at or behind its new place, so no count is overwritten before it is moved.
-            let count = std::mem::take(&mut self.counts[place]);
-            self.counts[into] += count;
+            for column in 0..self.columns {
+                // A pair lies at or behind its new place, so no count is overwritten before it is moved.
+                let count = std::mem::take(&mut self.counts[place * self.columns + column]);
+                self.counts[into * self.columns + column] += count;
+            }
         }
-        let last = (self.lowest + self.counts.len() as i64 - 1) >> 1;
-        self.counts.truncate((last - lowest + 1) as usize);
+        let last = (self.lowest + bins as i64 - 1) >> 1;
+        self.counts.truncate((last - lowest + 1) as usize * self.columns);
         (self.width_log2, self.lowest) = (self.width_log2 + 1, lowest);
     }
 }
@@ -113,9 +137,12 @@ impl Histogram {
 mod tests {
     use super::*;
 
+    const BINS_MAX: i64 = 1024;
+
+    /// Of values that carry their own last digit.
     fn of(values: impl IntoIterator<Item = i64>) -> Histogram {
-        let mut histogram = Histogram::default();
-        values.into_iter().for_each(|value| histogram.count(value));
+        let mut histogram = Histogram::new(BINS_MAX, 1);
+        values.into_iter().for_each(|value| histogram.count(value, [value.unsigned_abs() % 10]));
         histogram
     }
 
@@ -141,7 +168,7 @@ mod tests {
     #[test]
     fn bins_are_as_many_as_allowed_and_no_more_and_no_wider_than_that_takes() {
         let histogram = of(widening());
-        let bins = histogram.counts.len() as i64;
+        let bins = histogram.bins().len() as i64;
         assert!((BINS_MAX / 2..=BINS_MAX).contains(&bins), "{bins}");
         assert_eq!(of(0..BINS_MAX).width_log2, 0);
         assert_eq!(of(0..=BINS_MAX).width_log2, 1);
@@ -149,12 +176,25 @@ mod tests {
 
     #[test]
     fn an_empty_histogram_merges_into_nothing_else() {
-        let (mut whole, empty) = (of(widening()), Histogram::default());
+        let (mut whole, empty) = (of(widening()), Histogram::new(BINS_MAX, 1));
         whole.merge(&empty);
         assert_eq!(whole, of(widening()));
-        let mut into = Histogram::default();
+        let mut into = Histogram::new(BINS_MAX, 1);
         into.merge(&whole);
         assert_eq!(into, whole);
         assert_eq!(empty.above(0.0), None);
+    }
+
+    #[test]
+    fn what_values_carry_is_in_their_bins_and_none_of_it_is_lost() {
+        let histogram = of(widening());
+        let carried: u64 = histogram.bins().map(|bin| bin[1]).sum();
+        assert_eq!(carried, widening().map(|value| value.unsigned_abs() % 10).sum::<u64>());
+        let above = |bins: &mut dyn Iterator<Item = &[u64]>| bins.map(|bin| bin[1]).sum::<u64>();
+        let positive = above(&mut histogram.bins().skip(histogram.lowest.unsigned_abs() as usize));
+        assert_eq!(
+            positive,
+            widening().filter(|&value| value >= 0).map(|value| value.unsigned_abs() % 10).sum::<u64>()
+        );
     }
 }

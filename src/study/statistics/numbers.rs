@@ -1,71 +1,69 @@
 //! A tally as a list of whole numbers, so that it can be put by and taken up again without the loss of a bit.
 
-use super::classes::CLASSES;
-use super::histogram::Histogram;
+use super::Tally;
 use super::output::Output;
 use super::sums::Sums;
-use super::{Span, Tally};
+use crate::ensemble::Marginal;
 
 impl Tally {
-    /// All that has been counted: members and those left out; of each factor its sum, its sum of squares and the
-    /// members of each class; of each output its sum, its sum of squares, its products with each factor, the bits of its
-    /// lowest and highest value, its sum in each class of each factor, and its histogram.
+    /// All that has been counted: members and those left out; of each factor its sum, its sum of squares, the sum of its
+    /// grades and of their products with those of the factors up to it; of each function the sums of its products with
+    /// those up to it; of each output its sum, its sum of squares, its products with each factor, the bits of its lowest
+    /// and highest value, its products with each function, the histogram of its ranks, and that of its values.
     pub fn numbers(&self) -> Vec<i128> {
         let mut numbers = vec![self.members as i128, self.left_out as i128];
-        for (sums, counts) in self.factors.iter().zip(&self.classes) {
-            numbers.extend([sums.first, sums.squares]);
-            numbers.extend(counts.iter().map(|&count| i128::from(count)));
-        }
+        numbers.extend(self.factors.iter().flat_map(|sums| [sums.first, sums.squares]));
+        numbers.extend(self.grades.iter().flatten());
+        numbers.extend((0..self.basis.len()).flat_map(|row| &self.gram[row * self.basis.len()..][..=row]));
         for output in &self.outputs {
             numbers.extend([output.sums.first, output.sums.squares]);
             numbers.extend(&output.crossed);
             numbers.extend([output.low, output.high].map(|value| i128::from(value.to_bits())));
-            numbers.extend(output.in_class.iter().flatten());
-            numbers.extend(output.histogram.numbers());
+            numbers.extend(&output.moments);
+            numbers.extend(output.ranked.numbers().chain(output.histogram.numbers()));
         }
         numbers
     }
 
     /// From [`numbers`](Self::numbers) and the references they were counted from; `None` where they do not belong
     /// together: too few or too many, or counts that do not add up to the members.
-    pub fn restored(reference: &[f64], spans: &[Span], numbers: &[i128]) -> Option<Self> {
-        let mut tally = Self::new(reference, spans);
+    pub fn restored(reference: &[f64], marginals: &[Marginal], numbers: &[i128]) -> Option<Self> {
+        let mut tally = Self::new(reference, marginals);
         let mut numbers = numbers.iter().copied();
         tally.members = usize::try_from(numbers.next()?).ok()?;
         tally.left_out = usize::try_from(numbers.next()?).ok()?;
         let members = tally.members as u64;
-        for (sums, counts) in tally.factors.iter_mut().zip(&mut tally.classes) {
+        for sums in &mut tally.factors {
             *sums = Sums { first: numbers.next()?, squares: numbers.next()? };
-            for count in counts.iter_mut() {
-                *count = u64::try_from(numbers.next()?).ok()?;
-            }
-            let held = counts.iter().try_fold(0u64, |sum, &count| sum.checked_add(count));
-            if held != Some(members) {
-                return None;
+        }
+        for grade in tally.grades.iter_mut().flatten() {
+            *grade = numbers.next()?;
+        }
+        let functions = tally.basis.len();
+        for row in 0..functions {
+            for column in 0..=row {
+                let sum = numbers.next()?;
+                (tally.gram[row * functions + column], tally.gram[column * functions + row]) = (sum, sum);
             }
         }
+        // The first function is one, in quanta: its square was summed over every member.
+        let counted = tally.gram[0] == tally.members as i128 * CONSTANT * CONSTANT;
         for output in &mut tally.outputs {
-            *output = Output {
-                sums: Sums { first: numbers.next()?, squares: numbers.next()? },
-                crossed: spans.iter().map(|_| numbers.next()).collect::<Option<_>>()?,
-                low: bits(&mut numbers)?,
-                high: bits(&mut numbers)?,
-                in_class: spans.iter().map(|_| class_sums(&mut numbers)).collect::<Option<_>>()?,
-                histogram: Histogram::restored(&mut numbers, members)?,
-            };
+            let Output { sums, crossed, low, high, histogram, ranked, moments } = output;
+            *sums = Sums { first: numbers.next()?, squares: numbers.next()? };
+            crossed.iter_mut().try_for_each(|sum| numbers.next().map(|number| *sum = number))?;
+            (*low, *high) = (bits(&mut numbers)?, bits(&mut numbers)?);
+            moments.iter_mut().try_for_each(|sum| numbers.next().map(|number| *sum = number))?;
+            *ranked = ranked.clone().restored(&mut numbers, members)?;
+            *histogram = histogram.clone().restored(&mut numbers, members)?;
         }
-        numbers.next().is_none().then_some(tally)
+        (counted && numbers.next().is_none()).then_some(tally)
     }
 }
+
+/// The constant function in its quanta.
+const CONSTANT: i128 = super::basis::QUANTA as i128;
 
 fn bits(numbers: &mut dyn Iterator<Item = i128>) -> Option<f64> {
     u64::try_from(numbers.next()?).ok().map(f64::from_bits)
-}
-
-fn class_sums(numbers: &mut dyn Iterator<Item = i128>) -> Option<[i128; CLASSES]> {
-    let mut sums = [0; CLASSES];
-    for sum in &mut sums {
-        *sum = numbers.next()?;
-    }
-    Some(sums)
 }

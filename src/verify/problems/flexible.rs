@@ -60,6 +60,7 @@ pub fn layup() -> Case {
             }),
         },
         factors: Vec::new(),
+        correlation: Default::default(),
         observations: Vec::new(),
         estimate: Estimate::default(),
         resolution: Resolution::default(),

@@ -1,0 +1,197 @@
+//! Functions of one factor and of two that an output is written in.
+//!
+//! Of each factor the polynomials that are orthonormal over its own distribution; of each two factors the products of
+//! theirs. Where factors are drawn by themselves all of these are orthonormal together, and squares of coefficients are
+//! parts of the variance: a polynomial chaos (Sudret, Reliability Engineering & System Safety 93, 2008) or HDMR (Li,
+//! Rosenthal & Rabitz, J. Phys. Chem. A 105, 2001), cut off after pairs.
+//!
+//! Polynomials and not classes of a factor's range: two-way classes fine enough not to lose what varies within them are
+//! so many that chance fills them with more than a weak factor does, and two hundred times the memory.
+
+use crate::ensemble::Marginal;
+
+/// Functions at most, so that their products with each other, and with each output, have a bound.
+const FUNCTIONS_MAX: usize = 512;
+/// The highest degree of one factor alone: ten follow two periods of a sine, or a kink to a 600th of its variance.
+const DEGREE_MAX: usize = 10;
+/// Quanta of a function in one unit of it. Rounded functions are functions as good as those they are rounded from.
+pub(super) const QUANTA: f64 = 512.0;
+/// A function is cut off here, quanta: the product with the furthest output, summed over a block, then is exact in f64.
+const REACH: f64 = 65_536.0;
+/// Shares at which a distribution is taken to find what is orthonormal over it.
+const NODES: usize = 1 << 14;
+
+/// A product of two polynomials: factor and degree of each. Of one factor alone the second has degree zero.
+type Function = [(usize, usize); 2];
+
+/// The functions, by rising degree, the constant first.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Basis {
+    marginals: Vec<Marginal>,
+    /// Of each factor `(a, b)`, the coefficients of `b_k+1 p_k+1 = (t − a_k) p_k − b_k p_k−1` with `t` its place.
+    recurrences: Vec<Vec<(f64, f64)>>,
+    functions: Vec<Function>,
+}
+
+impl Basis {
+    pub(super) fn new(marginals: &[Marginal]) -> Self {
+        let free: Vec<usize> = (0..marginals.len()).filter(|&factor| !marginals[factor].is_fixed()).collect();
+        let (alone, paired) = degrees(free.len());
+        let mut functions: Vec<Function> = vec![[(0, 0), (0, 0)]];
+        for degree in 1..=alone.max(paired) {
+            if degree <= alone {
+                functions.extend(free.iter().map(|&factor| [(factor, degree), (factor, 0)]));
+            }
+            for (place, &one) in free.iter().enumerate().filter(|_| degree <= paired) {
+                for &other in &free[place + 1..] {
+                    functions.extend((1..degree).map(|part| [(one, part), (other, degree - part)]));
+                }
+            }
+        }
+        let recurrences = marginals.iter().map(|marginal| recurrence(marginal, alone)).collect();
+        Self { marginals: marginals.to_vec(), recurrences, functions }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.functions.len()
+    }
+
+    pub(super) fn marginals(&self) -> &[Marginal] {
+        &self.marginals
+    }
+
+    /// Of the functions up to the highest degree of which there are no more than so many, how many there are.
+    pub(super) fn within(&self, most: usize) -> usize {
+        let degree = |&[(_, one), (_, other)]: &Function| one + other;
+        let past = self.functions.get(most).map_or(usize::MAX, degree);
+        self.functions.iter().take_while(|function| degree(function) < past).count()
+    }
+
+    /// Of the first so many functions those that a factor has a part in; with or without those it shares.
+    pub(super) fn of(&self, factor: usize, functions: usize, shared: bool) -> Vec<usize> {
+        let has = |&[(one, degree), (other, also)]: &Function| {
+            let alone = one == factor && degree > 0 && also == 0;
+            alone || shared && also > 0 && (one == factor || other == factor)
+        };
+        (0..functions).filter(|&place| has(&self.functions[place])).collect()
+    }
+
+    /// All functions of one member, in whole quanta.
+    pub(super) fn evaluate(&self, factors: &[f64], into: &mut Vec<f64>) {
+        let polynomials: Vec<Vec<f64>> = (self.marginals.iter().zip(&self.recurrences).zip(factors))
+            .map(|((marginal, recurrence), value)| polynomials(recurrence, marginal.place(*value)))
+            .collect();
+        let at = |(factor, degree): (usize, usize)| polynomials.get(factor).map_or(1.0, |values| values[degree]);
+        let product = |&[one, other]: &Function| (at(one) * at(other) * QUANTA).round().clamp(-REACH, REACH);
+        into.extend(self.functions.iter().map(product));
+    }
+}
+
+/// The highest degree of one factor, and that of two together, of so many factors: as high as fit.
+fn degrees(factors: usize) -> (usize, usize) {
+    let pairs = factors * factors.saturating_sub(1) / 2;
+    let room = |alone: usize| (FUNCTIONS_MAX - 1).checked_sub(alone * factors);
+    let alone = (0..=DEGREE_MAX).rev().find(|&alone| room(alone).is_some()).unwrap_or(0);
+    let fits = |paired: &usize| room(alone).is_some_and(|room| pairs * (paired * (paired - 1) / 2) <= room);
+    (alone, (2..=alone + 1).rev().find(fits).unwrap_or(0))
+}
+
+/// Stieltjes' procedure over the distribution, taken at evenly spaced shares.
+fn recurrence(marginal: &Marginal, degree: usize) -> Vec<(f64, f64)> {
+    let share = |node: usize| (node as f64 + 0.5) / NODES as f64;
+    let places: Vec<f64> = (0..NODES).map(|node| marginal.place(marginal.value(share(node)))).collect();
+    let mean = |values: &dyn Fn(usize) -> f64| (0..NODES).map(values).sum::<f64>() / NODES as f64;
+    let (mut before, mut now) = (vec![0.0; NODES], vec![1.0; NODES]);
+    let mut scale = 0.0;
+    let mut coefficients = Vec::with_capacity(degree);
+    for _ in 0..degree {
+        let centre = mean(&|node| places[node] * now[node] * now[node]);
+        let next: Vec<f64> =
+            (0..NODES).map(|node| (places[node] - centre) * now[node] - scale * before[node]).collect();
+        scale = mean(&|node| next[node] * next[node]).sqrt();
+        coefficients.push((centre, scale));
+        // A factor that is fixed has no polynomials but the constant, and none of them is asked for.
+        let inverse = if scale > 0.0 { 1.0 / scale } else { 0.0 };
+        before = std::mem::replace(&mut now, next.iter().map(|value| value * inverse).collect());
+    }
+    coefficients
+}
+
+/// The polynomials at a place, from the constant on.
+fn polynomials(recurrence: &[(f64, f64)], place: f64) -> Vec<f64> {
+    let mut values = vec![1.0];
+    let (mut before, mut scale) = (0.0, 0.0);
+    for &(centre, next) in recurrence {
+        let now = values[values.len() - 1];
+        let value = if next > 0.0 { ((place - centre) * now - scale * before) / next } else { 0.0 };
+        (before, scale) = (now, next);
+        values.push(value);
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ensemble::SamplingKind;
+
+    fn marginals(count: usize) -> Vec<Marginal> {
+        let kind = |factor: usize| if factor.is_multiple_of(2) { SamplingKind::Normal } else { SamplingKind::Uniform };
+        (0..count).map(|factor| Marginal::new(1.0, (0.75, 1.25 + 0.1 * factor as f64), kind(factor))).collect()
+    }
+
+    #[test]
+    fn functions_are_orthonormal_over_the_distribution_of_their_factor() {
+        for marginal in marginals(3) {
+            let basis = Basis::new(std::slice::from_ref(&marginal));
+            let mut rows = Vec::new();
+            let members = 20_000;
+            (0..members).for_each(|member| {
+                basis.evaluate(&[marginal.value((f64::from(member) + 0.5) / f64::from(members))], &mut rows);
+            });
+            let product = |a: usize, b: usize| {
+                let sum: f64 = rows.chunks(basis.len()).map(|row| row[a] * row[b]).sum();
+                sum / f64::from(members) / QUANTA / QUANTA
+            };
+            for a in 0..basis.len() {
+                for b in 0..=a {
+                    // A thousandth is what rounding to a 512th leaves of a mean square.
+                    assert!(
+                        (product(a, b) - f64::from(u8::from(a == b))).abs() < 1e-3,
+                        "{a} and {b}: {}",
+                        product(a, b)
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn functions_are_as_many_as_allowed_and_never_more() {
+        for factors in 0..600 {
+            let basis = Basis::new(&marginals(factors));
+            let pairs = factors * factors.saturating_sub(1) / 2;
+            assert!(basis.len() <= FUNCTIONS_MAX);
+            assert!(
+                factors > 23 || basis.len() > 10 * factors + usize::from(factors > 1) * (pairs.min(1)),
+                "{factors}"
+            );
+        }
+        assert_eq!(Basis::new(&marginals(7)).len(), FUNCTIONS_MAX);
+    }
+
+    #[test]
+    fn few_members_get_whole_degrees_of_functions() {
+        let basis = Basis::new(&marginals(7));
+        // Constant; 7 lines; 7 parabolas and 21 products.
+        assert_eq!([0, 1, 7, 8, 35, 36, 37].map(|most| basis.within(most)), [0, 1, 1, 8, 8, 36, 36]);
+        assert_eq!(basis.within(100_000), basis.len());
+    }
+
+    #[test]
+    fn a_factor_that_is_fixed_has_no_function() {
+        let fixed = Marginal::new(1.0, (1.0, 1.0), SamplingKind::Normal);
+        let basis = Basis::new(&[fixed, Marginal::new(1.0, (0.9, 1.1), SamplingKind::Normal)]);
+        assert_eq!((basis.len(), basis.of(0, basis.len(), true)), (11, vec![]));
+    }
+}

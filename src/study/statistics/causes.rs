@@ -1,0 +1,238 @@
+//! What each factor has to do with an output: correlations of values and of ranks, and Sobol indices.
+
+use super::expansion::{Expansion, Indices, NORMAL_95};
+use super::{GRADE_QUANTA, Tally};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// A number, and the ends of its 95 % interval; all NaN where there are too few members to tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Likely {
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// What the factors have to do with one output; each vector is one a factor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Causes {
+    /// Pearson's (the paper's Eq. 13): how straight the output follows the factor.
+    pub correlations: Vec<Likely>,
+    /// Spearman's: how steadily it follows, straight or not.
+    pub rank_correlations: Vec<Likely>,
+    /// The same with what the other factors' ranks explain taken out of both.
+    pub partial_rank_correlations: Vec<Likely>,
+    /// Squared correlations over their sum; zero where nothing varies.
+    pub shares: Vec<f64>,
+    /// First-order Sobol indices: the share of the output's variance that goes if the factor is known.
+    pub first: Vec<Likely>,
+    /// Total Sobol indices: the share that stays if all others are known, as far as functions of two factors tell.
+    pub total: Vec<Likely>,
+    /// The share of the variance that no functions of two factors explain. It may add to any index.
+    pub rest: f64,
+}
+
+impl Likely {
+    const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+
+    /// A correlation from so many degrees of freedom: Fisher's transform, with the variance `scatter/(free − 3)`.
+    fn correlation(value: f64, free: f64, scatter: f64) -> Self {
+        if value.is_nan() {
+            return Self::UNKNOWN;
+        }
+        if free <= 3.0 {
+            return Self { value, low: -1.0, high: 1.0 };
+        }
+        let reach = NORMAL_95 * (scatter / (free - 3.0)).sqrt();
+        Self { value, low: (value.atanh() - reach).tanh(), high: (value.atanh() + reach).tanh() }
+    }
+
+    /// A correlation of ranks: their scatter is larger by r²/2 (Bonett & Wright, Psychometrika 65, 2000).
+    fn rank_correlation(value: f64, free: f64) -> Self {
+        Self::correlation(value, free, 1.0 + value * value / 2.0)
+    }
+}
+
+impl Tally {
+    /// What the factors have to do with every output, one an output. Independent factors are those drawn by themselves;
+    /// for others the indices are what the head of `expansion.rs` says.
+    ///
+    /// Intervals of correlations are those of independent members; more evenly drawn ones scatter less.
+    pub fn causes(&self, are_independent: bool) -> Vec<Causes> {
+        let expansion = Expansion::new(self, are_independent);
+        let ranks = Ranks::new(self);
+        (0..self.outputs.len())
+            .into_par_iter()
+            .map(|output| self.causes_of(output, expansion.as_ref(), &ranks))
+            .collect()
+    }
+
+    fn causes_of(&self, output: usize, expansion: Option<&Expansion<'_>>, ranks: &Ranks) -> Causes {
+        let (members, others) = (self.members as f64, self.factors().saturating_sub(1) as f64);
+        let factors = 0..self.factors();
+        let correlations =
+            factors.clone().map(|factor| Likely::correlation(self.correlation(output, factor), members, 1.0));
+        let ranked = ranks.correlations(self, output);
+        let partial = ranks.partial(&ranked);
+        let unknown = || vec![Likely::UNKNOWN; self.factors()];
+        let none = || Indices { first: unknown(), total: unknown(), rest: f64::NAN };
+        let Indices { first, total, rest } = expansion.map_or_else(none, |expansion| expansion.indices(output));
+        Causes {
+            correlations: correlations.collect(),
+            rank_correlations: ranked.iter().map(|&value| Likely::rank_correlation(value, members)).collect(),
+            partial_rank_correlations: partial.map(|value| Likely::rank_correlation(value, members - others)).collect(),
+            shares: factors.map(|factor| self.share(output, factor)).collect(),
+            first,
+            total,
+            rest,
+        }
+    }
+}
+
+/// The factors' ranks. A factor's is its grade, its place in the distribution that it was drawn from, which needs no
+/// sorting and differs from its place among the members by chance alone. An output's is the middle of its bin.
+struct Ranks {
+    means: Vec<f64>,
+    deviations: Vec<f64>,
+    /// Inverse of the correlations among the factors; `None` where they determine one another.
+    inverse: Option<DMatrix<f64>>,
+}
+
+impl Ranks {
+    fn new(tally: &Tally) -> Self {
+        let members = tally.members as f64;
+        let means: Vec<f64> = tally.grades.iter().map(|sums| sums[0] as f64 / members / GRADE_QUANTA).collect();
+        let product = |a: usize, b: usize| {
+            let sum = tally.grades[a.max(b)][1 + a.min(b)] as f64;
+            sum / members / GRADE_QUANTA / GRADE_QUANTA - means[a] * means[b]
+        };
+        let deviations: Vec<f64> = (0..means.len()).map(|factor| product(factor, factor).max(0.0).sqrt()).collect();
+        let correlations = DMatrix::from_fn(means.len(), means.len(), |a, b| {
+            let both = deviations[a] * deviations[b];
+            if a == b { 1.0 } else { ratio(product(a, b), both) }
+        });
+        let inverse = correlations.cholesky().map(|factored| factored.inverse());
+        Self { means, deviations, inverse }
+    }
+
+    /// Spearman's correlation of an output with each factor; zero where either does not vary.
+    fn correlations(&self, tally: &Tally, output: usize) -> Vec<f64> {
+        let members = tally.members as f64;
+        let mut products = vec![0.0; self.means.len()];
+        let (mut below, mut squares) = (0.0, 0.0);
+        for bin in tally.outputs[output].ranked.bins() {
+            let count = bin[0] as f64;
+            let rank = (below + count / 2.0) / members - 0.5;
+            squares += count * rank * rank;
+            for ((product, &sum), mean) in products.iter_mut().zip(&bin[1..]).zip(&self.means) {
+                *product += rank * (sum as f64 / GRADE_QUANTA - count * mean);
+            }
+            below += count;
+        }
+        let deviation = (squares * members).sqrt();
+        let each = products.iter().zip(&self.deviations);
+        each.map(|(product, factor)| ratio(*product, deviation * factor).clamp(-1.0, 1.0)).collect()
+    }
+
+    /// Of the factors' rank correlations those that are left once the other factors' ranks are regressed out.
+    fn partial(&self, correlations: &[f64]) -> impl Iterator<Item = f64> {
+        let ranked = DVector::from_column_slice(correlations);
+        let slopes = self.inverse.as_ref().map(|inverse| (inverse.diagonal(), inverse * &ranked));
+        let left = slopes.as_ref().map_or(0.0, |(_, slopes)| (1.0 - ranked.dot(slopes)).max(0.0));
+        (0..correlations.len()).map(move |factor| match &slopes {
+            Some((diagonal, slopes)) => {
+                ratio(slopes[factor], (diagonal[factor] * left + slopes[factor].powi(2)).sqrt())
+            }
+            None => f64::NAN,
+        })
+    }
+}
+
+/// A ratio, zero where there is nothing to relate to.
+fn ratio(of: f64, to: f64) -> f64 {
+    if to > 0.0 { of / to } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ensemble::{Marginal, SamplingKind};
+
+    /// Members spread by an irrational step, and an output that follows the first factor steeply, the second weakly.
+    fn rows(members: u32) -> Vec<([f64; 3], f64)> {
+        let row = |member: u32| {
+            let [a, b, c] =
+                [0.618_033_988_75, 0.414_213_562_37, 0.732_050_807_57].map(|s| (f64::from(member + 1) * s).fract());
+            // The third goes with the first, and does nothing.
+            let factors = [a, b, (0.6 * a + 0.4 * c).clamp(0.0, 1.0)];
+            (factors, 300.0 + 40.0 * (4.0 * a).exp() - 900.0 * b * b)
+        };
+        (0..members).map(row).collect()
+    }
+
+    fn ranked(values: &[f64]) -> Vec<f64> {
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+        let mut ranks = vec![0.0; values.len()];
+        order.iter().enumerate().for_each(|(rank, &place)| ranks[place] = rank as f64);
+        ranks
+    }
+
+    fn pearson(a: &[f64], b: &[f64]) -> f64 {
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let product = |a: &[f64], b: &[f64]| {
+            let (centre, other) = (mean(a), mean(b));
+            a.iter().zip(b).map(|(one, two)| (one - centre) * (two - other)).sum::<f64>()
+        };
+        product(a, b) / (product(a, a) * product(b, b)).sqrt()
+    }
+
+    /// What is left of values once straight lines in others are taken out.
+    fn left(values: &[f64], others: &[&[f64]]) -> Vec<f64> {
+        let design =
+            DMatrix::from_fn(
+                values.len(),
+                others.len() + 1,
+                |row, column| {
+                    if column == 0 { 1.0 } else { others[column - 1][row] }
+                },
+            );
+        let values = DVector::from_column_slice(values);
+        let slopes = (design.transpose() * &design).cholesky().expect("regular").solve(&(design.transpose() * &values));
+        (values - design * slopes).as_slice().to_vec()
+    }
+
+    #[test]
+    fn correlations_of_ranks_are_those_of_the_members_sorted() {
+        let rows = rows(3000);
+        let marginals: Vec<Marginal> = (0..3).map(|_| Marginal::new(0.5, (0.0, 1.0), SamplingKind::Uniform)).collect();
+        let mut tally = Tally::new(&[500.0], &marginals);
+        rows.iter().for_each(|(factors, output)| tally.add(&[*output], factors));
+        let causes = tally.causes(false).remove(0);
+        let output = ranked(&rows.iter().map(|row| row.1).collect::<Vec<f64>>());
+        let factors: Vec<Vec<f64>> =
+            (0..3).map(|factor| ranked(&rows.iter().map(|row| row.0[factor]).collect::<Vec<f64>>())).collect();
+        for factor in 0..3 {
+            let others: Vec<&[f64]> =
+                (0..3).filter(|&other| other != factor).map(|other| &factors[other][..]).collect();
+            let plain = pearson(&factors[factor], &output);
+            let partial = pearson(&left(&factors[factor], &others), &left(&output, &others));
+            let (found, apart) = (causes.rank_correlations[factor], causes.partial_rank_correlations[factor]);
+            // Bins of ranks, and grades for ranks of a factor that is not spread as it was said to be.
+            assert!((found.value - plain).abs() < 0.005, "{found:?}, not {plain}");
+            assert!((apart.value - partial).abs() < 0.02, "{apart:?}, not {partial}");
+        }
+        assert!(causes.rank_correlations[2].value > 0.5, "the third follows the first");
+        assert!(causes.partial_rank_correlations[2].value.abs() < 0.1, "and does nothing of its own");
+    }
+
+    #[test]
+    fn an_interval_of_a_correlation_is_fishers() {
+        let half = Likely::correlation(0.5, 103.0, 1.0);
+        // atanh 0.5 = 0.549306; a tenth times 1.96 to either side.
+        assert!((half.low - 0.339).abs() < 1e-3 && (half.high - 0.632).abs() < 1e-3, "{half:?}");
+        assert_eq!(Likely::correlation(1.0, 50.0, 1.0), Likely { value: 1.0, low: 1.0, high: 1.0 });
+        let few = Likely::correlation(0.9, 3.0, 1.0);
+        assert_eq!((few.low, few.high), (-1.0, 1.0));
+    }
+}

@@ -1,0 +1,334 @@
+//! Sobol indices, of first order and total, from the members there are.
+//!
+//! An output is fitted, by least squares over all members, with the functions of one factor and of two. What the fit
+//! explains is parted among them; what it leaves is told as the rest. Saltelli's pairs of members, which are exact for any
+//! model, march `factors + 2` times as many and serve nothing else.
+//!
+//! **Factors drawn by themselves.** The functions are orthonormal over what members are drawn from, so squares of
+//! coefficients are parts of the variance `V`: of a factor alone, and of all that it has a part in. The mean square of
+//! the residuals is the rest. Chance adds to a square the variance of its coefficient, which is taken off.
+//!
+//! **Factors that go together.** Then `S = Var(E[T|f]) / V` is the part of the fit's variance that functions of the factor
+//! alone explain, whoever moves with it; and `S_T = E[Var(T|others)] / V` is what only functions with the factor explain,
+//! that is what would be left of the variance were all others known. These parts overlap or leave gaps: they do not sum to one.
+
+use super::basis::QUANTA;
+use super::{COARSE_LOG2, Likely, Tally};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+/// Members a function at least: with fewer, chance fits more than it leaves.
+const MEMBERS_A_FUNCTION: usize = 8;
+/// Standard deviations of a normal distribution to each end of 95 % of it.
+pub(super) const NORMAL_95: f64 = 1.96;
+/// The rest is no noise: it tends to be largest where functions are, at the ends of ranges, so that a coefficient is moved by
+/// more than the mean of its square tells. Of a product of three factors and functions of two of them the excess is the
+/// fourth moment of a factor over its squared variance, twice: 3.2 where it is evenly drawn, 5.6 where it is normal
+/// and cut off at two deviations.
+const EXCESS: f64 = 5.6;
+/// Rounding to coarse quanta leaves a variance of an output of a twelfth of one squared; outputs that spread less than ten
+/// times that are taken not to.
+const STILL: f64 = 10.0 / 12.0;
+
+/// What the factors make of one output.
+pub(super) struct Indices {
+    /// Of first order and total, one a factor.
+    pub(super) first: Vec<Likely>,
+    pub(super) total: Vec<Likely>,
+    pub(super) rest: f64,
+}
+
+/// The fit of all outputs of a tally, as far as it is the same for each.
+pub(super) struct Expansion<'a> {
+    tally: &'a Tally,
+    functions: usize,
+    /// Mean products of the functions, factored, and inverted.
+    factored: Cholesky<f64, Dyn>,
+    inverse: DMatrix<f64>,
+    /// How coefficients become a variance; `None` where it is the sum of their squares.
+    joint: Option<DMatrix<f64>>,
+    /// One a factor, of first order and total.
+    parts: Vec<[Part; 2]>,
+}
+
+/// A part of the variance: the sum of squares of some of the coefficients, or of a mixture of them.
+struct Part {
+    functions: Vec<usize>,
+    mixture: Option<DMatrix<f64>>,
+}
+
+impl<'a> Expansion<'a> {
+    /// `None` where there are too few members for a straight line in every factor.
+    pub(super) fn new(tally: &'a Tally, are_independent: bool) -> Option<Self> {
+        let all = tally.basis.len();
+        let scale = QUANTA * QUANTA * tally.members as f64;
+        let mut functions = tally.basis.within(tally.members / MEMBERS_A_FUNCTION);
+        // Members that happen to lie so that functions cannot be told apart get those of lower degrees.
+        let (products, factored) = loop {
+            if functions < 2 {
+                return None;
+            }
+            let products = DMatrix::from_fn(functions, functions, |a, b| tally.gram[a * all + b] as f64 / scale);
+            match products.clone().cholesky() {
+                Some(factored) => break (products, factored),
+                None => functions = tally.basis.within(functions - 1),
+            }
+        };
+        let inverse = factored.inverse();
+        let joint = (!are_independent).then(|| {
+            let means = products.column(0);
+            &products - means * means.transpose()
+        });
+        let part = |factor: usize, shared: bool| {
+            let chosen = tally.basis.of(factor, functions, shared);
+            let mixture = joint.as_ref().and_then(|joint| {
+                let within = |of: &DMatrix<f64>| of.select_rows(&chosen).select_columns(&chosen);
+                if shared {
+                    // Of the covariance the part that the other functions cannot explain: the inverse of the inverse's.
+                    let own = within(&inverse).cholesky()?.inverse().cholesky()?.l();
+                    let mut mixture = DMatrix::zeros(chosen.len(), functions);
+                    for (&function, row) in chosen.iter().zip(own.row_iter()) {
+                        mixture.set_column(function, &row.transpose());
+                    }
+                    Some(mixture)
+                } else {
+                    within(joint).cholesky()?.l().solve_lower_triangular(&joint.select_rows(&chosen))
+                }
+            });
+            Part { functions: chosen, mixture }
+        };
+        let parts = (0..tally.factors()).map(|factor| [part(factor, false), part(factor, true)]).collect();
+        Some(Self { tally, functions, factored, inverse, joint, parts })
+    }
+
+    /// Of an output.
+    pub(super) fn indices(&self, output: usize) -> Indices {
+        let output = &self.tally.outputs[output];
+        let (members, functions) = (self.tally.members as f64, self.functions as f64);
+        let coarse = f64::from(1 << COARSE_LOG2);
+        let square = output.sums.squares as f64 / members / coarse / coarse;
+        let moments = output.moments[..self.functions].iter().map(|&moment| moment as f64 / members / QUANTA);
+        let moments = DVector::from_iterator(self.functions, moments);
+        let coefficients = self.factored.solve(&moments);
+        let left = (square - moments.dot(&coefficients)).max(0.0) * members / (members - functions);
+        // What chance adds to the square of a coefficient.
+        let noise = |function: usize| left * self.inverse[(function, function)] / members;
+        let explained = match &self.joint {
+            None => (1..self.functions).map(|function| coefficients[function].powi(2) - noise(function)).sum(),
+            Some(joint) => coefficients.dot(&(joint * &coefficients)) - left * (functions - 1.0) / members,
+        };
+        let variance = f64::max(explained, 0.0) + left;
+        if variance < STILL {
+            let none = vec![Likely { value: 0.0, low: 0.0, high: 0.0 }; self.parts.len()];
+            return Indices { first: none.clone(), total: none, rest: 0.0 };
+        }
+        let rest = left / variance;
+        let index = |part: &Part| {
+            let count = part.functions.len() as f64;
+            let sum: f64 = match &part.mixture {
+                None => part.functions.iter().map(|&at| coefficients[at].powi(2) - noise(at)).sum(),
+                Some(mixture) => (mixture * &coefficients).norm_squared() - left * count / members,
+            };
+            self.within(f64::clamp(sum / variance, 0.0, 1.0), rest, count)
+        };
+        let [first, total] = [0, 1].map(|order| self.parts.iter().map(|part| index(&part[order])).collect());
+        Indices { first, total, rest }
+    }
+
+    /// An index of a part of so many functions, with what chance may have made of it, and what the rest may hide.
+    ///
+    /// Chance moves coefficients by `rest/members` of the variance each, were the rest noise; [`EXCESS`] says why it is more.
+    /// The index follows by its derivatives; the term with `count` is what a part has of chance alone. Where the covariance
+    /// of the functions is that of the members drawn, it is in doubt too, by one over the members. The rest may be any
+    /// factor's, so all of it lies within the interval, above, with what is in doubt of it.
+    fn within(&self, value: f64, rest: f64, count: f64) -> Likely {
+        let (members, free) = (self.tally.members as f64, (self.tally.members - self.functions) as f64);
+        let noise = EXCESS * rest;
+        let doubt = if self.joint.is_some() { noise.max(1.0) } else { noise };
+        let own = (4.0 * doubt * value * (1.0 - value) + 2.0 * noise * noise * count / members) / free;
+        let hidden = 2.0 * EXCESS * (rest * (1.0 - rest)).powi(2) / free;
+        let low = (value - NORMAL_95 * own.sqrt()).max(0.0);
+        Likely { value, low, high: (value + rest + NORMAL_95 * (own + hidden).sqrt()).min(1.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Causes;
+    use super::*;
+    use crate::case::{Bounds, Correlation, Factor, Property};
+    use crate::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
+    use std::f64::consts::PI;
+
+    /// What is asked of both indices at 2¹⁶ members.
+    const CLOSE: f64 = 0.01;
+    const MANY: usize = 1 << 16;
+
+    /// What factors between −1 and 1, evenly drawn, have to do with `f` of them.
+    fn causes(
+        kind: SamplingKind,
+        correlation: &Correlation,
+        factors: usize,
+        members: usize,
+        seed: u64,
+        f: impl Fn(&[f64]) -> f64,
+    ) -> Causes {
+        let (name, group, property) = ("f".to_owned(), "INS".to_owned(), Property::Conductivity);
+        let factor = Factor { name, group, property, nominal: 0.0, small: (-1.0, 1.0), large: (-1.0, 1.0) };
+        let sampling = Sampling { kind, seed };
+        let drawn = vec![factor; factors];
+        let ensemble = Ensemble::sample(&drawn, Bounds::Small, &sampling, members).correlated(correlation);
+        let mut tally = Tally::new(&[0.0], &vec![Marginal::new(0.0, (-1.0, 1.0), kind); factors]);
+        let rows: Vec<Vec<f64>> = (0..members).map(|member| ensemble.member(member)).collect();
+        // A thousand quanta of 2⁻¹³ and more to a deviation, as a kelvin has.
+        let outputs: Vec<f64> = rows.iter().map(|row| 10.0 * f(row)).collect();
+        tally.add_block(&outputs, &rows.concat(), &vec![true; members]);
+        tally.causes(correlation.is_none()).remove(0)
+    }
+
+    fn even(factors: usize, members: usize, seed: u64, f: impl Fn(&[f64]) -> f64) -> Causes {
+        causes(SamplingKind::Uniform, &Correlation::default(), factors, members, seed, f)
+    }
+
+    /// Ishigami & Homma (1990), with a = 7 and b = 0.1, of factors that span −π to π.
+    fn ishigami(t: &[f64]) -> f64 {
+        let x = [t[0], t[1], t[2]].map(|t| PI * t);
+        x[0].sin() + 7.0 * x[1].sin().powi(2) + 0.1 * x[2].powi(4) * x[0].sin()
+    }
+
+    fn ishigami_indices() -> [[f64; 3]; 2] {
+        let (one, two, both) =
+            (0.5 * (1.0 + 0.1 * PI.powi(4) / 5.0).powi(2), 49.0 / 8.0, 8.0 * 0.01 * PI.powi(8) / 225.0);
+        let all = one + two + both;
+        [[one / all, two / all, 0.0], [(one + both) / all, two / all, both / all]]
+    }
+
+    /// Sobol's G-function (Saltelli & Sobol 1995): Π (|4u − 2| + a)/(1 + a).
+    const G: [f64; 8] = [0.0, 1.0, 4.5, 9.0, 99.0, 99.0, 99.0, 99.0];
+
+    fn g(t: &[f64]) -> f64 {
+        t.iter().zip(G).map(|(t, a)| ((2.0 * t).abs() + a) / (1.0 + a)).product()
+    }
+
+    fn g_indices() -> [[f64; 8]; 2] {
+        let alone = G.map(|a| 1.0 / (3.0 * (1.0 + a).powi(2)));
+        let all: f64 = alone.iter().map(|part| 1.0 + part).product::<f64>() - 1.0;
+        [alone.map(|part| part / all), alone.map(|part| part / (1.0 + part) * (1.0 + all) / all)]
+    }
+
+    #[track_caller]
+    fn assert_close(found: &Causes, exact: [&[f64]; 2], tolerance: f64) {
+        for (found, exact) in [&found.first, &found.total].into_iter().zip(exact) {
+            for (found, exact) in found.iter().zip(exact) {
+                assert!((found.value - exact).abs() < tolerance, "{found:?}, not {exact}");
+                assert!(found.low <= found.value && found.value <= found.high);
+            }
+        }
+    }
+
+    #[test]
+    fn indices_of_ishigami_are_exact_to_a_hundredth_from_a_monte_carlo_that_serves_all() {
+        let [first, total] = ishigami_indices();
+        for seed in 1..3 {
+            assert_close(&even(3, MANY, seed, ishigami), [&first, &total], CLOSE);
+        }
+    }
+
+    #[test]
+    fn indices_of_the_g_function_are_exact_to_a_hundredth_from_a_monte_carlo_that_serves_all() {
+        let [first, total] = g_indices();
+        assert_close(&even(8, MANY, 1, g), [&first, &total], CLOSE);
+    }
+
+    #[test]
+    #[should_panic(expected = "not 0.313")]
+    fn what_a_factor_does_alone_does_not_pass_for_its_total() {
+        let [first, _] = ishigami_indices();
+        assert_close(&even(3, MANY, 1, ishigami), [&first, &first], CLOSE);
+    }
+
+    /// Of evenly drawn factors the variances of x, y and xy are 1/3, 1/3 and 1/9.
+    #[test]
+    fn parts_of_a_sum_and_a_product_are_found_however_members_are_drawn_and_from_few_of_them() {
+        let kinds = [SamplingKind::Normal, SamplingKind::LatinHypercube, SamplingKind::Sobol];
+        for kind in kinds {
+            let found = causes(kind, &Correlation::default(), 3, 500, 2, |f| 3.0 * f[0] + f[1]);
+            assert_close(&found, [&[0.9, 0.1, 0.0]; 2], 1e-4);
+            assert!(found.rest < 1e-5, "{}", found.rest);
+        }
+        let found = even(3, 500, 2, |f| f[0] + f[1] + f[0] * f[1]);
+        assert_close(&found, [&[3.0 / 7.0, 3.0 / 7.0, 0.0], &[4.0 / 7.0, 4.0 / 7.0, 0.0]], 1e-4);
+    }
+
+    #[test]
+    fn what_three_factors_only_do_together_is_told_as_unexplained_and_lies_within_every_interval() {
+        let found = even(3, 20_000, 5, |f| f[0] + 3.0 * f[0] * f[1] * f[2]);
+        // Variances 1/3 and 9/27.
+        assert!((found.rest - 0.5).abs() < 0.02, "{}", found.rest);
+        assert_close(&found, [&[0.5, 0.0, 0.0]; 2], 0.02);
+        assert!(
+            found.total.iter().zip([1.0, 0.5, 0.5]).all(|(index, exact)| index.low <= exact && exact <= index.high)
+        );
+    }
+
+    /// How often the intervals of first order and total hold what is exact, over a hundred seeds.
+    fn covered(members: usize, factors: usize, exact: [&[f64]; 2], f: impl Fn(&[f64]) -> f64 + Copy) -> f64 {
+        let mut held = 0.0;
+        for seed in 0..100 {
+            let found = even(factors, members, seed, f);
+            for (found, exact) in [&found.first, &found.total].into_iter().zip(exact) {
+                let within =
+                    |(index, exact): (&Likely, &f64)| index.low - 1e-9 <= *exact && *exact <= index.high + 1e-9;
+                held += found.iter().zip(exact).filter(|pair| within(*pair)).count() as f64;
+            }
+        }
+        held / (100 * 2 * factors) as f64
+    }
+
+    #[test]
+    fn intervals_hold_the_exact_index_at_least_as_often_as_they_say() {
+        let [first, total] = ishigami_indices();
+        let few = covered(400, 3, [&first, &total], ishigami);
+        let more = covered(1600, 3, [&first, &total], ishigami);
+        let three = covered(400, 3, [&[0.5, 0.0, 0.0], &[1.0, 0.5, 0.5]], |f| f[0] + 3.0 * f[0] * f[1] * f[2]);
+        assert!(few > 0.93 && more > 0.93 && three > 0.93, "{few}, {more}, {three}");
+        // Of another function they do not.
+        let wrong = covered(1600, 3, [&first, &total], |f| ishigami(&[f[0], f[2], f[1]]));
+        assert!(wrong < 0.5, "{wrong}");
+    }
+
+    /// Shares u of two normal scores that correlate by r: cov(u₁, u₂) = asin(r/2)/2π, Var(E[u₂|u₁]) = asin(r²/2)/2π.
+    #[test]
+    fn of_factors_that_go_together_first_order_takes_what_moves_along_and_total_leaves_it() {
+        for r in [-0.7, 0.3, 0.8f64] {
+            let correlation = Correlation::of(3, &[(0, 1, r)]).expect("positive definite");
+            let found = causes(SamplingKind::Uniform, &correlation, 3, MANY, 4, |f| f[0] + f[1]);
+            let (shared, followed) = ((r / 2.0).asin() / (2.0 * PI), (r * r / 2.0).asin() / (2.0 * PI));
+            let all = 1.0 / 6.0 + 2.0 * shared;
+            let (first, total) = ((1.0 / 12.0 + 2.0 * shared + followed) / all, (1.0 / 12.0 - followed) / all);
+            assert_close(&found, [&[first, first, 0.0], &[total, total, 0.0]], CLOSE);
+            assert!(found.first[0].low <= first && first <= found.first[0].high, "{:?} {first}", found.first[0]);
+        }
+    }
+
+    #[test]
+    fn factors_that_are_told_to_go_together_by_nothing_have_the_indices_of_independent_ones() {
+        let nothing = Correlation::of(3, &[(0, 1, 0.0)]).expect("positive definite");
+        assert!(!nothing.is_none());
+        let [first, total] = ishigami_indices();
+        assert_close(&causes(SamplingKind::Uniform, &nothing, 3, MANY, 1, ishigami), [&first, &total], CLOSE);
+    }
+
+    #[test]
+    fn a_fixed_factor_and_an_output_that_stays_have_no_index_and_too_few_members_know_none() {
+        let marginals = [(1.0, 1.0), (0.0, 2.0)].map(|bounds| Marginal::new(1.0, bounds, SamplingKind::Uniform));
+        let mut tally = Tally::new(&[0.0, 0.0], &marginals);
+        assert!(tally.causes(true)[0].total[1].value.is_nan() && tally.causes(true)[0].rest.is_nan());
+        (0..100).for_each(|i| tally.add(&[f64::from(i), 5.0], &[1.0, 0.02 * f64::from(i)]));
+        let [moving, still] = [0, 1].map(|output| tally.causes(true)[output].clone());
+        assert!(
+            moving.first[0].value == 0.0 && moving.total[0].value == 0.0 && (moving.total[1].value - 1.0).abs() < 1e-3
+        );
+        let zero = Likely { value: 0.0, low: 0.0, high: 0.0 };
+        assert_eq!((still.first, still.total, still.rest), (vec![zero; 2], vec![zero; 2], 0.0));
+    }
+}

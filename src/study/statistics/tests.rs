@@ -1,0 +1,177 @@
+//! What a tally tells of its members, and that it tells it whatever their order.
+
+use super::*;
+use crate::case::{Bounds, Factor, Property};
+use crate::ensemble::{Ensemble, Sampling, SamplingKind};
+
+const REFERENCE: [f64; 3] = [900.0, 300.0, 79.0];
+
+fn marginals() -> [Marginal; 2] {
+    [(0.75, 1.25), (0.9, 1.1)].map(|bounds| Marginal::new(1.0, bounds, SamplingKind::Normal))
+}
+
+/// Members of a small law: one output that follows both factors, one that never varies, one that is a time.
+fn members(count: usize) -> (Vec<f64>, Vec<f64>) {
+    let factor = |name: &str, small| Factor {
+        name: name.into(),
+        group: "INS".into(),
+        property: Property::Conductivity,
+        nominal: 1.0,
+        small,
+        large: small,
+    };
+    let factors = [factor("f_k", (0.75, 1.25)), factor("f_cp", (0.9, 1.1))];
+    let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
+    let ensemble = Ensemble::sample(&factors, Bounds::Small, &sampling, count);
+    let rows: Vec<Vec<f64>> = (0..count).map(|member| ensemble.member(member)).collect();
+    let outputs = rows.iter().flat_map(|f| [900.0 * f[0] / f[1].sqrt(), 300.0, 79.0 + 30.0 * (f[1] - 1.0)]);
+    (outputs.collect(), rows.concat())
+}
+
+fn tallied(outputs: &[f64], factors: &[f64]) -> Tally {
+    let mut tally = Tally::new(&REFERENCE, &marginals());
+    tally.add_block(outputs, factors, &vec![true; outputs.len() / 3]);
+    tally
+}
+
+#[test]
+fn mean_deviation_and_correlation_equal_the_two_pass_formulas() {
+    let (outputs, factors) = members(5000);
+    let tally = tallied(&outputs, &factors);
+    let column = |values: &[f64], width: usize, i: usize| values.iter().skip(i).step_by(width).copied().collect();
+    let mean = |v: &Vec<f64>| v.iter().sum::<f64>() / v.len() as f64;
+    let product = |a: &Vec<f64>, b: &Vec<f64>| {
+        let (a_mean, b_mean) = (mean(a), mean(b));
+        a.iter().zip(b).map(|(a, b)| (a - a_mean) * (b - b_mean)).sum::<f64>()
+    };
+    for i in [0, 2] {
+        let y: Vec<f64> = column(&outputs, 3, i);
+        assert!((tally.mean(i) - mean(&y)).abs() < 1e-7);
+        assert!((tally.deviation(i) - (product(&y, &y) / 4999.0).sqrt()).abs() < 1e-7);
+        assert_eq!(tally.low(i), y.iter().copied().fold(f64::INFINITY, f64::min));
+        assert_eq!(tally.high(i), y.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+        for j in 0..2 {
+            let x: Vec<f64> = column(&factors, 2, j);
+            let pearson = product(&x, &y) / (product(&x, &x) * product(&y, &y)).sqrt();
+            assert!((tally.correlation(i, j) - pearson).abs() < 1e-7);
+        }
+        assert!((tally.share(i, 0) + tally.share(i, 1) - 1.0).abs() < 1e-12);
+    }
+    assert!(tally.correlation(2, 1) > 0.999_999);
+}
+
+#[test]
+fn an_output_that_never_varies_has_no_deviation_and_no_factor_to_blame() {
+    let (outputs, factors) = members(100);
+    let tally = tallied(&outputs, &factors);
+    assert_eq!((tally.mean(1), tally.deviation(1), tally.percentile(1, 97.5)), (300.0, 0.0, 300.0));
+    assert_eq!((tally.correlation(1, 0), tally.share(1, 0)), (0.0, 0.0));
+}
+
+#[test]
+fn pieces_merged_in_any_order_equal_the_whole_bit_for_bit() {
+    let (outputs, factors) = members(1000);
+    let whole = tallied(&outputs, &factors);
+    let piece = |from: usize, to: usize| tallied(&outputs[from * 3..to * 3], &factors[from * 2..to * 2]);
+    let cuts = [(0, 1), (1, 400), (400, 999), (999, 1000)];
+    for order in [[0, 1, 2, 3], [3, 1, 0, 2], [2, 3, 1, 0]] {
+        let mut merged = Tally::new(&REFERENCE, &marginals());
+        for place in order {
+            merged.merge(&piece(cuts[place].0, cuts[place].1));
+        }
+        assert_eq!(merged, whole);
+        assert_eq!(Tally::restored(&REFERENCE, &marginals(), &merged.numbers()), Some(merged));
+    }
+    let mut one_by_one = Tally::new(&REFERENCE, &marginals());
+    for member in (0..1000).rev() {
+        one_by_one.add(&outputs[member * 3..][..3], &factors[member * 2..][..2]);
+    }
+    assert_eq!(one_by_one, whole);
+}
+
+#[test]
+fn a_tally_of_a_thousand_million_members_is_as_large_as_one_of_a_thousand() {
+    let (outputs, factors) = members(1000);
+    let mut tally = tallied(&outputs, &factors);
+    let few = tally.clone();
+    (0..20).for_each(|_| tally.merge(&tally.clone()));
+    assert_eq!((tally.members(), tally.numbers().len()), (1000 << 20, few.numbers().len()));
+    assert!((tally.mean(0) - few.mean(0)).abs() < 1e-9 && (tally.deviation(0) / few.deviation(0) - 1.0).abs() < 1e-3);
+    assert_eq!(tally.percentile(0, 97.5), few.percentile(0, 97.5));
+}
+
+#[test]
+fn numbers_that_do_not_add_up_are_no_tally() {
+    let (outputs, factors) = members(50);
+    let tally = tallied(&outputs, &factors);
+    let restored = |numbers: &[i128]| Tally::restored(&REFERENCE, &marginals(), numbers);
+    let numbers = tally.numbers();
+    assert_eq!(restored(&numbers), Some(tally));
+    assert_eq!(restored(&numbers[..numbers.len() - 1]), None);
+    assert_eq!(restored(&[&numbers[..], &[0]].concat()), None);
+    // Members; the sum of the constant function's square; the last bin.
+    for wrong in [0, 11, numbers.len() - 1] {
+        let mut numbers = numbers.clone();
+        numbers[wrong] += 1;
+        assert_eq!(restored(&numbers), None, "number {wrong}");
+    }
+}
+
+#[test]
+fn the_equality_of_tallies_sees_a_single_quantum() {
+    let (mut outputs, factors) = members(1000);
+    let whole = tallied(&outputs, &factors);
+    outputs[3 * 500] += 1.5 / OUTPUT_QUANTA;
+    assert_ne!(tallied(&outputs, &factors), whole);
+}
+
+/// Ten thousand values evenly spread over 100 K: percentile p lies p K above the lowest.
+#[test]
+fn percentiles_of_an_even_spread_are_straight() {
+    let mut tally = Tally::new(&[850.1], &[]);
+    let values: Vec<f64> = (0..10_000).map(|i| 800.0 + (i as f64 + 0.5) / 100.0).collect();
+    tally.add_block(&values, &[], &vec![true; values.len()]);
+    for percent in [2.5, 25.0, 50.0, 75.0, 97.5] {
+        assert!((tally.percentile(0, percent) - 800.0 - percent).abs() < 0.02, "{percent}");
+    }
+    assert_eq!(tally.percentile(0, 0.0), tally.low(0));
+    assert_eq!(tally.percentile(0, 100.0), tally.high(0));
+}
+
+#[test]
+fn a_gap_in_the_values_is_no_place_for_a_percentile() {
+    let mut tally = Tally::new(&[0.0], &[]);
+    tally.add_block(&[1.0, 1.0, 1.0, 50.0], &[], &[true; 4]);
+    assert!((tally.percentile(0, 50.0) - 1.0).abs() < 0.25);
+    assert_eq!(tally.percentile(0, 95.0), 50.0);
+}
+
+#[test]
+fn members_that_did_not_arrive_are_passed_over_and_absurd_ones_left_out_and_counted() {
+    let (mut outputs, factors) = members(6);
+    let honest = tallied(&outputs[9..], &factors[6..]);
+    (outputs[0], outputs[5], outputs[6]) = (f64::NAN, 1e300, f64::NAN);
+    let mut tally = Tally::new(&REFERENCE, &marginals());
+    tally.add_block(&outputs, &factors, &[true, true, false, true, true, true]);
+    assert_eq!((tally.members(), tally.left_out()), (3, 2));
+    assert_eq!(tally.outputs, honest.outputs);
+    assert_eq!(tally.factors, honest.factors);
+}
+
+#[test]
+fn the_furthest_members_that_are_counted_do_not_overflow() {
+    let mut tally = Tally::new(&[0.0], &[Marginal::new(0.0, (-1.0, 1.0), SamplingKind::Normal)]);
+    let far: Vec<f64> = (0..20_000).map(|i| if i % 2 == 0 { OUTPUT_REACH } else { -OUTPUT_REACH }).collect();
+    let factors: Vec<f64> = far.iter().map(|value| -value / OUTPUT_REACH * FACTOR_REACH).collect();
+    tally.add_block(&far, &factors, &vec![true; far.len()]);
+    assert_eq!(tally.mean(0), 0.0);
+    assert!((tally.deviation(0) / OUTPUT_REACH - (20_000.0f64 / 19_999.0).sqrt()).abs() < 1e-14);
+    assert!((tally.correlation(0, 0) + 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn an_empty_tally_says_so() {
+    let tally = Tally::new(&REFERENCE, &marginals());
+    assert!(tally.mean(0).is_nan() && tally.percentile(0, 50.0).is_nan());
+    assert_eq!((tally.deviation(0), tally.correlation(0, 0)), (0.0, 0.0));
+}
