@@ -111,6 +111,17 @@ impl March for Cpu {
             self.vectors.march(self.precision, plan, ensemble, members)
         })
     }
+
+    /// The plans over threads.
+    fn march_plans(
+        &mut self,
+        plans: &[&Plan],
+        ensemble: &Ensemble,
+        members: Range<usize>,
+    ) -> Result<Vec<Traces>, MarchError> {
+        let march = |plan: &&Plan| Self { ..*self }.march(plan, ensemble, members.clone());
+        plans.par_iter().map(march).collect()
+    }
 }
 
 /// The reference: one member at a time in one thread, in either precision.

@@ -2,6 +2,7 @@
 
 mod asked;
 mod estimated;
+mod history;
 mod posterior;
 
 use super::super::{ReportError, Story, findings, precision_words};
@@ -13,6 +14,7 @@ use crate::study::uncertainty::Uncertainty;
 use crate::traces::Arrival;
 use asked::{RecoveryRecord, SizingRecord};
 use estimated::EstimatedRecord;
+use history::HistoryRecord;
 use posterior::PosteriorRecord;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -44,6 +46,8 @@ struct Record<'a> {
     beside: Option<BesideRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     sizing: Option<SizingRecord<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    history: Option<HistoryRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     twins: Option<RecoveryRecord<'a>>,
     /// Sensor → factor → share of the spread at the sensor's nominal peak.
@@ -218,6 +222,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         posterior: story.posterior.map(|outcome| PosteriorRecord::of(story, outcome)),
         beside: story.beside.map(|outcome| beside(story.case, outcome)),
         sizing: story.sizing.map(|outcome| SizingRecord::of(story.case, outcome)),
+        history: story.history.map(|outcome| HistoryRecord::of(story.case, outcome)),
         twins: story.recovery.map(RecoveryRecord::of),
         shares: story.uncertainty.map(|_| shares(story)),
         indices: story.uncertainty.map(|outcome| indices(story, outcome)),

@@ -15,6 +15,9 @@
 //! | `predictive.csv` | `sensor`, `time_s`, between what 95 % of these predict, and the same with what the model lacks |
 //! | `sizing.csv` | `thickness_m`, nominal peak and percentiles 2.5, 50, 97.5 of the members' peaks there, share of members that hold the limit |
 //! | `needed.csv` | `thickness_m` that each member needs, thinnest first, and the share of members that need no more |
+//! | `history.csv` | `time_s`, `flux_w_m2`: the flux found, as a case reads one |
+//! | `history-band.csv` | of every knot the flux, between what 95 % of histories have that other noise makes, what smoothing takes off to first order, what the case has |
+//! | `history-residuals.csv` | `sensor`, `time_s`, measured less predicted with the flux found |
 //! | `twins.csv` | `twin`, `factor`, truth, estimate, its 95 % interval, and whether that holds the truth; the last four empty where no fit converged |
 //! | `landscape.csv` | the two factors and the objective over their plane |
 
@@ -22,6 +25,7 @@ use super::super::figures::file_name;
 use super::super::{ReportError, Story};
 use crate::case::Case;
 use crate::study::estimate::{Estimated, Fitted, Landscape};
+use crate::study::history::History;
 use crate::study::nominal::Nominal;
 use crate::study::posterior::{Posterior, Predicted};
 use crate::study::recovery::{Recovery, TwinEnd};
@@ -80,6 +84,9 @@ pub(in super::super) fn all(story: &Story) -> Result<Vec<(String, Vec<u8>)>, Rep
     if let Some(outcome) = story.sizing {
         tables.push(rungs(outcome)?);
         tables.push(needed(outcome)?);
+    }
+    if let Some(outcome) = story.history {
+        tables.extend(heating(story.case, outcome)?);
     }
     if let Some(outcome) = story.recovery {
         tables.push(twins(outcome)?);
@@ -274,6 +281,27 @@ fn needed(outcome: &Sizing) -> Result<(String, Vec<u8>), ReportError> {
         table.row(None, [needed_m, (place + 1) as f64 / outcome.members as f64])?;
     }
     table.close()
+}
+
+fn heating(case: &Case, outcome: &History) -> Result<[(String, Vec<u8>); 3], ReportError> {
+    let mut flux = Table::new("history.csv", ["time_s", "flux_w_m2"])?;
+    for (&time_s, &value) in outcome.schedule.times_s.iter().zip(&outcome.schedule.values) {
+        flux.row(None, [time_s, value])?;
+    }
+    let columns = ["time_s", "flux_w_m2", "low_w_m2", "high_w_m2", "smoothed_w_m2", "own_w_m2"];
+    let mut band = Table::new("history-band.csv", columns)?;
+    for (knot, &value) in outcome.flux_w_m2.iter().enumerate() {
+        let half = outcome.half_width_w_m2(knot);
+        let (smoothed, own) = (outcome.smoothed_w_m2[knot], outcome.own_w_m2[knot]);
+        band.row(None, [outcome.times_s[knot], value, (value - half).max(0.0), value + half, smoothed, own])?;
+    }
+    let mut left = Table::new("history-residuals.csv", ["sensor", "time_s", "residual_K"])?;
+    for seen in &outcome.seen {
+        for (&time_s, &off_k) in seen.times_s.iter().zip(&seen.residuals_k) {
+            left.row(Some(&case.sensors[seen.sensor].name), [time_s, off_k])?;
+        }
+    }
+    Ok([flux.close()?, band.close()?, left.close()?])
 }
 
 fn twins(outcome: &Recovery) -> Result<(String, Vec<u8>), ReportError> {
