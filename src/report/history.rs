@@ -13,10 +13,6 @@ fn flux(flux_w_m2: f64) -> String {
     words::significant(flux_w_m2 * W_CM2, 3)
 }
 
-fn fluence(fluence_j_m2: f64) -> String {
-    format!("{} MJ/m²", words::significant(1e-6 * fluence_j_m2, 3))
-}
-
 /// The knots in order; at most so many, evenly picked.
 pub(super) fn rows(outcome: &History, most: usize) -> Vec<[String; 4]> {
     let last = outcome.times_s.len() - 1;
@@ -52,11 +48,11 @@ pub(super) fn found(story: &Story, outcome: &History) -> String {
         String::new()
     };
     format!(
-        "As {} {} it, the face was heated by {} ± {} (95 %) in {}{beside}, at most by {} W/cm² at {}.",
+        "As {} {} it, the face was heated by {} ± {} MJ/m² (95 %) in {}{beside}, at most by {} W/cm² at {}.",
         words::listed(&sensors),
         if sensors.len() == 1 { "has" } else { "have" },
-        fluence(outcome.fluence_j_m2),
-        fluence(1.96 * outcome.fluence_deviation_j_m2),
+        words::significant(1e-6 * outcome.fluence_j_m2, 3),
+        words::significant(1.96e-6 * outcome.fluence_deviation_j_m2, 2),
         words::seconds(outcome.end_s),
         flux(peak),
         words::seconds(at_s)
@@ -77,7 +73,8 @@ pub(super) fn chosen(outcome: &History) -> String {
         ),
         Chosen::Unmet => format!(
             "No history meets the data within their noise: even with next to no smoothing residuals are {} of their standard deviations, \
-             root mean square. So the noise cannot choose the smoothing, and the corner of the L-curve does, at {rms}.",
+             root mean square. So what no history explains is taken for the noise, and this one is as \
+             smooth as that lets it be, at {rms}.",
             words::significant(outcome.rungs.iter().map(|rung| rung.rms).fold(f64::INFINITY, f64::min), 3)
         ),
         Chosen::LCurve => format!(

@@ -53,7 +53,10 @@ fn what_has_no_flux_to_find_or_too_little_to_find_it_from_is_refused() {
     let scratch = Scratch::new("no-history");
     let case = CASE.to_owned() + OBSERVED;
     scratch.write("c/case.toml", &case);
-    scratch.write("held/case.toml", case.replace("\"heated\"", "\"held\"").replace(FLUX, "temperature = \"600 K\""));
+    let heating = "\n[[factor]]\nname = \"f_q\"\nproperty = \"heating\"\nsmall = [0.9, 1.1]\n";
+    let unscaled = case.replace(heating, "");
+    scratch
+        .write("held/case.toml", unscaled.replace("\"heated\"", "\"held\"").replace(FLUX, "temperature = \"600 K\""));
     let refused = |line: &str, words: &[&str]| {
         say(&scratch, &format!("{line} --quiet")).ended(2).saying(words);
     };

@@ -96,9 +96,12 @@ fn smoothing(outcome: &History) -> Figure {
         id: "history-smoothing".to_owned(),
         number: String::new(),
         title: "How well the data are met over the strength of smoothing".to_owned(),
-        caption: chosen(outcome),
-        x: Axis::log("Weight of roughness, over that at which misfit and roughness change alike"),
-        y: Axis::log("Residuals over standard deviations, root mean square"),
+        caption: format!(
+            "{} Residuals are weighted by their standard deviations; a weight of one is that at which misfit and roughness change alike.",
+            chosen(outcome)
+        ),
+        x: Axis::log("Weight of roughness"),
+        y: Axis::log("Weighted residuals, rms"),
         layers: vec![
             line("as the noise says".to_owned(), Ink::Measured, Stroke::Dotted, &ends, &[1.0; 2]),
             line("tried".to_owned(), Ink::Series(0), Stroke::Solid, &x, &y),

@@ -5,8 +5,8 @@
 //! which data are met as well as their noise says and no better: a weighted root mean square of one (Morozov, *Methods for Solving
 //! Incorrectly Posed Problems*, 1984; Beck, Blackwell & St Clair, *Inverse Heat Conduction*, 1985). It takes the noise at its word, but for chance: so
 //! many samples scatter by a little more or less than they are said to, and where no weight leads to one, that much more is aimed at. Where no
-//! weight meets that either, the corner of the L-curve needs no word of noise: beyond it the misfit rises fast, short of it the roughness
-//! (Hansen, SIAM Review 34, 1992).
+//! weight meets that either, what no history explains is taken for the noise. The corner of the L-curve needs no word of noise: beyond it
+//! the misfit rises fast, short of it the roughness (Hansen, SIAM Review 34, 1992). It is not what is fallen back on, as deep sensors have no corner.
 
 use crate::fit::Fit;
 use nalgebra::DVector;
@@ -41,7 +41,7 @@ pub enum Chosen {
     Discrepancy,
     /// Nothing but straight lines between sharp corners is needed to meet the data.
     Straight,
-    /// The corner of the L-curve, as no weight meets the data.
+    /// What no history explains, taken for the noise: no weight meets the data.
     Unmet,
     /// The corner of the L-curve, as was asked.
     LCurve,
@@ -93,13 +93,16 @@ pub(super) fn chosen<E>(
     }
     if smoothing == Smoothing::Discrepancy {
         let met_at = |level: f64| Some((ladder.iter().position(|solved| solved.rung.rms <= level)?, level));
-        if let Some((place, level)) = met_at(1.0).or_else(|| met_at(by_chance(samples))) {
-            return met(ladder, place, level, solve);
+        let least = ladder.iter().map(|solved| solved.rung.rms).fold(f64::INFINITY, f64::min);
+        let noise = met_at(1.0).or_else(|| met_at(by_chance(samples)));
+        let rest = met_at(least * by_chance(samples)).filter(|_| noise.is_none());
+        if let Some((place, level)) = noise.or(rest) {
+            let (solved, why, rungs) = met(ladder, place, level, solve)?;
+            return Ok((solved, if noise.is_none() { Chosen::Unmet } else { why }, rungs));
         }
     }
     let corner = corner(&ladder.iter().map(|solved| solved.rung).collect::<Vec<_>>());
-    let why = if smoothing == Smoothing::LCurve { Chosen::LCurve } else { Chosen::Unmet };
-    Ok(taken(ladder, corner, why))
+    Ok(taken(ladder, corner, Chosen::LCurve))
 }
 
 /// The largest weight that meets a level, between the last that does not and the first that does.
