@@ -125,11 +125,13 @@ pub(super) fn doubts(story: &Story, outcome: &History, doubts: &mut Vec<String>)
         .filter(beyond)
         .max_by(|&a, &b| outcome.smoothed_w_m2[a].abs().total_cmp(&outcome.smoothed_w_m2[b].abs()));
     if let Some(knot) = worst {
+        let by = flux(outcome.smoothed_w_m2[knot].abs());
+        let is_off = outcome.smoothed_w_m2[knot] > 0.0;
+        let moved = if is_off { format!("takes {by} W/cm² off") } else { format!("puts {by} W/cm² onto") };
         doubts.push(format!(
-            "At {} smoothing takes {} W/cm² {} the flux, more than the band is wide: bends as short as that are not to be trusted.",
+            "At {} smoothing {} the flux, more than the band is wide: bends as short as that are not to be trusted.",
             words::seconds(outcome.times_s[knot]),
-            flux(outcome.smoothed_w_m2[knot].abs()),
-            if outcome.smoothed_w_m2[knot] < 0.0 { "off" } else { "onto" }
+            moved
         ));
     }
     if outcome.end_s < story.case.exposure.duration_s {
