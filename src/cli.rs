@@ -85,6 +85,15 @@ pub(crate) enum Command {
         #[command(flatten)]
         sweep: Sweep,
     },
+    /// How the hot face was heated: the flux through time, from what sensors read
+    History {
+        #[command(flatten)]
+        ask: Ask,
+        #[command(flatten)]
+        data: Trusted,
+        #[command(flatten)]
+        trace: Trace,
+    },
     /// Make synthetic observations from known factors, or make many and fit them all
     Twin {
         #[command(flatten)]
@@ -224,6 +233,17 @@ pub(crate) struct Limit {
     /// Thinnest and thickest allowed, as "3 mm:20 mm" [default: a quarter of what is drawn to four times that]
     #[arg(long)]
     pub between: Option<String>,
+}
+
+/// A flux to recover.
+#[derive(Debug, Args)]
+pub(crate) struct Trace {
+    /// Knots of the flux beside the corners of the case's own, spread over the time in which that is not zero
+    #[arg(long, default_value_t = 20)]
+    pub knots: usize,
+    /// How smooth: as the noise lets it be (discrepancy), by the corner of the L-curve (l-curve), or a weight
+    #[arg(long, default_value = "discrepancy")]
+    pub smoothing: String,
 }
 
 /// Observations to make; and with `--study` what is asked of them, with the options of `estimate`.

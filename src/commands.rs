@@ -1,7 +1,7 @@
 //! What each command does: a study, a report, an ending.
 
 use crate::asked;
-use crate::cli::{Ask, Cli, Command, Fit, Keep, Materials, On, Sweep, Trusted};
+use crate::cli::{Ask, Cli, Command, Fit, Keep, On, Sweep, Trusted};
 use crate::ending::{Ending, Failure, input};
 use crate::kept::Kept;
 use crate::watch::Watched;
@@ -12,9 +12,10 @@ use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::report::files::OutputFolder;
 use bondline::report::files::piece::{CaseMark, Draw, Piece, fingerprint};
-use bondline::report::{self, Seconds, Story, materials, summary};
+use bondline::report::{self, Seconds, Story, summary};
 use bondline::study::beside::{Beside, BesideError, beside};
 use bondline::study::estimate::{EstimateError, Estimated, estimate};
+use bondline::study::history::History;
 use bondline::study::nominal::{Nominal, nominal};
 use bondline::study::posterior::{Posterior, PosteriorError, Walkers, posterior};
 use bondline::study::recovery::Recovery;
@@ -29,7 +30,7 @@ use std::time::Instant;
 pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
     match cli.command {
         Command::Devices { json } => crate::devices::print(json),
-        Command::Materials { look } => look_up(look),
+        Command::Materials { look } => crate::lookup::print(look),
         Command::Verify { json, group, on } => crate::verification::print(json, group.as_deref(), &on),
         Command::Size { ask, limit, sweep } => {
             Desk::open("size", ask, &[], sweep.members, |_| Ok(()))?.answer(|desk| {
@@ -49,10 +50,15 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
                 Ok(())
             })
         }
-        Command::Predict(ask) => Desk::open("predict", ask, &[], 1, |_| Ok(()))?.answer(|desk| {
-            desk.predict()?;
-            Ok(())
-        }),
+        Command::History { ask, data, trace } => {
+            Desk::open("history", ask, &[], 1, |cases| asked::trust(cases, &data))?.answer(|desk| {
+                desk.predict()?;
+                let (found, failed) = crate::heating::found(&desk.case, &mut desk.march, &data, &trace)?;
+                (desk.history, desk.failed) = (Some(found), failed);
+                Ok(())
+            })
+        }
+        Command::Predict(ask) => Desk::open("predict", ask, &[], 1, |_| Ok(()))?.answer(Desk::predict),
         Command::Uncertainty { ask, sweep, keep, piece: None } => {
             Desk::open("uncertainty", ask, &[], sweep.members, |_| Ok(()))?.answer(|desk| {
                 desk.predict()?;
@@ -127,6 +133,7 @@ struct Desk {
     posterior: Option<Posterior>,
     beside: Option<Beside>,
     sizing: Option<Sizing>,
+    history: Option<History>,
     recovery: Option<Recovery>,
     /// Failed members beyond what is put up with.
     failed: Option<String>,
@@ -173,6 +180,7 @@ impl Desk {
             posterior: None,
             beside: None,
             sizing: None,
+            history: None,
             recovery: None,
             failed: None,
         })
@@ -205,6 +213,7 @@ impl Desk {
             posterior: self.posterior.as_ref(),
             beside: self.beside.as_ref(),
             sizing: self.sizing.as_ref(),
+            history: self.history.as_ref(),
             recovery: self.recovery.as_ref(),
         };
         let text = tell(&story, &self.folder, self.ask.json)?;
@@ -386,14 +395,4 @@ fn all<'a>(paths: impl Iterator<Item = &'a PathBuf>, on: &On) -> Result<Vec<Case
 /// The case, with what `--set` changes.
 pub(crate) fn load(path: &Path, on: &On) -> Result<Case, Failure> {
     Ok(Case::load_with(path, &asked::sets(&on.sets)?)?)
-}
-
-fn look_up(look: Materials) -> Result<Ending, Failure> {
-    use bondline::case::Material;
-    let text = match look {
-        Materials::List => materials::list()?,
-        Materials::Show { name } => materials::show(&Material::named(&name)?),
-        Materials::Check { file } => materials::check(&file)?,
-    };
-    Ok(Ending { text, why: None })
 }

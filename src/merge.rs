@@ -86,6 +86,7 @@ pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
         posterior: None,
         beside: None,
         sizing: None,
+        history: None,
         recovery: None,
     };
     Ok(Ending { text: tell(&story, &folder, merge.json)?, why })

@@ -46,6 +46,19 @@ impl Watched {
         self.march.backend()
     }
 
+    /// March so many members, keeping the time.
+    fn timed<T>(&mut self, members: usize, march: impl FnOnce(&mut dyn March) -> T) -> T {
+        let began = Instant::now();
+        let traces = march(&mut *self.march);
+        self.seconds += began.elapsed().as_secs_f64();
+        self.bar.inc(members as u64);
+        if self.bar.length().is_some_and(|length| self.bar.position() >= length) {
+            self.bar.unset_length();
+            self.bar.set_style(style("{spinner} {human_pos} members marched, {elapsed}"));
+        }
+        traces
+    }
+
     pub(crate) fn precision(&self) -> Precision {
         self.march.backend().precision
     }
@@ -109,15 +122,18 @@ impl March for Watched {
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        let (began, count) = (Instant::now(), members.len() as u64);
-        let traces = self.march.march(plan, ensemble, members);
-        self.seconds += began.elapsed().as_secs_f64();
-        self.bar.inc(count);
-        if self.bar.length().is_some_and(|length| self.bar.position() >= length) {
-            self.bar.unset_length();
-            self.bar.set_style(style("{spinner} {human_pos} members marched, {elapsed}"));
-        }
-        traces
+        let count = members.len();
+        self.timed(count, |march| march.march(plan, ensemble, members))
+    }
+
+    fn march_plans(
+        &mut self,
+        plans: &[&Plan],
+        ensemble: &Ensemble,
+        members: Range<usize>,
+    ) -> Result<Vec<Traces>, MarchError> {
+        let count = plans.len() * members.len();
+        self.timed(count, |march| march.march_plans(plans, ensemble, members))
     }
 }
 

@@ -121,11 +121,12 @@ fn the_page_opens_without_an_error_draws_every_chart_asks_for_nothing_and_fits_a
 }
 
 #[test]
-fn pages_of_a_ply_sized_and_of_twins_studied_open_as_well() {
+fn pages_of_a_ply_sized_of_a_flux_recovered_and_of_twins_studied_open_as_well() {
     let scratch = Scratch::new("pages");
     scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
     for line in [
         "size c --ply BASE --limit TC2<480K --probability 0.9 -n 60 --out out --force --quiet",
+        "history c --knots 1 --out out --force --quiet",
         "twin c --study 6 --out out --force --quiet",
     ] {
         say(&scratch, line).done();

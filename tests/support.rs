@@ -30,6 +30,11 @@ pub(crate) const MASS_SINGLE_DRIVEN: f64 = 5e-5;
 /// doubles at 1,000 K, a ten-thousandth of what anybody prints.
 pub(crate) const ROUNDING_K: f64 = 1e-9;
 
+/// A recovered flux beside the true one, over the largest true flux, and its integral over the true one: what is asked of a history from one
+/// thermocouple with noise of 1 K.
+pub(crate) const HISTORY: f64 = 0.05;
+pub(crate) const HISTORY_FLUENCE: f64 = 0.02;
+
 /// Ends of an interval of a posterior beside the linear one, in widths of it: a quantile of 2.5 % of two thousand draws is off
 /// by 0.015 of the width, three of which are left, and as much for what is not quite linear.
 pub(crate) const POSTERIOR_ENDS: f64 = 0.1;

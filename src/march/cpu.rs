@@ -112,6 +112,17 @@ impl March for Cpu {
         };
         Ok(read_out(records, plan))
     }
+
+    /// The plans over threads.
+    fn march_plans(
+        &mut self,
+        plans: &[&Plan],
+        ensemble: &Ensemble,
+        members: Range<usize>,
+    ) -> Result<Vec<Traces>, MarchError> {
+        let march = |plan: &&Plan| Self { ..*self }.march(plan, ensemble, members.clone());
+        plans.par_iter().map(march).collect()
+    }
 }
 
 /// The reference: one member at a time in one thread, in either precision.

@@ -34,6 +34,23 @@ impl March for Extrapolated {
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
         march_both(&mut *self.march, plan, ensemble, members)
     }
+
+    fn march_plans(
+        &mut self,
+        plans: &[&Plan],
+        ensemble: &Ensemble,
+        members: Range<usize>,
+    ) -> Result<Vec<Traces>, MarchError> {
+        let coarse: Vec<&Plan> = plans.iter().filter_map(|plan| plan.coarse.as_deref()).collect();
+        let both: Vec<&Plan> = plans.iter().copied().chain(coarse).collect();
+        let mut marched = self.march.march_plans(&both, ensemble, members)?;
+        let mut coarse = marched.split_off(plans.len()).into_iter();
+        let read = |(fine, plan): (Traces, &&Plan)| match plan.coarse.as_ref().and_then(|_| coarse.next()) {
+            Some(coarser) => extrapolated(fine, &coarser),
+            None => fine,
+        };
+        Ok(marched.into_iter().zip(plans).map(read).collect())
+    }
 }
 
 /// March members at both resolutions of a plan, and take what both say of the third.

@@ -53,6 +53,20 @@ pub trait March {
     /// # Errors
     /// When the device fails; a member that runs away is an [`Arrival`], not an error.
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError>;
+
+    /// Carry members through each of several plans, whose schedules differ: what a factor cannot scale. Plans one after another, but for
+    /// a backend that has room for more at once.
+    ///
+    /// # Errors
+    /// As [`march`](Self::march).
+    fn march_plans(
+        &mut self,
+        plans: &[&Plan],
+        ensemble: &Ensemble,
+        members: Range<usize>,
+    ) -> Result<Vec<Traces>, MarchError> {
+        plans.iter().map(|plan| self.march(plan, ensemble, members.clone())).collect()
+    }
 }
 
 /// Carry a whole ensemble, a capacity at a time and in order; `take` receives each run of members.

@@ -165,7 +165,7 @@ impl Plan {
             reactions: case.layup.plies.iter().flat_map(|ply| reactions(&ply.material)).collect(),
             contacts_m2_k_w: case.layup.contacts_w_m2_k.iter().map(|h| h.map_or(0.0, |h| 1.0 / h)).collect(),
             faces: [face(&case.exposure.hot_face), face(&case.exposure.back_face)],
-            drives: drives(case, &clock),
+            drives: drives(&case.exposure, &clock.times_s),
             lengths_s: clock.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
             tables: tables::tables(case, parts, levels, states),
             sensors,

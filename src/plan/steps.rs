@@ -4,7 +4,7 @@ use super::clock::Clock;
 use super::layout::{Bead, Drive, NO_INSTANT};
 use super::readout::Readout;
 use super::{Plan, Rows};
-use crate::case::{Case, Face, Holder, Schedule};
+use crate::case::{Case, Exposure, Face, Holder, Schedule};
 
 impl Plan {
     /// The same cells, steps and tables up to one of the instants, and so at half of both. Planning a shorter case anew would share
@@ -14,7 +14,8 @@ impl Plan {
     /// When there is no such instant, or it is the start.
     pub fn until(&self, instant: usize) -> Self {
         let readout = self.readout.as_ref().map(|readout| readout.until(instant));
-        let last = readout.as_ref().map_or(instant, Readout::last);
+        // A march reads its end without a step after it, which where gas moves differs by microkelvin: that record is to be no reading's.
+        let last = readout.as_ref().map_or(instant, |readout| (readout.last() + 1).min(self.records - 1));
         let steps = self.instants.iter().position(|&at| at == last as u32).expect("an instant of the plan");
         let mut drives = self.rows.drives[..4 * steps].to_vec();
         drives.extend(last_drives(&drives));
@@ -31,6 +32,16 @@ impl Plan {
                 drives,
                 ..self.rows.clone()
             },
+            ..self.clone()
+        }
+    }
+
+    /// The same cells, steps and tables under another exposure, and so at half of both. Its corners should be those that the plan was
+    /// made for, as steps land on no others; and a face that is held must have been held.
+    pub fn driven(&self, exposure: &Exposure) -> Self {
+        Self {
+            coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.driven(exposure))),
+            rows: Rows { drives: drives(exposure, &self.times_s), ..self.rows.clone() },
             ..self.clone()
         }
     }
@@ -53,12 +64,11 @@ pub(super) fn instants(clock: &Clock) -> Vec<u32> {
         .collect()
 }
 
-pub(super) fn drives(case: &Case, clock: &Clock) -> Vec<Drive<f64>> {
-    let exposure = &case.exposure;
-    let mut drives = Vec::with_capacity(4 * clock.times_s.len());
+pub(super) fn drives(exposure: &Exposure, times_s: &[f64]) -> Vec<Drive<f64>> {
+    let mut drives = Vec::with_capacity(4 * times_s.len());
     let back_pressure_pa = exposure.back_pressure_pa.as_ref().unwrap_or(&exposure.pressure_pa);
     let sides = [(&exposure.hot_face, &exposure.pressure_pa), (&exposure.back_face, back_pressure_pa)];
-    for step in clock.times_s.windows(2) {
+    for step in times_s.windows(2) {
         for (face, pressure_pa) in sides {
             let holder = exposure.holder.as_ref();
             drives.push(drive(face, holder, pressure_pa, |schedule| schedule.after(step[0])));

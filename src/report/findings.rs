@@ -1,7 +1,7 @@
 //! What was found, in sentences: the same for the page and, shortened, for the screen.
 
 use super::figures::nearest;
-use super::{Story, causes, gas, posterior, recovery, sizing, words};
+use super::{Story, causes, gas, history, posterior, recovery, sizing, words};
 use crate::case::Case;
 use crate::fit::Loss;
 use crate::study::beside::Beside;
@@ -51,6 +51,10 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
         say("Thickness", sizing::found(story, outcome));
         sizing::cause(story, outcome).into_iter().for_each(|said| say("Cause", said));
         sizing::checked(outcome).into_iter().for_each(|said| say("Check", said));
+    }
+    if let Some(outcome) = story.history {
+        say("Heating", history::found(story, outcome));
+        say("Smoothing", history::chosen(outcome));
     }
     if let Some(outcome) = story.recovery {
         say("Twins", recovery::made(outcome));

@@ -51,6 +51,7 @@ impl Outcomes {
             posterior: (study || command == "estimate").then_some(&self.posterior),
             beside: None,
             sizing: None,
+            history: None,
             recovery: None,
         }
     }

@@ -12,6 +12,7 @@ mod findings;
 #[cfg(test)]
 mod fixture;
 mod gas;
+mod history;
 mod html;
 pub mod materials;
 mod posterior;
@@ -26,6 +27,7 @@ use crate::case::Case;
 use crate::march::{Backend, Precision};
 use crate::study::beside::Beside;
 use crate::study::estimate::{Estimated, Fitted};
+use crate::study::history::History;
 use crate::study::nominal::{Misfit, Nominal};
 use crate::study::posterior::Posterior;
 use crate::study::recovery::Recovery;
@@ -42,7 +44,7 @@ pub struct Story<'a> {
     pub case: &'a Case,
     /// The cases that were estimated together with it.
     pub others: &'a [Case],
-    /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `twin`.
+    /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `history`, `twin`.
     pub command: &'a str,
     pub version: &'a str,
     pub backend: &'a Backend,
@@ -56,6 +58,7 @@ pub struct Story<'a> {
     pub posterior: Option<&'a Posterior>,
     pub beside: Option<&'a Beside>,
     pub sizing: Option<&'a Sizing>,
+    pub history: Option<&'a History>,
     pub recovery: Option<&'a Recovery>,
 }
 

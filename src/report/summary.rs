@@ -1,7 +1,8 @@
 //! The outcome on one screen: at most 24 lines of 80 columns.
 
-use super::{Story, backend_words, causes, findings, gas, posterior, recovery, sizing, warnings, words};
+use super::{Story, backend_words, causes, findings, gas, history, posterior, recovery, sizing, warnings, words};
 use crate::study::estimate::Estimated;
+use crate::study::history::History;
 use crate::study::nominal::Nominal;
 use crate::study::proportion::Proportion;
 use crate::study::recovery::Recovery;
@@ -40,8 +41,9 @@ pub fn screen(story: &Story) -> String {
         Room { sensors: 8, factors: 8, fitted: 4 }
     };
     lines.extend(story.sizing.map(|outcome| sized(story, outcome)).unwrap_or_default());
+    lines.extend(story.history.map(|outcome| heated(story, outcome)).unwrap_or_default());
     lines.extend(story.recovery.map(recovered).unwrap_or_default());
-    let is_asked = story.sizing.is_some() || story.recovery.is_some();
+    let is_asked = story.sizing.is_some() || story.history.is_some() || story.recovery.is_some();
     match (story.uncertainty, story.nominal) {
         _ if is_asked => {}
         (Some(outcome), nominal) => lines.extend(uncertainty(story, outcome, nominal, &room)),
@@ -250,6 +252,14 @@ fn sized(story: &Story, outcome: &Sizing) -> Vec<String> {
     let said = [Some(sizing::found(story, outcome)), Some(sizing::enough(outcome)), sizing::cause(story, outcome)];
     let said = said.into_iter().chain([sizing::checked(outcome)]).flatten();
     lines.extend(said.flat_map(|said| wrapped("", &said)));
+    lines
+}
+
+fn heated(story: &Story, outcome: &History) -> Vec<String> {
+    let mut lines = vec![history::row(&history::HEAD)];
+    lines.extend(history::rows(outcome, 8).iter().map(history::row));
+    let said = [history::found(story, outcome), history::chosen(outcome), history::left_out().to_owned()];
+    lines.extend(said.iter().flat_map(|said| wrapped("", said)));
     lines
 }
 

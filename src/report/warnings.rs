@@ -1,6 +1,6 @@
 //! What an analyst should doubt before using an outcome.
 
-use super::{Story, posterior, recovery, sizing, words};
+use super::{Story, history, posterior, recovery, sizing, words};
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, Ply};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::Nominal;
@@ -37,6 +37,9 @@ pub(super) fn all(story: &Story) -> Vec<String> {
     }
     if let Some(outcome) = story.sizing {
         sizing::doubts(story, outcome, &mut doubts);
+    }
+    if let Some(outcome) = story.history {
+        history::doubts(story, outcome, &mut doubts);
     }
     if let Some(outcome) = story.recovery {
         recovery::doubts(outcome, &mut doubts);

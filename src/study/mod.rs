@@ -2,6 +2,7 @@
 
 pub mod beside;
 pub mod estimate;
+pub mod history;
 pub mod nominal;
 pub mod posterior;
 pub mod proportion;

@@ -3,6 +3,7 @@
 mod asked; // a ply sized, twins studied: words, files, and that threads change nothing
 mod estimates; // of several cases, by losses, with priors, from many starts, with profiles
 mod faults; // exit code 2: wrong input, told with its place, nothing written
+mod history; // a flux recovered: words, numbers, a file that heats a case
 mod machines; // devices, backends that cannot be had, materials, verification
 mod pieces; // a sweep cut into pieces and merged again; memory that does not grow
 mod questions; // predict, uncertainty, sensitivity, estimate, study, twin

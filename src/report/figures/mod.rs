@@ -7,6 +7,7 @@
 mod beside;
 mod estimate;
 mod gas;
+mod history;
 mod nominal;
 mod posterior;
 mod profile;
@@ -40,6 +41,7 @@ pub fn all(story: &Story) -> Vec<Figure> {
         figures.extend(beside::figures(case, &first.fitted[0], outcome));
     }
     figures.extend(story.sizing.map(|outcome| sizing::figures(story, outcome)).unwrap_or_default());
+    figures.extend(story.history.map(|outcome| history::figures(story, outcome)).unwrap_or_default());
     figures.extend(story.recovery.map(recovery::figures).unwrap_or_default());
     tell_apart(&mut figures);
     figures

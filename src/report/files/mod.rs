@@ -3,6 +3,7 @@
 pub mod members;
 pub mod piece;
 pub mod record;
+mod table;
 pub mod tables;
 
 pub use members::{MembersFile, Row, TracesFile};

@@ -3,6 +3,7 @@
 mod asked;
 mod causes;
 mod estimated;
+mod history;
 mod posterior;
 
 use super::super::{ReportError, Story, findings, precision_words};
@@ -14,6 +15,7 @@ use crate::traces::Arrival;
 use asked::{RecoveryRecord, SizingRecord};
 use causes::Due;
 use estimated::EstimatedRecord;
+use history::HistoryRecord;
 use posterior::PosteriorRecord;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -45,6 +47,8 @@ struct Record<'a> {
     beside: Option<BesideRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     sizing: Option<SizingRecord<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    history: Option<HistoryRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     twins: Option<RecoveryRecord<'a>>,
     /// Sensor → factor → share of the spread at the sensor's nominal peak.
@@ -219,6 +223,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         posterior: story.posterior.map(|outcome| PosteriorRecord::of(story, outcome)),
         beside: story.beside.map(|outcome| beside(story.case, outcome)),
         sizing: story.sizing.map(|outcome| SizingRecord::of(story.case, outcome)),
+        history: story.history.map(|outcome| HistoryRecord::of(story.case, outcome)),
         twins: story.recovery.map(RecoveryRecord::of),
         shares: story.uncertainty.map(|_| shares(story)),
         causes: story.uncertainty.map(|outcome| causes::causes(story.case, outcome)),

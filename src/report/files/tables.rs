@@ -15,13 +15,18 @@
 //! | `predictive.csv` | `sensor`, `time_s`, between what 95 % of these predict, and the same with what the model lacks |
 //! | `sizing.csv` | `thickness_m`, nominal peak and percentiles 2.5, 50, 97.5 of the members' peaks there, share of members that hold the limit |
 //! | `needed.csv` | `thickness_m` that each member needs, thinnest first, and the share of members that need no more |
+//! | `history.csv` | `time_s`, `flux_w_m2`: the flux found, as a case reads one |
+//! | `history-band.csv` | of every knot the flux, between what 95 % of histories have that other noise makes, what smoothing takes off to first order, what the case has |
+//! | `history-residuals.csv` | `sensor`, `time_s`, measured less predicted with the flux found |
 //! | `twins.csv` | `twin`, `factor`, truth, estimate, its 95 % interval, and whether that holds the truth; the last four empty where no fit converged |
 //! | `landscape.csv` | the two factors and the objective over their plane |
 
 use super::super::figures::file_name;
 use super::super::{ReportError, Story};
+use super::table::{Table, cell};
 use crate::case::Case;
 use crate::study::estimate::{Estimated, Fitted, Landscape};
+use crate::study::history::History;
 use crate::study::nominal::Nominal;
 use crate::study::posterior::{Posterior, Predicted};
 use crate::study::recovery::{Recovery, TwinEnd};
@@ -29,12 +34,6 @@ use crate::study::sensitivity::Sensitivity;
 use crate::study::size::Sizing;
 use crate::study::statistics::Likely;
 use crate::study::uncertainty::Uncertainty;
-
-/// A table being written.
-struct Table {
-    name: String,
-    rows: csv::Writer<Vec<u8>>,
-}
 
 /// Every table that the answers at hand fill: name and bytes.
 ///
@@ -82,48 +81,13 @@ pub(in super::super) fn all(story: &Story) -> Result<Vec<(String, Vec<u8>)>, Rep
         tables.push(rungs(outcome)?);
         tables.push(needed(outcome)?);
     }
+    if let Some(outcome) = story.history {
+        tables.extend(heating(story.case, outcome)?);
+    }
     if let Some(outcome) = story.recovery {
         tables.push(twins(outcome)?);
     }
     Ok(tables)
-}
-
-impl Table {
-    fn new<S: AsRef<str>>(name: &str, columns: impl IntoIterator<Item = S>) -> Result<Self, ReportError> {
-        let mut table = Self { name: name.to_owned(), rows: csv::Writer::from_writer(Vec::new()) };
-        table.text(columns.into_iter().map(|column| column.as_ref().to_owned()).collect())?;
-        Ok(table)
-    }
-
-    fn text(&mut self, cells: Vec<String>) -> Result<(), ReportError> {
-        self.rows.write_record(cells).map_err(|error| self.fault(&error))
-    }
-
-    /// A row of numbers behind a name, which may be missing.
-    fn row(&mut self, name: Option<&str>, values: impl IntoIterator<Item = f64>) -> Result<(), ReportError> {
-        self.text(name.map(str::to_owned).into_iter().chain(values.into_iter().map(cell)).collect())
-    }
-
-    fn close(self) -> Result<(String, Vec<u8>), ReportError> {
-        let Self { name, rows } = self;
-        match rows.into_inner() {
-            Ok(bytes) => Ok((name, bytes)),
-            Err(error) => Err(ReportError::Table { name, message: error.to_string() }),
-        }
-    }
-
-    fn fault(&self, error: &csv::Error) -> ReportError {
-        ReportError::Table { name: self.name.clone(), message: error.to_string() }
-    }
-}
-
-/// Nine significant digits, or nothing.
-fn cell(value: f64) -> String {
-    if !value.is_finite() {
-        return String::new();
-    }
-    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
-    format!("{rounded}")
 }
 
 fn factor_columns<'a>(story: &Story<'a>, ending: &'a str) -> impl Iterator<Item = String> {
@@ -296,6 +260,27 @@ fn needed(outcome: &Sizing) -> Result<(String, Vec<u8>), ReportError> {
     table.close()
 }
 
+fn heating(case: &Case, outcome: &History) -> Result<[(String, Vec<u8>); 3], ReportError> {
+    let mut flux = Table::new("history.csv", ["time_s", "flux_w_m2"])?;
+    for (&time_s, &value) in outcome.schedule.times_s.iter().zip(&outcome.schedule.values) {
+        flux.row(None, [time_s, value])?;
+    }
+    let columns = ["time_s", "flux_w_m2", "low_w_m2", "high_w_m2", "smoothed_w_m2", "own_w_m2"];
+    let mut band = Table::new("history-band.csv", columns)?;
+    for (knot, &value) in outcome.flux_w_m2.iter().enumerate() {
+        let half = outcome.half_width_w_m2(knot);
+        let (smoothed, own) = (outcome.smoothed_w_m2[knot], outcome.own_w_m2[knot]);
+        band.row(None, [outcome.times_s[knot], value, (value - half).max(0.0), value + half, smoothed, own])?;
+    }
+    let mut left = Table::new("history-residuals.csv", ["sensor", "time_s", "residual_K"])?;
+    for seen in &outcome.seen {
+        for (&time_s, &off_k) in seen.times_s.iter().zip(&seen.residuals_k) {
+            left.row(Some(&case.sensors[seen.sensor].name), [time_s, off_k])?;
+        }
+    }
+    Ok([flux.close()?, band.close()?, left.close()?])
+}
+
 fn twins(outcome: &Recovery) -> Result<(String, Vec<u8>), ReportError> {
     let columns = ["twin", "factor", "truth", "estimate", "low", "high", "held"];
     let mut table = Table::new("twins.csv", columns)?;
@@ -366,13 +351,5 @@ mod tests {
             let values: Vec<f64> = row[4..].iter().map(|cell| cell.parse().expect("a number")).collect();
             assert!(values.is_sorted(), "{row:?}");
         }
-    }
-
-    #[test]
-    fn a_value_that_is_not_known_is_an_empty_cell() {
-        assert_eq!(cell(f64::NAN), "");
-        assert_eq!(cell(f64::INFINITY), "");
-        assert_eq!(cell(873.123_456_789_012), "873.123457");
-        assert_eq!(cell(0.1), "0.1");
     }
 }

@@ -1,7 +1,8 @@
-//! Sections on questions of design and of trust: a ply that was sized, twins that were fitted.
+//! Sections on questions of design and of trust: a ply that was sized, a flux that was recovered, twins that were fitted.
 
-use super::super::{Story, recovery, sizing, words};
+use super::super::{Story, history, recovery, sizing, words};
 use super::table::{list, paragraph, table};
+use crate::study::history::History;
 use crate::study::recovery::Recovery;
 use crate::study::size::Sizing;
 
@@ -66,6 +67,22 @@ pub(super) fn sized(story: &Story, outcome: &Sizing) -> String {
     list(&said)
         + &table(&title, &["", "Thickness", "Mass, kg/m²", "Members that hold it, %"], &rows)
         + &table("Other members, of the case drawn and planned anew at that thickness", &checked, &checks)
+}
+
+pub(super) fn heated(story: &Story, outcome: &History) -> String {
+    let rows: Vec<Vec<String>> = history::rows(outcome, usize::MAX).into_iter().map(Vec::from).collect();
+    let fits: Vec<Vec<String>> = outcome
+        .seen
+        .iter()
+        .map(|seen| {
+            let [own, found] = [seen.rms_k.0, seen.rms_k.1].map(|rms_k| words::significant(rms_k, 3));
+            vec![story.case.sensors[seen.sensor].name.clone(), words::count(seen.times_s.len()), own, found]
+        })
+        .collect();
+    let head = ["Sensor", "Samples", "Off as the case has it, K", "Off as found, K"];
+    list(&[history::found(story, outcome), history::chosen(outcome), history::left_out().to_owned()])
+        + &table("Flux at the knots, W/cm²", &history::HEAD, &rows)
+        + &table("Measured less predicted, root mean square", &head, &fits)
 }
 
 pub(super) fn recovered(outcome: &Recovery) -> String {

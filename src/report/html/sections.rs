@@ -29,6 +29,9 @@ pub(super) fn all(story: &Story, figures: &[Figure], stills: &[String]) -> Vec<S
     if let Some(outcome) = story.sizing {
         add("size", "Thickness", asked::sized(story, outcome) + &shown("size"));
     }
+    if let Some(outcome) = story.history {
+        add("history", "Heating", asked::heated(story, outcome) + &shown("history"));
+    }
     if let Some(outcome) = story.recovery {
         add("twins", "Twins", asked::recovered(outcome) + &shown("twins"));
     }
@@ -79,6 +82,7 @@ fn section_of(figure: &Figure) -> &'static str {
         "corner" | "predictive" => "posterior",
         "beside" => "beside",
         "size" => "size",
+        "history" => "history",
         "twins" => "twins",
         "hot" => "case",
         _ => "estimation",

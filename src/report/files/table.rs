@@ -1,0 +1,60 @@
+//! One CSV, row by row.
+
+use super::super::ReportError;
+
+/// A table being written.
+pub(super) struct Table {
+    name: String,
+    rows: csv::Writer<Vec<u8>>,
+}
+
+impl Table {
+    pub(super) fn new<S: AsRef<str>>(name: &str, columns: impl IntoIterator<Item = S>) -> Result<Self, ReportError> {
+        let mut table = Self { name: name.to_owned(), rows: csv::Writer::from_writer(Vec::new()) };
+        table.text(columns.into_iter().map(|column| column.as_ref().to_owned()).collect())?;
+        Ok(table)
+    }
+
+    pub(super) fn text(&mut self, cells: Vec<String>) -> Result<(), ReportError> {
+        self.rows.write_record(cells).map_err(|error| self.fault(&error))
+    }
+
+    /// A row of numbers behind a name, which may be missing.
+    pub(super) fn row(&mut self, name: Option<&str>, values: impl IntoIterator<Item = f64>) -> Result<(), ReportError> {
+        self.text(name.map(str::to_owned).into_iter().chain(values.into_iter().map(cell)).collect())
+    }
+
+    pub(super) fn close(self) -> Result<(String, Vec<u8>), ReportError> {
+        let Self { name, rows } = self;
+        match rows.into_inner() {
+            Ok(bytes) => Ok((name, bytes)),
+            Err(error) => Err(ReportError::Table { name, message: error.to_string() }),
+        }
+    }
+
+    fn fault(&self, error: &csv::Error) -> ReportError {
+        ReportError::Table { name: self.name.clone(), message: error.to_string() }
+    }
+}
+
+/// Nine significant digits, or nothing.
+pub(super) fn cell(value: f64) -> String {
+    if !value.is_finite() {
+        return String::new();
+    }
+    let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
+    format!("{rounded}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_that_is_not_known_is_an_empty_cell() {
+        assert_eq!(cell(f64::NAN), "");
+        assert_eq!(cell(f64::INFINITY), "");
+        assert_eq!(cell(873.123_456_789_012), "873.123457");
+        assert_eq!(cell(0.1), "0.1");
+    }
+}

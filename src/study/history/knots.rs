@@ -1,0 +1,119 @@
+//! Where a history bends, and how rough it is.
+
+use crate::case::Schedule;
+use nalgebra::DMatrix;
+
+/// A leg of a schedule is sharp where it crosses at least this share of the largest value in less than the spacing of the knots: an
+/// injection, a retraction. What is smoothed across it would be smeared.
+const SHARP: f64 = 0.1;
+
+/// The knots of a history: its corners in time, and between which of them it is smooth.
+#[derive(Clone, Debug)]
+pub(super) struct Knots {
+    pub times_s: Vec<f64>,
+    /// What the schedule they were made from has there.
+    pub own: Vec<f64>,
+    /// One a leg from each knot to the next.
+    is_sharp: Vec<bool>,
+    /// The time over which knots were spread, s.
+    pub spread_s: f64,
+}
+
+impl Knots {
+    /// Every corner of a schedule up to a time, and so many knots more, spread evenly over the time in which the schedule is not zero: a
+    /// history has nothing to tell of where nothing heats, and data that do say otherwise move the corners. Of a schedule that is
+    /// zero throughout, over all of its time.
+    pub(super) fn new(schedule: &Schedule, end_s: f64, more: usize) -> Self {
+        let corners = schedule.times_s.iter().zip(&schedule.values).map(|(&time_s, &value)| (time_s, value));
+        let mut kept: Vec<(f64, f64)> = corners.filter(|(time_s, _)| (0.0..end_s).contains(time_s)).collect();
+        if kept.first().is_none_or(|first| first.0 > 0.0) {
+            kept.insert(0, (0.0, schedule.after(0.0)));
+        }
+        kept.push((end_s, schedule.before(end_s)));
+        let is_zero = kept.iter().all(|(_, value)| *value == 0.0);
+        let heats = |leg: &[(f64, f64)]| is_zero || leg[0].1 != 0.0 || leg[1].1 != 0.0;
+        let spread_s: f64 = kept.windows(2).filter(|leg| heats(leg)).map(|leg| leg[1].0 - leg[0].0).sum();
+        let largest = kept.iter().map(|(_, value)| value.abs()).fold(0.0, f64::max);
+        let spacing_s = spread_s / (more + 1) as f64;
+
+        let (mut points, mut is_sharp) = (vec![kept[0]], Vec::new());
+        for leg in kept.windows(2) {
+            let [(from_s, from), (to_s, to)] = [leg[0], leg[1]];
+            let length_s = to_s - from_s;
+            let within = if heats(leg) { (length_s / spread_s * more as f64).round() as usize } else { 0 };
+            for place in 1..=within {
+                let share = place as f64 / (within + 1) as f64;
+                points.push((from_s + share * length_s, from + share * (to - from)));
+            }
+            points.push(leg[1]);
+            let sharp = length_s <= 0.0 || (length_s < spacing_s && (to - from).abs() >= SHARP * largest);
+            is_sharp.extend(std::iter::repeat_n(sharp, within + 1));
+        }
+        let (times_s, own) = points.into_iter().unzip();
+        Self { times_s, own, is_sharp, spread_s }
+    }
+
+    /// Second derivatives at the knots between two legs that are not sharp, a row each, such that their squares sum to
+    /// `H³ ∫ q″² dt`, H being the time over which knots are spread: none of straight lines, and no more or less for more knots.
+    pub(super) fn roughness(&self) -> DMatrix<f64> {
+        let inner: Vec<usize> = (1..self.times_s.len().saturating_sub(1))
+            .filter(|&knot| !self.is_sharp[knot - 1] && !self.is_sharp[knot])
+            .collect();
+        let mut rows = DMatrix::zeros(inner.len(), self.times_s.len());
+        for (row, &knot) in inner.iter().enumerate() {
+            let before = (self.times_s[knot] - self.times_s[knot - 1]) / self.spread_s;
+            let after = (self.times_s[knot + 1] - self.times_s[knot]) / self.spread_s;
+            let weight = 2.0 / (before + after) * ((before + after) / 2.0).sqrt();
+            rows[(row, knot - 1)] = weight / before;
+            rows[(row, knot)] = -weight * (1.0 / before + 1.0 / after);
+            rows[(row, knot + 1)] = weight / after;
+        }
+        rows
+    }
+
+    /// What each knot adds to the integral over time of a straight line from each to the next, s.
+    pub(super) fn spans_s(&self) -> Vec<f64> {
+        let half = |from: usize| self.times_s.get(from + 1).map_or(0.0, |next| (next - self.times_s[from]) / 2.0);
+        (0..self.times_s.len()).map(|knot| half(knot) + if knot > 0 { half(knot - 1) } else { 0.0 }).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn retracted() -> Schedule {
+        Schedule { times_s: vec![0.0, 0.5, 41.0, 41.2], values: vec![0.0, 26.7, 26.7, 0.0] }
+    }
+
+    #[test]
+    fn corners_are_kept_and_knots_go_where_it_is_heated() {
+        let knots = Knots::new(&retracted(), 80.0, 8);
+        let even = [0.0, 0.5, 5.0, 9.5, 14.0, 18.5, 23.0, 27.5, 32.0, 36.5, 41.0, 41.2, 80.0];
+        assert_eq!(knots.times_s.len(), even.len());
+        assert!(knots.times_s.iter().zip(even).all(|(time_s, even)| (time_s - even).abs() < 1e-9), "{knots:?}");
+        let own = |time_s: f64| retracted().before(time_s);
+        assert!(knots.times_s.iter().zip(&knots.own).all(|(&time_s, value)| (value - own(time_s)).abs() < 1e-9));
+        let nothing = Knots::new(&Schedule::constant(0.0), 10.0, 4);
+        assert_eq!(nothing.times_s, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
+    }
+
+    #[test]
+    fn a_parabola_is_as_rough_as_its_curvature_and_a_cut_off_is_not() {
+        let knots = Knots::new(&Schedule::constant(1.0), 10.0, 399);
+        let parabola = nalgebra::DVector::from_iterator(401, knots.times_s.iter().map(|t| t * t));
+        // H³ ∫ 2² dt over ten seconds, less the halves of the two ends at which nothing bends.
+        assert!(((knots.roughness() * parabola).norm_squared() / 4e4 - 1.0).abs() < 0.01);
+        let knots = Knots::new(&retracted(), 80.0, 8);
+        assert_eq!(knots.roughness().nrows(), 8, "between injection and retraction alone");
+        let own = nalgebra::DVector::from_vec(knots.own.clone());
+        assert!((knots.roughness() * own).norm() < 1e-9);
+    }
+
+    #[test]
+    fn spans_integrate_straight_lines_exactly() {
+        let knots = Knots::new(&retracted(), 80.0, 5);
+        let integral: f64 = knots.spans_s().iter().zip(&knots.own).map(|(span_s, own)| span_s * own).sum();
+        assert!((integral - 26.7 * (40.5 + 0.25 + 0.1)).abs() < 1e-9, "{integral}");
+    }
+}

@@ -1,0 +1,68 @@
+//! A heating history: words, numbers, and a file that a case reads as its flux.
+
+use super::{CASE, OBSERVED, say};
+use crate::support::{HISTORY_FLUENCE, Scratch};
+use serde_json::Value;
+
+const FLUX: &str = r#"flux = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]]"#;
+const MEASURED: &str = "\n[observations]\nfile = \"measured.csv\"\nsigma = \"1 K\"\n";
+
+/// A case heated by a tenth more than it says, and what its thermocouples show.
+fn heated(name: &str) -> Scratch {
+    let scratch = Scratch::new(name);
+    scratch.write("c/case.toml", CASE);
+    say(&scratch, "twin c --truth f_q=1.1 --noise 1K --seed 3 --out measured.csv --quiet").done();
+    scratch.write("c/measured.csv", scratch.read("measured.csv"));
+    scratch.write("c/case.toml", CASE.to_owned() + MEASURED);
+    scratch
+}
+
+#[test]
+fn a_flux_is_told_in_words_numbers_and_a_file_that_a_case_is_heated_by() {
+    let scratch = heated("history");
+    let ran = say(&scratch, "history c --sensors TC1 --knots 6 --out out --quiet").done();
+    let lines: Vec<&str> = ran.stdout.lines().collect();
+    assert!(lines.len() <= 26 && lines.iter().all(|line| line.chars().count() <= 80), "{}", ran.stdout);
+    for said in ["As TC1 has it", "± 95 %", "the case says", "The band holds"] {
+        assert!(ran.stdout.contains(said), "no {said:?} in:\n{}", ran.stdout);
+    }
+    let summary: Value = serde_json::from_str(&scratch.read("out/summary.json")).expect("JSON");
+    let found = &summary["history"];
+    let number = |key: &str| found[key].as_f64().unwrap_or_else(|| panic!("no {key} in {found:#}"));
+    let more = number("fluence_j_m2") / number("fluence_own_j_m2");
+    assert!((more / 1.1 - 1.0).abs() < HISTORY_FLUENCE, "heated by {more} of what the case says");
+    let rms_k = |key: &str| found["sensors"]["TC1"][key].as_f64().expect("a misfit");
+    assert!(rms_k("found_rms_k") < 1.5 && rms_k("own_rms_k") > 10.0, "{found:#}");
+    assert_eq!(found["converged"], true);
+    let page = scratch.read("out/report.html");
+    assert!(page.contains("<section id=\"history\">") && page.contains("Flux at the knots"));
+
+    // What was found heats a case that is told of nothing else.
+    scratch.write("again/history.csv", scratch.read("out/history.csv"));
+    scratch.write("again/measured.csv", scratch.read("measured.csv"));
+    let told = (CASE.to_owned() + MEASURED).replace(FLUX, r#"flux = { file = "history.csv" }"#);
+    scratch.write("again/case.toml", told.replace(r#"sensors = ["TC2"]"#, r#"sensors = ["TC1"]"#));
+    let again = say(&scratch, "history again --knots 0 --smoothing 0 --json --quiet").done();
+    let again: Value = serde_json::from_str(&again.stdout).expect("JSON");
+    let own_k = again["history"]["sensors"]["TC1"]["own_rms_k"].as_f64().expect("a misfit");
+    assert!((own_k - rms_k("found_rms_k")).abs() < 0.05, "{own_k} K");
+}
+
+#[test]
+fn what_has_no_flux_to_find_or_too_little_to_find_it_from_is_refused() {
+    let scratch = Scratch::new("no-history");
+    let case = CASE.to_owned() + OBSERVED;
+    scratch.write("c/case.toml", &case);
+    let heating = "\n[[factor]]\nname = \"f_q\"\nproperty = \"heating\"\nsmall = [0.9, 1.1]\n";
+    let unscaled = case.replace(heating, "");
+    scratch
+        .write("held/case.toml", unscaled.replace("\"heated\"", "\"held\"").replace(FLUX, "temperature = \"600 K\""));
+    let refused = |line: &str, words: &[&str]| {
+        say(&scratch, &format!("{line} --quiet")).ended(2).saying(words);
+    };
+    refused("history held", &["held", "held at a temperature", "kind = \"heated\""]);
+    refused("history c", &["values cannot be sought in 4 samples"]);
+    refused("history c --window 11:19", &["no samples between 11 s and 19 s"]);
+    refused("history c --knots 1 --smoothing soft", &["--smoothing \"soft\"", "discrepancy, l-curve"]);
+    refused("history c --knots 1 --bounds small", &["--bounds", "no factor"]);
+}
