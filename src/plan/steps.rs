@@ -2,7 +2,6 @@
 
 use super::clock::Clock;
 use super::layout::{Bead, Drive, NO_INSTANT};
-use super::readout::Readout;
 use super::{Plan, Rows};
 use crate::case::{Case, Exposure, Face, Holder, Schedule};
 
