@@ -20,7 +20,7 @@
 //!
 //! A [`Case`] says what is asked: [layup](case::Layup), [exposure](case::Exposure), [sensors](case::layup::Sensor),
 //! [factors](case::Factor), [observations](case::Observation). It is planned once into a [`Plan`], flat arrays that
-//! are all a backend reads. An [`Ensemble`] says which variations to run, one [member](Ensemble::member) a row. A
+//! are all a backend reads, with as many cells and steps as a [`pilot`] finds it to need. An [`Ensemble`] says which variations to run, one [member](Ensemble::member) a row. A
 //! [`March`](march::March) carries members through the plan and returns [`Traces`]. A [study] asks a question and
 //! gives its answer; a [`Fit`](fit::Fit) is the end of a least-squares minimisation, which knows no heat.
 //!
@@ -29,16 +29,18 @@
 //! ```
 //! use bondline::case::Bounds;
 //! use bondline::ensemble::{Sampling, SamplingKind};
-//! use bondline::march::{Precision, cpu::Cpu, march_all};
-//! use bondline::{Case, Ensemble, Plan};
+//! use bondline::march::{Precision, cpu::Cpu, extrapolated::Extrapolated, march_all};
+//! use bondline::pilot::pilot;
+//! use bondline::{Case, Ensemble};
 //!
 //! let case = Case::load("cases/slab".as_ref())?;
-//! let plan = Plan::new(&case);
+//! let plan = pilot(&case)?;
+//! let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
 //! let sampling = Sampling { kind: SamplingKind::Sobol, seed: 1 };
 //! let ensemble = Ensemble::sample(&case.factors, Bounds::Small, &sampling, 100);
 //! let back = case.sensors.iter().position(|sensor| sensor.name == "BACK").expect("the slab has one");
 //! let mut hottest_k = 0.0_f64;
-//! march_all(&mut Cpu::new(Precision::F64), &plan, &ensemble, &mut |traces| {
+//! march_all(&mut march, &plan, &ensemble, &mut |traces| {
 //!     for member in 0..traces.members() {
 //!         hottest_k = traces.trace(member, back).iter().copied().fold(hottest_k, f64::max);
 //!     }
@@ -51,6 +53,7 @@
 //!
 //! - [`case`]: what is asked, as written in a file and as it holds
 //! - [`plan`]: the bridge; cells, steps and rows of numbers
+//! - [`pilot`]: cells and steps for an error that was asked for
 //! - [`ensemble`]: which variations to march, and how they are drawn
 //! - [`physics`]: how one member moves by one step, each file with a twin in WGSL
 //! - [`march`]: who carries an ensemble, the processor or a device

@@ -22,6 +22,8 @@ const SLICES: usize = 8;
 const ROUNDS: usize = 8;
 /// A round is worth its time if it may bring the work down to this share.
 const WORTH: f64 = 0.9;
+/// No plan has more cell-steps: an error that this does not bring down is not one of cells and steps.
+const WORK_MOST: f64 = 1e7;
 /// Cells and steps of the first round, before they are cut in two: few, as they are added where they are missed.
 const CELLS_FIRST: f64 = 32.0;
 const STEPS_FIRST: usize = 128;
@@ -107,6 +109,9 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
     let mut best: Option<(Cut, f64, f64)> = None;
     for _ in 0..ROUNDS {
         let plan = cut.plan(case);
+        if work(&plan) > WORK_MOST {
+            break;
+        }
         let base = marched(&plan, &nominal)?;
         if base.arrivals != [Arrival::Done] {
             // Temperatures run away over long steps, not over wide cells.
@@ -123,6 +128,10 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
                 Ok(Tried { error_k: worst_k(&marched(&finer, &nominal)?, &base, 0), cost })
             })
             .collect::<Result<Vec<Tried>, MarchError>>()?;
+        if tried.iter().any(|tried| !tried.error_k.is_finite()) {
+            cut = cut.doubled(cut.density.plies.len()..cut.shares());
+            continue;
+        }
         let (parts, error_k) = (&tried[..all.len()], tried[all.len()].error_k);
         let is_better =
             best.as_ref().is_none_or(|(_, kept_k, kept_work)| match (error_k <= tolerance_k, *kept_k <= tolerance_k) {
@@ -158,9 +167,8 @@ fn corners_k(case: &Case, plan: &Plan, finer: &Plan) -> Result<Option<f64>, Marc
     let ensemble = Ensemble::at(case.factors.len(), (0..CORNERS).flat_map(row).collect());
     let (base, finer) = rayon::join(|| marched(plan, &ensemble), || marched(finer, &ensemble));
     let (base, finer) = (base?, finer?);
-    let arrived = (0..CORNERS)
-        .filter(|&corner| base.arrivals[corner] == Arrival::Done && finer.arrivals[corner] == Arrival::Done);
-    Ok(arrived.map(|corner| worst_k(&base, &finer, corner)).reduce(f64::max))
+    let errors_k = (0..CORNERS).map(|corner| worst_k(&base, &finer, corner));
+    Ok(errors_k.filter(|error_k| error_k.is_finite()).reduce(f64::max))
 }
 
 fn work(plan: &Plan) -> f64 {
@@ -214,8 +222,39 @@ fn marched(plan: &Plan, ensemble: &Ensemble) -> Result<Traces, MarchError> {
     march_both(&mut Cpu::new(Precision::F64), plan, ensemble, 0..ensemble.len())
 }
 
-/// The largest difference between two marches of a member at any sensor and instant, K.
+/// The largest difference between two marches of a member at any sensor and instant, K; without end where either did not arrive, as a
+/// maximum would pass over what is no number.
 fn worst_k(one: &Traces, other: &Traces, member: usize) -> f64 {
+    if [one, other].iter().any(|traces| traces.arrivals[member] != Arrival::Done) {
+        return f64::INFINITY;
+    }
     let pairs = one.member(member).iter().zip(other.member(member));
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_member_that_does_not_arrive_is_off_without_end_however_its_numbers_compare() {
+        let case = Case::load("cases/slab".as_ref()).expect("a shipped case");
+        let done = marched(&Plan::new(&case), &Ensemble::nominal(&case.factors)).expect("the processor marches");
+        assert_eq!(worst_k(&done, &done, 0), 0.0);
+        let mut strayed = done.clone();
+        strayed.temperatures_k.fill(f64::NAN);
+        strayed.arrivals[0] = Arrival::Strayed { time_s: 1.0 };
+        assert_eq!(worst_k(&done, &strayed, 0), f64::INFINITY);
+        assert_eq!(worst_k(&strayed, &done, 0), f64::INFINITY);
+    }
+
+    #[test]
+    fn an_error_that_cells_and_steps_cannot_bring_down_ends_the_search_and_is_told() {
+        let mut case = Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
+        case.resolution.tolerance_k = Some(1e-9);
+        let plan = pilot(&case).expect("the processor marches");
+        let reached = plan.reached.expect("a pilot says how far it came");
+        assert!(reached.nominal_k > 1e-9 && reached.nominal_k < 1e-2, "{reached:?}");
+        assert!(work(&plan) <= WORK_MOST, "{} cells, {} steps", plan.cells(), plan.steps());
+    }
 }

@@ -98,9 +98,9 @@ fn march(case: &Case, outcome: &Nominal, which: &str, doubts: &mut Vec<String>) 
     }
     if let Some(reached) = outcome.reached.filter(|reached| reached.nominal_k > reached.tolerance_k) {
         doubts.push(format!(
-            "The {which} march is off by {} somewhere, more than the {} asked for: state cells and steps under [resolution].",
-            words::misfit(reached.nominal_k),
-            words::misfit(reached.tolerance_k)
+            "The {which} march is off by {} K somewhere, more than the {} K asked for: state cells and steps under [resolution].",
+            words::significant(reached.nominal_k, 2),
+            words::significant(reached.tolerance_k, 2)
         ));
     }
     let residual = outcome.balance.residual();
