@@ -3,21 +3,17 @@
 fn properties(step: u32, stage: u32) {
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
-        for (var i = ply.first_cell; i < ply.end_cell; i++) {
-            let at = spot(temperatures[i].high + first[i]);
-            if GAS {
-                gas_at(i, at);
+        if GAS {
+            for (var i = ply.first_cell; i < ply.end_cell; i++) {
+                gas_at(i, spot(temperatures[i].high + first[i]));
             }
-            if ply.states > 1u || LEVELS > 1u {
-                blend(p, i, at, step, stage);
-                continue;
+        }
+        if ply.states > 1u || LEVELS > 1u {
+            for (var i = ply.first_cell; i < ply.end_cell; i++) {
+                blend(p, i, spot(temperatures[i].high + first[i]), step, stage);
             }
-            let here = segment(at, COLUMNS, ply.table);
-            conductivities[i] = conductivity(here, ply_scales[p]);
-            if stage == 0u {
-                slopes[i] = conductivity_slope(here, ply_scales[p]);
-            }
-            evaluated[i] = cells[i].width_m * heat_capacity(here, ply_scales[p]);
+        } else {
+            plain(p, stage);
         }
         if DARCY {
             for (var i = ply.first_cell; i < ply.end_cell; i++) {
@@ -46,6 +42,16 @@ fn properties(step: u32, stage: u32) {
                 incline(i, above, below);
             }
         }
+    }
+}
+
+fn plain(p: u32, stage: u32) {
+    let ply = plies[p];
+    for (var i = ply.first_cell; i < ply.end_cell; i++) {
+        let here = solid(spot(temperatures[i].high + first[i]), ply.table, ply_scales[p], stage == 0u);
+        conductivities[i] = here.conductivity;
+        slopes[i] = here.slope;
+        evaluated[i] = cells[i].width_m * here.heat_capacity;
     }
 }
 

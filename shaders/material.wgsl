@@ -53,30 +53,32 @@ fn levelled(spot: Spot, level: Level) -> array<Spot, 2> {
     return array<Spot, 2>(Spot(under, spot.share), Spot(under + TABLE_NODES, spot.share));
 }
 
-fn conductivity(segment: Segment, scale: PlyScale) -> real {
-    var sum = scale.solid * value(segment, 0u);
-    if PARTS == 3u {
-        sum = sum + scale.gas * value(segment, 1u);
-    }
-    if PARTS > 1u {
-        sum = sum + scale.radiative * value(segment, PARTS - 1u);
-    }
-    return sum;
+struct Solid {
+    conductivity: real,
+    slope: real,
+    heat_capacity: real,
 }
 
-fn conductivity_slope(segment: Segment, scale: PlyScale) -> real {
-    var sum = scale.solid * value(segment, PARTS);
-    if PARTS == 3u {
-        sum = sum + scale.gas * value(segment, PARTS + 1u);
+fn solid(spot: Spot, block: u32, scale: PlyScale, with_slope: bool) -> Solid {
+    let here = segment(spot, COLUMNS, block);
+    var conductivity = scale.solid * value(here, 0u);
+    var slope = real(0.0);
+    if with_slope {
+        slope = scale.solid * value(here, 2u);
     }
     if PARTS > 1u {
-        sum = sum + scale.radiative * value(segment, 2u * PARTS - 1u);
+        if PARTS == 3u {
+            conductivity = conductivity + scale.gas * value(here, 6u);
+        }
+        conductivity = conductivity + scale.radiative * value(here, 4u);
+        if with_slope {
+            if PARTS == 3u {
+                slope = slope + scale.gas * value(here, 7u);
+            }
+            slope = slope + scale.radiative * value(here, 5u);
+        }
     }
-    return sum;
-}
-
-fn heat_capacity(segment: Segment, scale: PlyScale) -> real {
-    return scale.density_kg_m3 * value(segment, 2u * PARTS);
+    return Solid(conductivity, slope, scale.density_kg_m3 * value(here, 1u));
 }
 
 fn conductance_within(conductivity: real, next: real, half_over_next_1_m: real) -> real {

@@ -28,9 +28,7 @@ var<private> first: Column;
 var<private> second: Column;
 
 const LAST_CELL = CELLS - 1u;
-// Columns of a ply's table and of the faces', where a state's block and the faces' and the gas's tables begin.
-const COLUMNS = 2u * PARTS + 2u;
-const FACE_COLUMNS = AIR_COLUMNS + 2u * STATES;
+// Where a state's block and the faces' and the gas's tables begin.
 const BLOCK = LEVELS * TABLE_NODES * COLUMNS;
 const FACE_TABLE = SUBSTANCES * BLOCK;
 const GAS_TABLE = FACE_TABLE + TABLE_NODES * FACE_COLUMNS;
@@ -175,8 +173,8 @@ fn gained(p: u32, i: u32) -> real {
     let now = spot(temperatures[i].high);
     let then = spot(cells[i].start_k);
     if ply.states == 1u {
-        let now_j_kg = integral(segment(now, COLUMNS, ply.table), 2u * PARTS);
-        let then_j_kg = integral(segment(then, COLUMNS, ply.table), 2u * PARTS);
+        let now_j_kg = integral(segment(now, COLUMNS, ply.table), 1u);
+        let then_j_kg = integral(segment(then, COLUMNS, ply.table), 1u);
         return keep(now_j_kg - then_j_kg) * ply_scales[p].density_kg_m3 * width_m + gas_gained(p, i);
     }
     let phases = phases_of(p, i, 0.0);

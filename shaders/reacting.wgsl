@@ -67,10 +67,10 @@ fn face_emissivity(face: u32, ply: u32, cell: u32, at: Spot) -> real {
     let phases = phases_of(ply, cell, lead_s);
     var weights = weights_of(ply, phases, 1.0 / mass_left(ply, phases));
     let seen = segment(at, FACE_COLUMNS, FACE_TABLE);
-    let first_column = AIR_COLUMNS + face * STATES;
+    let first_property = AIR_PROPERTIES + face * STATES_MAX;
     var sum = real(0.0);
     for (var state = 0u; state < plies[ply].states; state++) {
-        sum = sum + weights[state] * value(seen, first_column + state);
+        sum = sum + weights[state] * value(seen, first_property + state);
     }
     return sum;
 }
@@ -81,7 +81,7 @@ fn block_of(ply: u32, state: u32) -> u32 {
 
 fn enthalpy_of(ply: u32, state: u32, at: Spot) -> real {
     let here = segment(at, COLUMNS, block_of(ply, state));
-    let risen = integral(here, 2u * PARTS);
+    let risen = integral(here, 1u);
     let row = plies[ply].first_state + state;
     return ply_scales[ply].heat_capacity * risen + substances[row].formation_j_kg;
 }
@@ -100,27 +100,19 @@ fn blend(p: u32, i: u32, at: Spot, step: u32, stage: u32) {
     var stores = real(0.0);
     for (var state = 0u; state < plies[p].states; state++) {
         let block = block_of(p, state);
-        let here = segment(at, COLUMNS, block);
+        var here: Solid;
         if LEVELS > 1u {
             let spots = levelled(at, level_here);
-            let under = segment(spots[0], COLUMNS, block);
-            let over = segment(spots[1], COLUMNS, block);
-            let low = conductivity(under, scale);
-            let high = conductivity(over, scale);
-            conducts = conducts + weights[state] * (low + level_here.share * (high - low));
-            if stage == 0u {
-                let low_slope = conductivity_slope(under, scale);
-                let high_slope = conductivity_slope(over, scale);
-                slope = slope + weights[state] * (low_slope + level_here.share * (high_slope - low_slope));
-            }
+            here = solid(spots[0], block, scale, stage == 0u);
+            let more = solid(spots[1], block, scale, stage == 0u);
+            here.conductivity = here.conductivity + level_here.share * (more.conductivity - here.conductivity);
+            here.slope = here.slope + level_here.share * (more.slope - here.slope);
         } else {
-            conducts = conducts + weights[state] * conductivity(here, scale);
-            if stage == 0u {
-                slope = slope + weights[state] * conductivity_slope(here, scale);
-            }
+            here = solid(at, block, scale, stage == 0u);
         }
-        let stored = heat_capacity(here, scale);
-        stores = stores + phases[state] * remains_of(p, state) * stored;
+        conducts = conducts + weights[state] * here.conductivity;
+        slope = slope + weights[state] * here.slope;
+        stores = stores + phases[state] * remains_of(p, state) * here.heat_capacity;
     }
     conductivities[i] = conducts * per_stretch;
     slopes[i] = slope * per_stretch;

@@ -134,6 +134,7 @@ fn account(face: u32, step: u32, start: FaceFlux, end: FaceFlux, onward: vec2<re
 
 fn update(step: u32) {
     for (var p = 0u; p < run.plies; p++) {
+        var sum = real(0.0);
         for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
             let increment = 1.5 * first[i] + 0.5 * second[i];
             temperatures[i] = advanced(temperatures[i], increment);
@@ -141,10 +142,17 @@ fn update(step: u32) {
             let high = temperatures[i].high;
             coldest[p] = min(coldest[p], high);
             hottest[p] = max(hottest[p], high);
-            // The bits of a float that is no number, or below zero, are above those of every one in range.
-            if bitcast<u32>(f32(high + STRAY_MARGIN_K)) > bitcast<u32>(f32(STRAY_SPAN_K)) && strayed == 0u {
-                strayed = step + 1u;
-            }
+            sum = sum + high;
+        }
+        // The bits of a float that is no number, or below zero, are above those of every one in range.
+        let watched = vec3<u32>(
+            bitcast<u32>(f32(coldest[p] + STRAY_MARGIN_K)),
+            bitcast<u32>(f32(hottest[p] + STRAY_MARGIN_K)),
+            bitcast<u32>(f32(sum + STRAY_MARGIN_K)),
+        );
+        let span = bitcast<u32>(f32(STRAY_SPAN_K));
+        if any(watched > vec3<u32>(span, span, 0x7f7fffffu)) && strayed == 0u {
+            strayed = step + 1u;
         }
     }
 }

@@ -14,23 +14,26 @@ fn spot(temperature_k: real) -> Spot {
 
 struct Segment {
     first: u32,
-    columns: u32,
     share: real,
 }
 
 fn segment(spot: Spot, columns: u32, offset: u32) -> Segment {
-    return Segment(offset + columns * spot.row, columns, spot.share);
+    return Segment(offset + columns * spot.row, spot.share);
 }
 
-fn value(segment: Segment, column: u32) -> real {
-    let under = tables[segment.first + column];
-    let over = tables[segment.first + segment.columns + column];
-    return under + segment.share * (over - under);
+fn value(segment: Segment, property: u32) -> real {
+    let under = two(segment, property);
+    return under[0] + segment.share * under[1];
 }
 
-fn integral(segment: Segment, column: u32) -> real {
-    let under = tables[segment.first + column];
-    let over = tables[segment.first + segment.columns + column];
-    let mean = under + 0.5 * segment.share * (over - under);
-    return tables[segment.first + column + 1u] + TABLE_STEP_K * segment.share * mean;
+fn integral(segment: Segment, property: u32) -> real {
+    let under = two(segment, property);
+    let risen = two(segment, property + 2u);
+    let mean = under[0] + 0.5 * segment.share * under[1];
+    return risen[0] + TABLE_STEP_K * segment.share * mean;
+}
+
+fn two(segment: Segment, property: u32) -> array<real, 2> {
+    let column = segment.first + 2u * property;
+    return array<real, 2>(tables[column], tables[column + 1u]);
 }

@@ -5,31 +5,37 @@ const LEAST = 1e-25;
 alias Column = array<real, CELLS>;
 
 fn settled(value: real) -> real {
-    return select(value, 0.0, abs(value) < LEAST);
+    return select(value, 0.0, SETTLES && abs(value) < LEAST);
 }
 
 fn factorise(lower: ptr<private, Column>, diagonal: ptr<private, Column>, upper: ptr<private, Column>) {
     (*diagonal)[0] = 1.0 / (*diagonal)[0];
     for (var i = 1u; i < CELLS; i++) {
-        let ratio = (*lower)[i] * (*diagonal)[i - 1u];
-        (*lower)[i] = ratio;
-        (*diagonal)[i] = 1.0 / ((*diagonal)[i] - ratio * (*upper)[i - 1u]);
+        let before = (*diagonal)[i - 1u];
+        let product = (*lower)[i] * (*upper)[i - 1u];
+        (*lower)[i] = (*lower)[i] * before;
+        (*upper)[i - 1u] = (*upper)[i - 1u] * before;
+        (*diagonal)[i] = 1.0 / ((*diagonal)[i] - product * before);
     }
 }
 
 fn substitute(
-    ratios: ptr<private, Column>,
+    under: ptr<private, Column>,
     reciprocals: ptr<private, Column>,
-    upper: ptr<private, Column>,
+    over: ptr<private, Column>,
     side: ptr<private, Column>,
 ) {
     const LAST = CELLS - 1u;
+    var before = (*side)[0];
     for (var i = 1u; i <= LAST; i++) {
-        (*side)[i] = settled((*side)[i] - (*ratios)[i] * (*side)[i - 1u]);
+        before = settled((*side)[i] - (*under)[i] * before);
+        (*side)[i] = before;
     }
-    (*side)[LAST] = settled((*side)[LAST] * (*reciprocals)[LAST]);
+    before = settled(before * (*reciprocals)[LAST]);
+    (*side)[LAST] = before;
     for (var back = 1u; back <= LAST; back++) {
         let i = LAST - back;
-        (*side)[i] = settled(((*side)[i] - (*upper)[i] * (*side)[i + 1u]) * (*reciprocals)[i]);
+        before = settled((*side)[i] * (*reciprocals)[i] - (*over)[i] * before);
+        (*side)[i] = before;
     }
 }

@@ -218,7 +218,7 @@ fn a_function_missing_or_moved_is_caught() {
     let (rust, wgsl) = (text("src/physics/material.rs"), text("shaders/material.wgsl"));
     let missing = wgsl.replacen("fn gain_across(", "fn gain_over(", 1);
     assert_ne!(functions("material", &rust), functions("material", &missing));
-    let (before, after) = wgsl.split_at(wgsl.find("fn heat_capacity(").expect("it is there"));
+    let (before, after) = wgsl.split_at(wgsl.find("fn conductance_within(").expect("it is there"));
     let moved = format!("{after}{before}");
     assert_ne!(functions("material", &rust), functions("material", &moved));
 }

@@ -10,21 +10,21 @@ use bondline::physics::decomposition::{consumed, mean_decay, rate};
 use bondline::physics::exponential::{decay, exponential, logarithm, power};
 use bondline::physics::faces::{FaceScale, face_flux};
 use bondline::physics::holder::flux_sideways;
-use bondline::physics::material::{
-    PlyScale, conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across,
-    heat_capacity,
-};
+use bondline::physics::material::{PlyScale, conductance_across, conductance_within, flux_slope, gain_across, solid};
 use bondline::physics::reading::{covered, followed, reading};
 use bondline::physics::table::{integral, segment, spot, value};
 use bondline::physics::tridiagonal::{factorise, substitute};
 use bondline::plan::layout::{
-    AIR_COLUMNS, Bead, Drive, Face, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, Reaction, Sensor, TABLE_NODES, TABLE_STEP_K,
+    AIR_PROPERTIES, Bead, Drive, FACE_COLUMNS, Face, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, Reaction, STATES_MAX,
+    Sensor, TABLE_NODES, TABLE_STEP_K,
 };
 use bytemuck::Pod;
 
 const SAMPLES: usize = 4096;
 /// Cells of the systems that the tridiagonal twins solve.
 const CELLS: usize = 24;
+/// Columns of the tables: eight properties and their rises.
+const COLUMNS: usize = 16;
 
 /// From inputs and tables to outputs.
 type Twin<'a, W> = dyn Fn(&[W], &[W], &mut [W]) + 'a;
@@ -38,11 +38,11 @@ struct Probe<'a, W> {
     twin: &'a Twin<'a, W>,
 }
 
-/// A table whose columns bend, so that rows and shares both matter; three columns and three more.
+/// A table whose columns bend, so that rows and shares both matter.
 fn tables<W: Real<Scalar = W>>() -> Vec<W> {
-    (0..TABLE_NODES * 8)
+    (0..TABLE_NODES * COLUMNS)
         .map(|i| {
-            let (node, column) = ((i / 8) as f64, (i % 8) as f64);
+            let (node, column) = ((i / COLUMNS) as f64, (i % COLUMNS) as f64);
             W::scalar((1.0 + column) * (0.01 + 1e-4 * node + 1e-6 * node * node).sqrt() + 0.1 * (0.1 * node).sin())
         })
         .collect()
@@ -64,7 +64,10 @@ where
         ("DEPTHS", 1),
         ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
-        ("AIR_COLUMNS", AIR_COLUMNS as u32),
+        ("AIR_PROPERTIES", AIR_PROPERTIES as u32),
+        ("COLUMNS", COLUMNS as u32),
+        ("FACE_COLUMNS", FACE_COLUMNS as u32),
+        ("STATES_MAX", STATES_MAX as u32),
         ("GAS_COLUMNS", GAS_COLUMNS as u32),
         ("GAUGES", GAUGES as u32),
         ("SUBSTANCES", 1),
@@ -160,25 +163,23 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             twin: &|x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
         },
         Probe {
-            body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.share; y[2] = value(segment(s, 5u, 3u), 1u);
-                   y[3] = integral(segment(s, 5u, 3u), 2u);",
+            body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.share; y[2] = value(segment(s, 8u, 3u), 1u);
+                   y[3] = integral(segment(s, 8u, 3u), 1u);",
             inputs: vec![(-50.0, 4500.0)],
             outputs: 4,
             twin: &|x, tables, y| {
                 let s = spot(x[0]);
-                let seen = segment(tables, s, 5, 3);
-                put(y, &[W::from_row(s.row), s.share, value(seen, 1), integral(seen, 2)]);
+                let seen = segment(tables, s, 8, 3);
+                put(y, &[s.row, s.share, value(seen, 1), integral(seen, 1)]);
             },
         },
         Probe {
             body: "let s = spot(x[0]); let scale = PlyScale(x[1], x[2], x[3], x[4], 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0);
-                   let here = segment(s, 2u * PARTS + 2u, 0u);
-                   y[0] = conductivity(here, scale); y[1] = heat_capacity(here, scale);
-                   y[2] = conductivity_slope(here, scale);",
+                   let here = solid(s, 0u, scale, true);
+                   y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5), (80.0, 1200.0)],
             outputs: 3,
             twin: &|x, tables, y| {
-                let here = segment(tables, spot(x[0]), 8, 0);
                 let (none, one) = (W::scalar(0.0), W::scalar(1.0));
                 let scale = PlyScale {
                     solid: x[1],
@@ -195,14 +196,8 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
                     permeability: one,
                     holder_w_m3_k: none,
                 };
-                put(
-                    y,
-                    &[
-                        conductivity(here, 3, scale),
-                        heat_capacity(here, 3, scale),
-                        conductivity_slope(here, 3, scale),
-                    ],
-                );
+                let here = solid(tables, spot(x[0]), COLUMNS, 0, 3, scale, true);
+                put(y, &[here.conductivity, here.heat_capacity, here.slope]);
             },
         },
         Probe {
@@ -342,10 +337,10 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             outputs: 3,
             twin: &|x, _, y| {
                 let mut lower: Vec<W> = (0..CELLS).map(|i| -x[i % 5]).collect();
-                let upper: Vec<W> = (0..CELLS).map(|i| -x[(i + 1) % 5]).collect();
+                let mut upper: Vec<W> = (0..CELLS).map(|i| -x[(i + 1) % 5]).collect();
                 let mut diagonal: Vec<W> = (0..CELLS).map(|i| x[i % 5] + x[(i + 1) % 5] + x[5]).collect();
                 let mut side: Vec<W> = (0..CELLS).map(|i| x[(i + 3) % 5]).collect();
-                factorise(&mut lower, &mut diagonal, &upper);
+                factorise(&mut lower, &mut diagonal, &mut upper);
                 substitute(&lower, &diagonal, &upper, &mut side);
                 put(y, &[side[0], side[CELLS / 2], side[CELLS - 1]]);
             },

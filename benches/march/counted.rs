@@ -4,6 +4,7 @@ use bondline::ensemble::Ensemble;
 use bondline::physics::Real;
 use bondline::physics::member::Member;
 use bondline::plan::Plan;
+use bondline::plan::layout::ABREAST;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -23,7 +24,7 @@ pub(crate) struct Work {
     pub quotients: f64,
     /// Smaller of two, larger of two, and the like: not counted as arithmetic.
     pub choices: f64,
-    /// Values read from tables.
+    /// Properties read from tables, each a value and its rise to the next node.
     pub loads: f64,
 }
 
@@ -81,8 +82,7 @@ impl Neg for Counted {
 
 impl Real for Counted {
     type Scalar = f64;
-    type Row = u32;
-    type Window<'a> = &'a [f64];
+    type Row<'a> = &'a [f64];
     const LANES: usize = 1;
 
     fn scalar(value: f64) -> f64 {
@@ -129,18 +129,15 @@ impl Real for Counted {
     fn mantissa(self) -> Self {
         Self(Real::mantissa(self.0))
     }
-    fn row(self, last: u32) -> u32 {
-        Real::row(self.0, last)
+    fn floor(self, most: u32) -> Self {
+        Self(Real::floor(self.0, most))
     }
-    fn from_row(row: u32) -> Self {
-        Self(f64::from(row))
+    fn row(self, table: &[f64], columns: usize) -> &[f64] {
+        Real::row(self.0, table, columns)
     }
-    fn window(table: &[f64], row: u32, stride: usize, offset: usize, length: usize) -> &[f64] {
-        <f64 as Real>::window(table, row, stride, offset, length)
-    }
-    fn pick(window: &[f64], place: usize) -> Self {
+    fn four(row: &[f64], four: usize) -> [Self; ABREAST] {
         count(&LOADS);
-        Self(window[place])
+        <f64 as Real>::four(row, four).map(Self)
     }
     fn within(self, span: f32, lane: impl FnMut(usize)) {
         count(&CHOICES);

@@ -35,7 +35,7 @@ fn main() {
     println!("lcat-2259: {cells} cells, {steps} steps, {} factors\n", case.factors.len());
     println!(
         "A cell-step is {:.0} flops: {:.0} additions, {:.0} multiplications, {:.1} divisions; besides {:.0} choices and \
-         {:.0} values read from tables.\n",
+         {:.0} properties read from tables.\n",
         work.flops(),
         work.sums,
         work.products,

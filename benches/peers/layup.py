@@ -54,7 +54,7 @@ class Layup:
         self.stretches = stretches(plan, plies, tables)
         # (enthalpy of air over that at the cold wall, its slope, emissivity of the hot face) × node.
         face = tables[plan["face_table"] :][: self.table_nodes * plan["face_columns"]]
-        self.face = np.ascontiguousarray(face.reshape(self.table_nodes, -1)[:, :3].T)
+        self.face = np.ascontiguousarray(face.reshape(self.table_nodes, -1)[:, [0, 2, 4]].T)
         self.face_rises = np.diff(self.face)
         self.emissivity = int(columns(plan["scalings"])["emissivity"][0])
         self.hot_wall_kg_j = columns(plan["faces"])["hot_wall_kg_j"][0]
@@ -88,8 +88,8 @@ def stretches(plan, plies, tables):
     for ply, density in enumerate(columns(plan["bulks"])["density_kg_m3"]):
         row = {name: int(values[ply]) for name, values in plies.items()}
         table = tables[row["table"] :][:block].reshape(plan["table_nodes"], -1)
-        parts = plan["parts"]
-        picked = [0, parts, 2 * parts] + ([1, 3] if parts == 2 and table[:, 1].any() else [])
+        # Each property has its rise to the next node beside it.
+        picked = [0, 4, 2] + ([8, 10] if plan["parts"] == 2 and table[:, 8].any() else [])
         scales = {name: row[name] for name in ("conductivity", "extinction", "heat_capacity", "density")}
         own = np.ascontiguousarray(table[:, picked].T)
         stretch = Stretch(row["first_cell"], row["end_cell"], own, np.diff(own), density, **scales)
@@ -104,8 +104,8 @@ def stretches(plan, plies, tables):
 def refuse(plan):
     """Whatever these peers do not march."""
     faces, drives, plies = columns(plan["faces"]), columns(plan["drives"]), columns(plan["plies"])
-    back = columns(plan["scalings"])["emissivity"][1], plan["face_columns"]
-    emissivity = np.array(plan["tables"])[plan["face_table"] :][: plan["table_nodes"] * back[1]].reshape(plan["table_nodes"], -1)[:, 3]
+    face = np.array(plan["tables"])[plan["face_table"] :][: plan["table_nodes"] * plan["face_columns"]]
+    emissivity = face.reshape(plan["table_nodes"], -1)[:, 12]
     beyond = {
         "gas, decomposition or a holder": plan["has_gas"] or plan["has_holder"] or plan["states"] > 1,
         "pressure that changes": plan["levels"] > 1,

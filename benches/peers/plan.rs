@@ -9,7 +9,7 @@ mod common;
 
 use bondline::plan::Plan;
 use bondline::plan::layout::{
-    Bulk, Cell, Drive, Face, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES, TABLE_STEP_K,
+    Bulk, Cell, Drive, FACE_COLUMNS, Face, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES, TABLE_STEP_K,
 };
 use serde_json::{Value, json};
 
@@ -52,7 +52,7 @@ fn main() {
             "table_step_k": TABLE_STEP_K,
             "table_columns": plan.table_columns(),
             "face_table": plan.face_table(),
-            "face_columns": plan.face_columns(),
+            "face_columns": FACE_COLUMNS,
             "tables": rows.tables,
         })
     );

@@ -3,7 +3,7 @@
 use super::{Backend, March, MarchError, Precision, arrival, read_out};
 use crate::ensemble::Ensemble;
 use crate::physics::Real;
-use crate::physics::lanes::{Doubles, Singles};
+use crate::physics::lanes::{Abreast, Doubles, Singles};
 use crate::physics::member::Member;
 use crate::plan::layout::{GAUGES, NO_INSTANT};
 use crate::plan::{Plan, Rows};
@@ -149,7 +149,7 @@ fn one_by_one(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: R
     }
 }
 
-fn in_lanes<S: Simd>(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
+fn in_lanes<S: Abreast>(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
     match precision {
         Precision::F64 => carry::<S, Doubles<S>>(plan, &plan.rows, ensemble, members),
         Precision::F32 => carry::<S, Singles<S>>(plan, &plan.rows.map(|x| x as f32), ensemble, members),

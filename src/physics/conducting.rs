@@ -4,13 +4,11 @@ use super::Real;
 use super::compensated::{Pair, difference};
 use super::faces::{FaceFlux, face_flux};
 use super::holder::flux_sideways;
-use super::material::{
-    conductance_across, conductance_within, conductivity, conductivity_slope, flux_slope, gain_across, heat_capacity,
-};
+use super::material::{conductance_across, conductance_within, flux_slope, gain_across, solid};
 use super::member::{Ends, Member};
 use super::table::{segment, spot, value};
 use crate::plan::GasPath;
-use crate::plan::layout::Drive;
+use crate::plan::layout::{Drive, FACE_COLUMNS};
 
 impl<R: Real> Member<'_, R> {
     /// Conductivity, heat capacity and conductance of every cell at `T + Δ₁`; at the first stage also the slopes
@@ -20,22 +18,17 @@ impl<R: Real> Member<'_, R> {
         let rows = self.rows;
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
-            for i in ply.first_cell as usize..ply.end_cell as usize {
-                let at = spot(self.temperatures[i].high + self.first[i]);
-                if self.plan.gas.is_some() {
-                    self.gas_at(i, at);
+            if self.plan.gas.is_some() {
+                for i in ply.first_cell as usize..ply.end_cell as usize {
+                    self.gas_at(i, spot(self.temperatures[i].high + self.first[i]));
                 }
-                if ply.states > 1 || self.plan.levels > 1 {
-                    self.blend(p, i, at, step, stage);
-                    continue;
+            }
+            if ply.states > 1 || self.plan.levels > 1 {
+                for i in ply.first_cell as usize..ply.end_cell as usize {
+                    self.blend(p, i, spot(self.temperatures[i].high + self.first[i]), step, stage);
                 }
-                let (parts, scale) = (self.plan.parts, self.plies[p]);
-                let here = segment(&rows.tables, at, self.plan.table_columns(), ply.table as usize);
-                self.conductivities[i] = conductivity(here, parts, scale);
-                if stage == 0 {
-                    self.slopes[i] = conductivity_slope(here, parts, scale);
-                }
-                self.evaluated[i] = R::of(rows.cells[i].width_m) * heat_capacity(here, parts, scale);
+            } else {
+                self.plain(p, stage);
             }
             if self.plan.gas == Some(GasPath::Darcy) {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
@@ -69,6 +62,27 @@ impl<R: Real> Member<'_, R> {
         }
     }
 
+    /// Properties of the cells of a ply that is one substance at one pressure. Columns are cut to its cells beforehand, as half
+    /// of the march is here and looking whether a cell is within them takes as long as to look its properties up.
+    #[inline(always)]
+    fn plain(&mut self, p: usize, stage: usize) {
+        let (plan, scale, ply) = (self.plan, self.plies[p], self.plan.plies[p]);
+        let (block, columns, with_slope) = (&self.rows.tables[ply.table as usize..], plan.table_columns(), stage == 0);
+        let cells = ply.first_cell as usize..ply.end_cell as usize;
+        let rows = &self.rows.cells[cells.clone()];
+        let temperatures = &self.temperatures[cells.clone()][..rows.len()];
+        let first = &self.first[cells.clone()][..rows.len()];
+        let conductivities = &mut self.conductivities[cells.clone()][..rows.len()];
+        let slopes = &mut self.slopes[cells.clone()][..rows.len()];
+        let evaluated = &mut self.evaluated[cells][..rows.len()];
+        for i in 0..rows.len() {
+            let here = solid(block, spot(temperatures[i].high + first[i]), columns, 0, plan.parts, scale, with_slope);
+            conductivities[i] = here.conductivity;
+            slopes[i] = here.slope;
+            evaluated[i] = R::of(rows[i].width_m) * here.heat_capacity;
+        }
+    }
+
     /// The slopes of the flux under a cell, from what its conductance gains by the conductivities beside it.
     #[inline(always)]
     pub(super) fn incline(&mut self, i: usize, above_1_m: R, below_1_m: R) {
@@ -90,12 +104,12 @@ impl<R: Real> Member<'_, R> {
     /// neighbour and to the holder.
     #[inline(always)]
     pub(super) fn through(&self, face: usize, drive: Drive<R::Scalar>, cell: usize, neighbour: usize) -> FaceFlux<R> {
-        let (rows, table, columns) = (self.rows, self.plan.face_table(), self.plan.face_columns());
+        let rows = self.rows;
         let temperature_k = self.temperatures[cell].high + self.first[cell];
         let at = spot(temperature_k);
         let ply = face * (self.plies.len() - 1);
         let emissivity = self.face_emissivity(face, ply, cell, at);
-        let air = segment(&rows.tables, at, columns, table);
+        let air = segment(&rows.tables, at, FACE_COLUMNS, self.plan.face_table());
         let (enthalpy_j_kg, rise_j_kg_k) = (value(air, 0), value(air, 1));
         let scale = self.faces[face];
         let open = face_flux(
@@ -123,10 +137,18 @@ impl<R: Real> Member<'_, R> {
         let last = self.second.len() - 1;
         let ends = Ends { hot: self.through(0, hot, 0, 1), back: self.through(1, back, last, last - 1) };
         let mut above = ends.hot.flux;
+        let second = &mut self.second[..last];
+        let conductances = &self.conductances[..last];
+        let temperatures = &self.temperatures[..last + 1];
+        let first = &self.first[..last + 1];
+        let staged = |i: usize| Pair { high: temperatures[i].high, low: temperatures[i].low + first[i] };
+        let mut here = staged(0);
         for i in 0..last {
-            let below = self.conductances[i] * difference(self.staged(i), self.staged(i + 1));
-            self.second[i] = above - below;
+            let next = staged(i + 1);
+            let below = conductances[i] * difference(here, next);
+            second[i] = above - below;
             above = below;
+            here = next;
         }
         self.second[last] = above + ends.back.flux;
         ends

@@ -221,7 +221,7 @@ impl<R: Real> Member<'_, R> {
             self.pressure_upper[cell] = free * self.pressure_upper[cell];
             self.pressed_second[cell] = open[face] * rises[face] + free * self.pressed_second[cell];
         }
-        factorise(&mut self.pressure_lower, &mut self.pressure_diagonal, &self.pressure_upper);
+        factorise(&mut self.pressure_lower, &mut self.pressure_diagonal, &mut self.pressure_upper);
         substitute(&self.pressure_lower, &self.pressure_diagonal, &self.pressure_upper, &mut self.pressed_second);
         for i in 0..=last {
             self.pressed_first[i] = self.pressed_second[i];

@@ -3,30 +3,30 @@
 //! Every lane rounds exactly as the scalar does: no fused multiplications, the same choices. What a vector unit
 //! has no instruction for goes through an array, a lane at a time.
 
+mod abreast;
+
 use super::Real;
+use crate::plan::layout::ABREAST;
+pub use abreast::Abreast;
+use abreast::{Rows, WIDEST};
 use simdeez::prelude::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Most lanes that a vector has.
-const WIDEST: usize = 16;
-/// Rows of a table are below two to the 22nd, which f32 counts exactly.
-const MOST_ROWS: u32 = (1 << 22) - 1;
-
 macro_rules! lanes {
-    ($(#[$about:meta])* $lanes:ident, $real:ty, $vector:ident, $whole:expr, $bias:expr, $digits:expr, $bits:ident, $unbits:ident) => {
+    ($(#[$about:meta])* $lanes:ident, $real:ty, $vector:ident, $rows:ident, $four:ident, $settles:expr, $whole:expr, $bias:expr, $digits:expr, $bits:ident, $unbits:ident) => {
         $(#[$about])*
-        pub struct $lanes<S: Simd>(S::$vector);
+        pub struct $lanes<S: Abreast>(S::$vector);
 
-        impl<S: Simd> Clone for $lanes<S> {
+        impl<S: Abreast> Clone for $lanes<S> {
             #[inline(always)]
             fn clone(&self) -> Self {
                 *self
             }
         }
 
-        impl<S: Simd> Copy for $lanes<S> {}
+        impl<S: Abreast> Copy for $lanes<S> {}
 
-        impl<S: Simd> $lanes<S> {
+        impl<S: Abreast> $lanes<S> {
             #[inline(always)]
             fn array(self) -> [$real; WIDEST] {
                 let mut array = [0.0; WIDEST];
@@ -50,7 +50,7 @@ macro_rules! lanes {
         lanes!(operator $lanes, Mul, mul);
         lanes!(operator $lanes, Div, div);
 
-        impl<S: Simd> Neg for $lanes<S> {
+        impl<S: Abreast> Neg for $lanes<S> {
             type Output = Self;
             #[inline(always)]
             fn neg(self) -> Self {
@@ -58,10 +58,9 @@ macro_rules! lanes {
             }
         }
 
-        impl<S: Simd> Real for $lanes<S> {
+        impl<S: Abreast> Real for $lanes<S> {
             type Scalar = $real;
-            type Row = ($lanes<S>, [u32; WIDEST]);
-            type Window<'a> = [&'a [$real]; WIDEST];
+            type Row<'a> = Rows<'a, $real>;
             const LANES: usize = S::$vector::WIDTH;
 
             #[inline(always)]
@@ -90,7 +89,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn settled(self, least: Self) -> Self {
-                Self(self.0.abs().cmp_gte(least.0) & self.0)
+                if $settles { Self(self.0.abs().cmp_gte(least.0) & self.0) } else { self }
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
@@ -119,38 +118,16 @@ macro_rules! lanes {
                 Self::gathered(|lane| Real::mantissa(array[lane]))
             }
             #[inline(always)]
-            fn row(self, last: u32) -> ($lanes<S>, [u32; WIDEST]) {
-                let whole = self.0.max(S::$vector::zeroes()).min(S::$vector::set1(last as $real)).floor();
-                // As above, the last bits of the sum are the number.
-                let shifted = Self(whole + S::$vector::set1($whole)).array();
-                let mut row = [0; WIDEST];
-                for lane in 0..Self::LANES {
-                    row[lane] = shifted[lane].to_bits() as u32 & MOST_ROWS;
-                }
-                (Self(whole), row)
+            fn floor(self, most: u32) -> Self {
+                Self(self.0.max(S::$vector::zeroes()).min(S::$vector::set1(most as $real)).floor())
             }
             #[inline(always)]
-            fn from_row(row: ($lanes<S>, [u32; WIDEST])) -> Self {
-                row.0
+            fn row(self, table: &[$real], columns: usize) -> Rows<'_, $real> {
+                S::$rows(table, columns, self.0)
             }
             #[inline(always)]
-            fn window(
-                table: &[$real],
-                row: ($lanes<S>, [u32; WIDEST]),
-                stride: usize,
-                offset: usize,
-                length: usize,
-            ) -> [&[$real]; WIDEST] {
-                let mut windows = [&table[..length]; WIDEST];
-                for lane in 0..Self::LANES {
-                    let start = offset + stride * row.1[lane] as usize;
-                    windows[lane] = &table[start..start + length];
-                }
-                windows
-            }
-            #[inline(always)]
-            fn pick(window: [&[$real]; WIDEST], place: usize) -> Self {
-                Self::gathered(|lane| window[lane][place])
+            fn four(row: Rows<'_, $real>, four: usize) -> [Self; ABREAST] {
+                S::$four(row, four).map(Self)
             }
             #[inline(always)]
             fn within(self, span: f32, mut stray: impl FnMut(usize)) {
@@ -163,7 +140,7 @@ macro_rules! lanes {
         }
     };
     (operator $lanes:ident, $trait:ident, $method:ident) => {
-        impl<S: Simd> $trait for $lanes<S> {
+        impl<S: Abreast> $trait for $lanes<S> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -175,9 +152,9 @@ macro_rules! lanes {
 
 lanes!(
     /// Members in f64.
-    Doubles, f64, Vf64, 6_755_399_441_055_744.0, 1023.0, 52, bitcast_i64, bitcast_f64
+    Doubles, f64, Vf64, rows_f64, four_f64, false, 6_755_399_441_055_744.0, 1023.0, 52, bitcast_i64, bitcast_f64
 );
 lanes!(
     /// Members in f32.
-    Singles, f32, Vf32, 12_582_912.0, 127.0, 23, bitcast_i32, bitcast_f32
+    Singles, f32, Vf32, rows_f32, four_f32, true, 12_582_912.0, 127.0, 23, bitcast_i32, bitcast_f32
 );

@@ -2,7 +2,7 @@
 
 use super::Real;
 use super::compensated::keep;
-use super::table::{Segment, Spot, value};
+use super::table::{Spot, segment, value};
 use crate::plan::layout::{Bulk, Ply, Substance, TABLE_NODES};
 
 /// What one member's factors make of a ply. A thickness factor f stretches the ply; on the unstretched
@@ -80,42 +80,48 @@ pub fn remaining<R: Real>(scale: PlyScale<R>, substance: Substance<R::Scalar>) -
 #[inline(always)]
 pub fn levelled<R: Real>(spot: Spot<R>, level: Level<R>) -> [Spot<R>; 2] {
     let nodes = R::constant(TABLE_NODES as f64);
-    let under = level.under * nodes + R::from_row(spot.row);
-    let last = u32::MAX;
-    let row = |position: R| Spot { row: position.row(last), share: spot.share };
-    [row(under), row(under + nodes)]
+    let under = level.under * nodes + spot.row;
+    [Spot { row: under, share: spot.share }, Spot { row: under + nodes, share: spot.share }]
 }
 
-/// Conductivity by a segment of a ply's table, W/m/K.
+/// What a state of a ply is like at a temperature: conductivity (W/m/K), its slope (W/m/K²), heat capacity (J/m³/K).
+#[derive(Clone, Copy)]
+pub struct Solid<R> {
+    pub conductivity: R,
+    pub slope: R,
+    pub heat_capacity: R,
+}
+
+/// A state of a ply by its block of tables; the slope on demand, and else nothing.
 #[inline(always)]
-pub fn conductivity<R: Real>(segment: Segment<'_, R>, parts: usize, scale: PlyScale<R>) -> R {
-    let mut sum = scale.solid * value(segment, 0);
-    if parts == 3 {
-        sum = sum + scale.gas * value(segment, 1);
+pub fn solid<R: Real>(
+    table: &[R::Scalar],
+    spot: Spot<R>,
+    columns: usize,
+    block: usize,
+    parts: usize,
+    scale: PlyScale<R>,
+    with_slope: bool,
+) -> Solid<R> {
+    let here = segment(table, spot, columns, block);
+    let mut conductivity = scale.solid * value(here, 0);
+    let mut slope = R::constant(0.0);
+    if with_slope {
+        slope = scale.solid * value(here, 2);
     }
     if parts > 1 {
-        sum = sum + scale.radiative * value(segment, parts - 1);
+        if parts == 3 {
+            conductivity = conductivity + scale.gas * value(here, 6);
+        }
+        conductivity = conductivity + scale.radiative * value(here, 4);
+        if with_slope {
+            if parts == 3 {
+                slope = slope + scale.gas * value(here, 7);
+            }
+            slope = slope + scale.radiative * value(here, 5);
+        }
     }
-    sum
-}
-
-/// Slope of the conductivity by a segment of a ply's table, W/m/K².
-#[inline(always)]
-pub fn conductivity_slope<R: Real>(segment: Segment<'_, R>, parts: usize, scale: PlyScale<R>) -> R {
-    let mut sum = scale.solid * value(segment, parts);
-    if parts == 3 {
-        sum = sum + scale.gas * value(segment, parts + 1);
-    }
-    if parts > 1 {
-        sum = sum + scale.radiative * value(segment, 2 * parts - 1);
-    }
-    sum
-}
-
-/// Heat capacity by a segment of a ply's table, J/m³/K.
-#[inline(always)]
-pub fn heat_capacity<R: Real>(segment: Segment<'_, R>, parts: usize, scale: PlyScale<R>) -> R {
-    scale.density_kg_m3 * value(segment, 2 * parts)
+    Solid { conductivity, slope, heat_capacity: scale.density_kg_m3 * value(here, 1) }
 }
 
 /// Conductance between neighbouring nodes of one ply, W/m²/K.

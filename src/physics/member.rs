@@ -311,7 +311,7 @@ impl<'a, R: Real> Member<'a, R> {
         if ply.states == 1 {
             let held = |at| {
                 let here = segment(&rows.tables, at, self.plan.table_columns(), ply.table as usize);
-                integral(here, 2 * self.plan.parts)
+                integral(here, 1)
             };
             let (now_j_kg, then_j_kg): (R, R) = (held(now), held(then));
             return keep(now_j_kg - then_j_kg) * self.plies[p].density_kg_m3 * width_m + self.gas_gained(p, i);

@@ -23,6 +23,7 @@ pub mod step;
 pub mod table;
 pub mod tridiagonal;
 
+use crate::plan::layout::ABREAST;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Twin files: the Rust text under `src/physics`, the WGSL text under `shaders`.
@@ -60,9 +61,7 @@ pub trait Real:
     /// What the rows of a plan hold.
     type Scalar: Copy + PartialEq + Send + Sync;
     /// A row of a table, one a lane.
-    type Row: Copy;
-    /// Some of a table, from one place a lane on.
-    type Window<'a>: Copy;
+    type Row<'a>: Copy;
     /// Lanes, that is members carried at once.
     const LANES: usize;
 
@@ -77,7 +76,7 @@ pub trait Real:
     fn lane(self, lane: usize) -> f64;
     fn max(self, other: Self) -> Self;
     fn min(self, other: Self) -> Self;
-    /// Zero where it is nearer zero than `least`.
+    /// Zero where it is nearer zero than `least` in f32; in f64 what it is.
     fn settled(self, least: Self) -> Self;
     fn sqrt(self) -> Self;
     /// One where it is not below `mark`, else zero.
@@ -90,23 +89,21 @@ pub trait Real:
     fn twos(self) -> Self;
     /// The number over that power of two: one to two.
     fn mantissa(self) -> Self;
-    /// The row of a table that a non-negative position falls in, at most `last`.
-    fn row(self, last: u32) -> Self::Row;
-    fn from_row(row: Self::Row) -> Self;
-    /// `length` numbers of a table from `offset + stride row` on, a lane: one check of bounds for all that is read of them.
-    fn window(table: &[Self::Scalar], row: Self::Row, stride: usize, offset: usize, length: usize) -> Self::Window<'_>;
-    /// One number of a window, a lane.
-    fn pick(window: Self::Window<'_>, place: usize) -> Self;
+    /// The whole number under it, from zero to `most`.
+    fn floor(self, most: u32) -> Self;
+    /// The row of a table of so many columns that a whole number counts to.
+    fn row(self, table: &[Self::Scalar], columns: usize) -> Self::Row<'_>;
+    /// One four of the columns of a row.
+    fn four(row: Self::Row<'_>, four: usize) -> [Self; ABREAST];
     /// Whether each lane lies in zero to `span`; by its bits, which also tells what is no number.
     fn within(self, span: f32, lane: impl FnMut(usize));
 }
 
 macro_rules! scalar {
-    ($real:ty, $whole:expr, $bias:expr, $digits:expr) => {
+    ($real:ty, $settles:expr, $whole:expr, $bias:expr, $digits:expr) => {
         impl Real for $real {
             type Scalar = $real;
-            type Row = u32;
-            type Window<'a> = &'a [$real];
+            type Row<'a> = &'a [$real];
             const LANES: usize = 1;
 
             #[inline(always)]
@@ -135,7 +132,7 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn settled(self, least: Self) -> Self {
-                if self.abs() < least { 0.0 } else { self }
+                if $settles && self.abs() < least { 0.0 } else { self }
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
@@ -163,21 +160,17 @@ macro_rules! scalar {
                 f32::from_bits((self as f32).to_bits() & 0x007f_ffff | 0x3f80_0000).into()
             }
             #[inline(always)]
-            fn row(self, last: u32) -> u32 {
-                (self as u32).min(last)
+            fn floor(self, most: u32) -> Self {
+                (self as u32).min(most) as $real
             }
             #[inline(always)]
-            fn from_row(row: u32) -> Self {
-                row as $real
+            fn row(self, table: &[$real], columns: usize) -> &[$real] {
+                let start = columns * self as usize;
+                &table[start..start + columns]
             }
             #[inline(always)]
-            fn window(table: &[$real], row: u32, stride: usize, offset: usize, length: usize) -> &[$real] {
-                let start = offset + stride * row as usize;
-                &table[start..start + length]
-            }
-            #[inline(always)]
-            fn pick(window: &[$real], place: usize) -> Self {
-                window[place]
+            fn four(row: &[$real], four: usize) -> [Self; ABREAST] {
+                row.as_chunks().0[four]
             }
             #[inline(always)]
             fn within(self, span: f32, mut stray: impl FnMut(usize)) {
@@ -190,5 +183,5 @@ macro_rules! scalar {
 }
 
 // So large that the next number is one more: adding it rounds to a whole number, halves to the even one.
-scalar!(f32, 12_582_912.0, 127.0, 23);
-scalar!(f64, 6_755_399_441_055_744.0, 1023.0, 52);
+scalar!(f32, true, 12_582_912.0, 127.0, 23);
+scalar!(f64, false, 6_755_399_441_055_744.0, 1023.0, 52);

@@ -4,12 +4,12 @@ use super::Real;
 use super::compensated::{advanced, keep};
 use super::decomposition::{consumed, rate};
 use super::gas::level;
-use super::material::{Level, conductivity, conductivity_slope, heat_capacity, levelled};
+use super::material::{Level, levelled, solid};
 use super::member::Member;
 use super::step::GAMMA;
 use super::table::{Segment, Spot, integral, segment, spot, value};
 use crate::plan::GasPath;
-use crate::plan::layout::{AIR_COLUMNS, GAS_COLUMNS, STATES_MAX, TABLE_NODES};
+use crate::plan::layout::{AIR_PROPERTIES, FACE_COLUMNS, GAS_COLUMNS, STATES_MAX, TABLE_NODES};
 
 /// Share of a cell's capacity at which the restraint of its reactions is half of itself.
 const EASE: f64 = 0.3;
@@ -83,8 +83,8 @@ impl<R: Real> Member<'_, R> {
     pub(super) fn face_emissivity(&self, face: usize, ply: usize, cell: usize, at: Spot<R>) -> R {
         let phases = self.phases_of(ply, cell, self.lead_s);
         let weights = self.weights_of(ply, phases, R::constant(1.0) / self.mass_left(ply, phases));
-        let seen = segment(&self.rows.tables, at, self.plan.face_columns(), self.plan.face_table());
-        let first = AIR_COLUMNS + face * self.plan.states;
+        let seen = segment(&self.rows.tables, at, FACE_COLUMNS, self.plan.face_table());
+        let first = AIR_PROPERTIES + face * STATES_MAX;
         let mut sum = R::constant(0.0);
         for state in 0..self.plan.plies[ply].states as usize {
             sum = sum + weights[state] * value(seen, first + state);
@@ -103,7 +103,7 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     pub(super) fn enthalpy_of(&self, ply: usize, state: usize, at: Spot<R>) -> R {
         let here = segment(&self.rows.tables, at, self.plan.table_columns(), self.block_of(ply, state));
-        let risen = integral(here, 2 * self.plan.parts);
+        let risen = integral(here, 1);
         let row = self.plan.plies[ply].first_state as usize + state;
         self.plies[ply].heat_capacity * risen + R::of(self.rows.substances[row].formation_j_kg)
     }
@@ -125,23 +125,19 @@ impl<R: Real> Member<'_, R> {
         let (mut conducts, mut slope, mut stores) = (zero, zero, zero);
         for state in 0..self.plan.plies[p].states as usize {
             let block = self.block_of(p, state);
-            let here = segment(tables, at, columns, block);
+            let mut here;
             if self.plan.levels > 1 {
-                let [under, over] = levelled(at, level).map(|spot| segment(tables, spot, columns, block));
-                let (low, high) = (conductivity(under, parts, scale), conductivity(over, parts, scale));
-                conducts = conducts + weights[state] * (low + level.share * (high - low));
-                if stage == 0 {
-                    let (low, high) = (conductivity_slope(under, parts, scale), conductivity_slope(over, parts, scale));
-                    slope = slope + weights[state] * (low + level.share * (high - low));
-                }
+                let [under, over] = levelled(at, level);
+                here = solid(tables, under, columns, block, parts, scale, stage == 0);
+                let more = solid(tables, over, columns, block, parts, scale, stage == 0);
+                here.conductivity = here.conductivity + level.share * (more.conductivity - here.conductivity);
+                here.slope = here.slope + level.share * (more.slope - here.slope);
             } else {
-                conducts = conducts + weights[state] * conductivity(here, parts, scale);
-                if stage == 0 {
-                    slope = slope + weights[state] * conductivity_slope(here, parts, scale);
-                }
+                here = solid(tables, at, columns, block, parts, scale, stage == 0);
             }
-            let stored = heat_capacity(here, parts, scale);
-            stores = stores + phases[state] * self.remains_of(p, state) * stored;
+            conducts = conducts + weights[state] * here.conductivity;
+            slope = slope + weights[state] * here.slope;
+            stores = stores + phases[state] * self.remains_of(p, state) * here.heat_capacity;
         }
         self.conductivities[i] = conducts * per_stretch;
         self.slopes[i] = slope * per_stretch;
@@ -157,7 +153,7 @@ impl<R: Real> Member<'_, R> {
         }
         let last = self.plan.levels.max(2) - 2;
         let way = R::constant((last + 1) as f64) * level(pressure_pa, R::constant(self.plan.middle_pa));
-        let under = R::from_row(way.max(R::constant(0.0)).row(last as u32));
+        let under = way.floor(last as u32);
         Level { under, share: way - under }
     }
 

@@ -71,9 +71,7 @@ impl<R: Real> Member<'_, R> {
             }
             substitute(&self.lower, &self.diagonal, &self.upper, &mut self.second);
             if stage == 0 {
-                for i in 0..=last {
-                    self.first[i] = self.second[i];
-                }
+                self.first.copy_from_slice(&self.second);
             } else {
                 self.account(0, step, start.hot, ends.hot, onward[0], 0, 1);
                 self.account(1, step, start.back, ends.back, onward[1], last, last - 1);
@@ -113,13 +111,18 @@ impl<R: Real> Member<'_, R> {
         self.upper[last] = R::constant(0.0);
         let mut arriving = R::constant(0.0);
         let mut returned = R::constant(0.0);
-        for i in 0..=last {
-            let leaving = self.lower[i];
-            self.capacities[i] = self.evaluated[i];
-            self.diagonal[i] = self.capacities[i] * per_length + gamma * (returned + leaving);
-            returned = self.upper[i];
-            self.lower[i] = -(gamma * arriving);
-            self.upper[i] = -(gamma * returned);
+        let lower = &mut self.lower[..];
+        let upper = &mut self.upper[..lower.len()];
+        let diagonal = &mut self.diagonal[..lower.len()];
+        let capacities = &mut self.capacities[..lower.len()];
+        let evaluated = &self.evaluated[..lower.len()];
+        for i in 0..lower.len() {
+            let leaving = lower[i];
+            capacities[i] = evaluated[i];
+            diagonal[i] = capacities[i] * per_length + gamma * (returned + leaving);
+            returned = upper[i];
+            lower[i] = -(gamma * arriving);
+            upper[i] = -(gamma * returned);
             arriving = leaving;
         }
         if self.plan.has_holder {
@@ -137,7 +140,7 @@ impl<R: Real> Member<'_, R> {
             self.lower[cell] = free * self.lower[cell];
             self.upper[cell] = free * self.upper[cell];
         }
-        factorise(&mut self.lower, &mut self.diagonal, &self.upper);
+        factorise(&mut self.lower, &mut self.diagonal, &mut self.upper);
     }
 
     /// The right-hand side of the second stage.
@@ -145,10 +148,14 @@ impl<R: Real> Member<'_, R> {
     fn correct(&mut self, step: usize, driven: [R; 2]) {
         let last = self.second.len() - 1;
         let per_length = R::constant(1.0) / R::of(self.rows.lengths_s[step]);
-        for i in 0..=last {
-            let weight = self.capacities[i] / self.evaluated[i];
-            let carried = self.capacities[i] * per_length * self.first[i];
-            self.second[i] = weight * self.second[i] - (carried + carried);
+        let second = &mut self.second[..];
+        let first = &self.first[..second.len()];
+        let capacities = &self.capacities[..second.len()];
+        let evaluated = &self.evaluated[..second.len()];
+        for i in 0..second.len() {
+            let weight = capacities[i] / evaluated[i];
+            let carried = capacities[i] * per_length * first[i];
+            second[i] = weight * second[i] - (carried + carried);
         }
         for (cell, face) in [(0, 0), (last, 1)] {
             let held = R::of(self.rows.faces[face].held);
@@ -181,20 +188,32 @@ impl<R: Real> Member<'_, R> {
         self.heat[2 * face + 1] = advanced(self.heat[2 * face + 1], (-amount).max(zero));
     }
 
-    /// Take the increments into the temperatures, and watch where they go.
+    /// Take the increments into the temperatures, and watch where they go: a ply's coldest and hottest cell are looked at, and
+    /// the sum of all, as what is no number is neither.
     #[inline(always)]
     fn update(&mut self, step: usize) {
+        let margin_k = R::constant(f64::from(STRAY_MARGIN_K));
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
-            for i in ply.first_cell as usize..ply.end_cell as usize {
-                let increment = R::constant(1.5) * self.first[i] + R::constant(0.5) * self.second[i];
-                self.temperatures[i] = advanced(self.temperatures[i], increment);
-                self.first[i] = R::constant(0.0);
-                let high = self.temperatures[i].high;
-                let (coldest, hottest) = self.extremes_k[p];
-                self.extremes_k[p] = (coldest.min(high), hottest.max(high));
+            let cells = ply.first_cell as usize..ply.end_cell as usize;
+            let temperatures = &mut self.temperatures[cells.clone()];
+            let first = &mut self.first[cells.clone()][..temperatures.len()];
+            let second = &self.second[cells][..temperatures.len()];
+            let (mut coldest, mut hottest) = self.extremes_k[p];
+            let mut sum = R::constant(0.0);
+            for i in 0..temperatures.len() {
+                let increment = R::constant(1.5) * first[i] + R::constant(0.5) * second[i];
+                temperatures[i] = advanced(temperatures[i], increment);
+                first[i] = R::constant(0.0);
+                let high = temperatures[i].high;
+                coldest = coldest.min(high);
+                hottest = hottest.max(high);
+                sum = sum + high;
+            }
+            self.extremes_k[p] = (coldest, hottest);
+            for (watched, span_k) in [(coldest, STRAY_SPAN_K), (hottest, STRAY_SPAN_K), (sum, f32::MAX)] {
                 let strayed = &mut self.strayed;
-                (high + R::constant(f64::from(STRAY_MARGIN_K))).within(STRAY_SPAN_K, |lane| {
+                (watched + margin_k).within(span_k, |lane| {
                     strayed[lane].get_or_insert(step);
                 });
             }

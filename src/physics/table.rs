@@ -1,12 +1,12 @@
 //! Look-up in tables on the uniform temperature grid of a plan: a floor and a lerp, no search.
 
 use super::Real;
-use crate::plan::layout::{TABLE_NODES, TABLE_STEP_K};
+use crate::plan::layout::{ABREAST, TABLE_NODES, TABLE_STEP_K};
 
-/// Where a temperature falls in every table: the row under it, and the share of the way to the next.
+/// Where a temperature falls in every table: the row under it, a whole number, and the share of the way to the next.
 #[derive(Clone, Copy)]
-pub struct Spot<R: Real> {
-    pub row: R::Row,
+pub struct Spot<R> {
+    pub row: R,
     pub share: R,
 }
 
@@ -14,37 +14,43 @@ pub struct Spot<R: Real> {
 #[inline(always)]
 pub fn spot<R: Real>(temperature_k: R) -> Spot<R> {
     let position = temperature_k * R::constant(1.0 / TABLE_STEP_K);
-    let row = position.max(R::constant(0.0)).row(TABLE_NODES as u32 - 2);
-    Spot { row, share: position - R::from_row(row) }
+    let row = position.floor(TABLE_NODES as u32 - 2);
+    Spot { row, share: position - row }
 }
 
-/// The two rows of a table around a spot: all that its columns are read from there.
+/// The row of a table under a spot: all that its properties are read from there.
 #[derive(Clone, Copy)]
 pub struct Segment<'a, R: Real> {
-    window: R::Window<'a>,
-    columns: usize,
+    row: R::Row<'a>,
     share: R,
 }
 
-/// The rows around a spot in a table of `columns` columns that begins at `offset`.
+/// The row under a spot in a table of `columns` columns, two a property, that begins at `offset`.
 #[inline(always)]
 pub fn segment<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> Segment<'_, R> {
-    Segment { window: R::window(table, spot.row, columns, offset, 2 * columns), columns, share: spot.share }
+    Segment { row: spot.row.row(&table[offset..], columns), share: spot.share }
 }
 
-/// The value of one column.
+/// The value of one property.
 #[inline(always)]
-pub fn value<R: Real>(segment: Segment<'_, R>, column: usize) -> R {
-    let under = R::pick(segment.window, column);
-    let over = R::pick(segment.window, segment.columns + column);
-    under + segment.share * (over - under)
+pub fn value<R: Real>(segment: Segment<'_, R>, property: usize) -> R {
+    let [under, rise] = two(segment, property);
+    under + segment.share * rise
 }
 
-/// The integral of a column from the table's start, whose value at the nodes is the column after it.
+/// The integral of a property from the table's start, whose value at the nodes is the property two on.
 #[inline(always)]
-pub fn integral<R: Real>(segment: Segment<'_, R>, column: usize) -> R {
-    let under = R::pick(segment.window, column);
-    let over = R::pick(segment.window, segment.columns + column);
-    let mean = under + R::constant(0.5) * segment.share * (over - under);
-    R::pick(segment.window, column + 1) + R::constant(TABLE_STEP_K) * segment.share * mean
+pub fn integral<R: Real>(segment: Segment<'_, R>, property: usize) -> R {
+    let [under, rise] = two(segment, property);
+    let [risen, _] = two(segment, property + 2);
+    let mean = under + R::constant(0.5) * segment.share * rise;
+    risen + R::constant(TABLE_STEP_K) * segment.share * mean
+}
+
+/// The two columns of a property: its value at the node under the spot, and by how much it rises to the next.
+#[inline(always)]
+fn two<R: Real>(segment: Segment<'_, R>, property: usize) -> [R; 2] {
+    let column = 2 * property;
+    let four = R::four(segment.row, column / ABREAST);
+    [four[column % ABREAST], four[column % ABREAST + 1]]
 }

@@ -8,13 +8,15 @@
 //! ```
 //!
 //! `l[0]` and the last `u` are not read. The march's matrices are diagonally dominant, so that no pivot
-//! vanishes. Factored once, solved for two right-hand sides a step.
+//! vanishes. Factored once, solved for two right-hand sides a step. Every cell waits for the one before it, so what
+//! can be multiplied beforehand is: on a processor the wait is what a system costs.
 
 use super::Real;
 
-/// What is nearer zero than this is zero, in K or W/m². Ahead of a front the unknowns fall off by powers until
+/// What is nearer zero than this is zero in f32, in K or W/m². Ahead of a front the unknowns fall off by powers until
 /// they are subnormal, which some devices flush and others carry; a rounding that this turns, far below
-/// anything that matters, grows with the front into a last bit.
+/// anything that matters, grows with the front into a last bit. In f64 nothing is left of a number so small when it
+/// meets a temperature.
 const LEAST: f64 = 1e-25;
 
 /// The value, or zero where it is negligible.
@@ -23,27 +25,35 @@ pub fn settled<R: Real>(value: R) -> R {
     value.settled(R::constant(LEAST))
 }
 
-/// Turn the lower coefficients into ratios `l/d'` and the diagonal into reciprocals of the pivots `d'`.
+/// Turn the lower coefficients into ratios `l/d'`, the diagonal into reciprocals of the pivots `d'` and the upper
+/// coefficients into ratios `u/d'`.
 #[inline(always)]
-pub fn factorise<R: Real>(lower: &mut [R], diagonal: &mut [R], upper: &[R]) {
+pub fn factorise<R: Real>(lower: &mut [R], diagonal: &mut [R], upper: &mut [R]) {
     diagonal[0] = R::constant(1.0) / diagonal[0];
     for i in 1..diagonal.len() {
-        let ratio = lower[i] * diagonal[i - 1];
-        lower[i] = ratio;
-        diagonal[i] = R::constant(1.0) / (diagonal[i] - ratio * upper[i - 1]);
+        let before = diagonal[i - 1];
+        let product = lower[i] * upper[i - 1];
+        lower[i] = lower[i] * before;
+        upper[i - 1] = upper[i - 1] * before;
+        diagonal[i] = R::constant(1.0) / (diagonal[i] - product * before);
     }
 }
 
-/// Turn a right-hand side into the solution, from ratios and reciprocal pivots.
+/// Turn a right-hand side into the solution, from the ratios under the diagonal, reciprocal pivots, and the ratios over it.
 #[inline(always)]
-pub fn substitute<R: Real>(ratios: &[R], reciprocals: &[R], upper: &[R], side: &mut [R]) {
+pub fn substitute<R: Real>(under: &[R], reciprocals: &[R], over: &[R], side: &mut [R]) {
     let last = side.len() - 1;
+    // Held on to, as to write it and read it again takes longer than to work it out.
+    let mut before = side[0];
     for i in 1..=last {
-        side[i] = settled(side[i] - ratios[i] * side[i - 1]);
+        before = settled(side[i] - under[i] * before);
+        side[i] = before;
     }
-    side[last] = settled(side[last] * reciprocals[last]);
+    before = settled(before * reciprocals[last]);
+    side[last] = before;
     for back in 1..=last {
         let i = last - back;
-        side[i] = settled((side[i] - upper[i] * side[i + 1]) * reciprocals[i]);
+        before = settled(side[i] * reciprocals[i] - over[i] * before);
+        side[i] = before;
     }
 }

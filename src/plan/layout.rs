@@ -190,12 +190,17 @@ pub const TABLE_START_K: f64 = 0.0;
 pub const TABLE_STEP_K: f64 = 5.0;
 /// Nodes of every table. The last, 4,000 K, is also the temperature above which a member has strayed.
 pub const TABLE_NODES: usize = 801;
-/// Columns of the faces' block of tables before the emissivities of the hot face and of the back face in each
-/// state: enthalpy of air over that at the cold wall (J/kg) and its slope (J/kg/K).
-pub const AIR_COLUMNS: usize = 2;
+/// Columns of a table stand in fours that are read at once: two properties, each with its value at a node and by how much it
+/// rises to the next.
+pub const ABREAST: usize = 4;
+/// Properties in the faces' block of tables before the emissivities of the hot face in each state and those of the back
+/// face: enthalpy of air over that at the cold wall (J/kg) and its slope (J/kg/K).
+pub const AIR_PROPERTIES: usize = 2;
+/// Columns of that block.
+pub const FACE_COLUMNS: usize = 2 * (AIR_PROPERTIES + 2 * STATES_MAX);
 /// Columns of the gas's block of tables: enthalpy (J/kg), its slope (J/kg/K), molar mass over the gas constant
 /// (kg K/J) and viscosity (Pa s).
-pub const GAS_COLUMNS: usize = 4;
+pub const GAS_COLUMNS: usize = 2 * 4;
 /// Most states of a ply.
 pub const STATES_MAX: usize = 4;
 /// Levels of pressure in the tables of a case whose pressure changes.

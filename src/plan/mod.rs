@@ -18,7 +18,7 @@ use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutO
 use clock::{Clock, Pace};
 use grid::{Density, Grid};
 use layout::{
-    AIR_COLUMNS, Bead, Bulk, Cell, Drive, Path, Place, Ply, Reaction, Scaling, Sensor, Substance, TABLE_NODES,
+    Bead, Bulk, Cell, Drive, FACE_COLUMNS, Path, Place, Ply, Reaction, Scaling, Sensor, Substance, TABLE_NODES,
 };
 use readout::Readout;
 use steps::{beads, drives, instants};
@@ -101,8 +101,9 @@ pub struct Rows<S> {
     /// end of the march.
     pub drives: Vec<Drive<S>>,
     pub lengths_s: Vec<S>,
-    /// Ply × state × level × node × (conductivity columns, their slopes, heat capacity, enthalpy), SI; then the
-    /// faces' block (node × air and emissivities) and the gas's.
+    /// Ply × state × level × node × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI, and where the
+    /// conductivity is in parts, the first of which is then the solid one, × (radiative, its slope, gas, its slope); then the
+    /// faces' block and the gas's. Each property with by how much it rises to the next node.
     pub tables: Vec<S>,
     pub sensors: Vec<Sensor<S>>,
     /// Step × sensor.
@@ -167,7 +168,7 @@ impl Plan {
             faces: [face(&case.exposure.hot_face), face(&case.exposure.back_face)],
             drives: drives(&case.exposure, &clock.times_s),
             lengths_s: clock.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
-            tables: tables::tables(case, parts, levels, states),
+            tables: tables::tables(case, parts, levels),
             sensors,
             beads: beads(case, &clock),
             cells: grid.cells,
@@ -178,7 +179,7 @@ impl Plan {
             instants,
             records,
             readout: clock.readout,
-            plies: plies(case, &grid.plies, parts, levels),
+            plies: plies(case, &grid.plies, levels * TABLE_NODES * tables::columns(parts)),
             scalings: scalings(case),
             has_depths: places.iter().any(|place| place.depth > 0),
             places,
@@ -209,12 +210,7 @@ impl Plan {
 
     /// Columns of a ply's table.
     pub fn table_columns(&self) -> usize {
-        2 * self.parts + 2
-    }
-
-    /// Columns of the faces' table.
-    pub fn face_columns(&self) -> usize {
-        AIR_COLUMNS + 2 * self.states
+        tables::columns(self.parts)
     }
 
     /// Where the faces' table begins.
@@ -224,7 +220,7 @@ impl Plan {
 
     /// Where the gas's table begins.
     pub fn gas_table(&self) -> usize {
-        self.face_table() + TABLE_NODES * self.face_columns()
+        self.face_table() + TABLE_NODES * FACE_COLUMNS
     }
 
     /// Gauges read at every instant: all, or none where there is no gas.

@@ -1,11 +1,12 @@
 //! Rows of plies: what they are made of, what that turns into, and what scales it.
 
-use super::layout::{Bulk, Path, Ply, Reaction, Substance, TABLE_NODES};
+use super::layout::{Bulk, Path, Ply, Reaction, Substance};
 use super::{column, extinction, tables};
 use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Material, Mixing, Pores, Property, PyrolysisHeat, Sequence, Table};
 
-pub(super) fn plies(case: &Case, cells: &[(usize, usize)], parts: usize, levels: usize) -> Vec<Ply<u32>> {
+/// `block` is how many numbers the tables of a state have.
+pub(super) fn plies(case: &Case, cells: &[(usize, usize)], block: usize) -> Vec<Ply<u32>> {
     let (mut state, mut reaction) = (0, 0);
     let rows = case.layup.plies.iter().zip(cells);
     rows.map(|(ply, &(first, end))| {
@@ -14,7 +15,7 @@ pub(super) fn plies(case: &Case, cells: &[(usize, usize)], parts: usize, levels:
         let row = Ply {
             first_cell: first as u32,
             end_cell: end as u32,
-            table: (state * levels * TABLE_NODES * (2 * parts + 2)) as u32,
+            table: (state * block) as u32,
             states: states as u32,
             first_state: state as u32,
             first_reaction: reaction as u32,

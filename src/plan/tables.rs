@@ -1,13 +1,13 @@
 //! Every property as columns on one uniform temperature grid.
 
 use super::COLD_WALL_K;
-use super::layout::{AIR_COLUMNS, GAS_COLUMNS, LEVELS_MAX, TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
+use super::layout::{FACE_COLUMNS, GAS_COLUMNS, LEVELS_MAX, STATES_MAX, TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
 use crate::case::air::air_enthalpy_j_kg;
 use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Conductivity, Emissivity, Face, GasPath, Ply, Table};
 
 /// All blocks, in the order in which [`super::Plan`] finds them.
-pub(super) fn tables(case: &Case, parts: usize, levels: usize, states: usize) -> Vec<f64> {
+pub(super) fn tables(case: &Case, parts: usize, levels: usize) -> Vec<f64> {
     let (_, middle_pa) = self::levels(case);
     let pressures_pa: Vec<f64> = match levels {
         1 => vec![case.exposure.pressure_pa.after(0.0)],
@@ -24,9 +24,14 @@ pub(super) fn tables(case: &Case, parts: usize, levels: usize, states: usize) ->
             }
         }
     }
-    words.extend(face_table(case, states));
+    words.extend(face_table(case));
     words.extend(gas_table(case));
     words
+}
+
+/// Columns of a ply's table: four more properties where its conductivity is in parts.
+pub(super) fn columns(parts: usize) -> usize {
+    if parts > 1 { 2 * 8 } else { 2 * 4 }
 }
 
 /// How many levels of pressure a case needs, and the pressure half-way up, Pa.
@@ -79,20 +84,26 @@ fn slopes(column: &[f64]) -> Vec<f64> {
 
 /// A ply's block of tables. Enthalpy is the exact integral of the resampled heat capacity.
 fn solid_table(conductivity: &Conductivity, heat_capacity: &Table, pressure_pa: f64, parts: usize) -> Vec<f64> {
-    let mut columns = vec![vec![]; parts];
     let heat_capacities: Vec<f64> = nodes().map(|temperature_k| heat_capacity.at(temperature_k)).collect();
+    let mut conductivities = [(); 3].map(|()| Vec::with_capacity(TABLE_NODES));
     for temperature_k in nodes() {
         let [solid, gas, radiative] = conductivity.parts(temperature_k, pressure_pa);
         let told_apart = match parts {
-            1 => vec![solid + gas + radiative],
-            2 => vec![solid + gas, radiative],
-            _ => vec![solid, gas, radiative],
+            1 => [solid + gas + radiative, 0.0, 0.0],
+            2 => [solid + gas, radiative, 0.0],
+            _ => [solid, radiative, gas],
         };
-        columns.iter_mut().zip(told_apart).for_each(|(column, part)| column.push(part));
+        conductivities.iter_mut().zip(told_apart).for_each(|(column, part)| column.push(part));
     }
     let enthalpies = risen(&heat_capacities);
-    columns.extend(columns.iter().map(|column| slopes(column)).collect::<Vec<_>>());
-    columns.extend([heat_capacities, enthalpies]);
+    let [(solid, solid_slope), (radiative, radiative_slope), (gas, gas_slope)] = conductivities.map(|column| {
+        let slope = slopes(&column);
+        (column, slope)
+    });
+    let mut columns = vec![solid, heat_capacities, solid_slope, enthalpies];
+    if parts > 1 {
+        columns.extend([radiative, radiative_slope, gas, gas_slope]);
+    }
     interleaved(&columns)
 }
 
@@ -116,22 +127,26 @@ pub(super) fn enthalpy_j_kg(heat_capacity: &Table, temperature_k: f64) -> f64 {
     risen(&heat_capacities)[row] + TABLE_STEP_K * share * (under + 0.5 * share * (over - under))
 }
 
-/// Columns node by node.
-fn interleaved(columns: &[Vec<f64>]) -> Vec<f64> {
-    (0..TABLE_NODES).flat_map(|node| columns.iter().map(move |column| column[node])).collect()
+/// Properties node by node, each with its rise to the next node.
+fn interleaved(properties: &[Vec<f64>]) -> Vec<f64> {
+    let of = |node: usize, property: &Vec<f64>| {
+        let next = property.get(node + 1).unwrap_or(&property[node]);
+        [property[node], next - property[node]]
+    };
+    (0..TABLE_NODES).flat_map(|node| properties.iter().flat_map(move |property| of(node, property))).collect()
 }
 
 /// Enthalpy of air at the wall, then the emissivities of the hot face and of the back face in every state.
-fn face_table(case: &Case, states: usize) -> Vec<f64> {
+fn face_table(case: &Case) -> Vec<f64> {
     let (exposure, plies) = (&case.exposure, &case.layup.plies);
     let cold_wall = air_enthalpy_j_kg(COLD_WALL_K);
     let enthalpies: Vec<f64> = nodes().map(|temperature_k| air_enthalpy_j_kg(temperature_k) - cold_wall).collect();
     let rises = slopes(&enthalpies);
     let mut columns = vec![enthalpies, rises];
-    debug_assert_eq!(columns.len(), AIR_COLUMNS, "the layout says how many columns are of air");
     for (face, ply) in [(&exposure.hot_face, plies.first()), (&exposure.back_face, plies.last())] {
-        columns.extend((0..states).map(|state| emissivities(face, ply, state)));
+        columns.extend((0..STATES_MAX).map(|state| emissivities(face, ply, state)));
     }
+    debug_assert_eq!(2 * columns.len(), FACE_COLUMNS, "the layout says how many columns there are");
     interleaved(&columns)
 }
 
@@ -160,7 +175,8 @@ fn gas_table(case: &Case) -> Vec<f64> {
     let read = |table: &Table, scale: f64| nodes().map(|temperature_k| scale * table.at(temperature_k)).collect();
     let enthalpies: Vec<f64> = read(&flow.gas.enthalpy, 1.0);
     let rises = slopes(&enthalpies);
-    let columns: [Vec<f64>; GAS_COLUMNS] =
+    let columns =
         [enthalpies, rises, read(&flow.gas.molar_mass, 1.0 / GAS_CONSTANT_J_MOL_K), read(&flow.gas.viscosity, 1.0)];
+    debug_assert_eq!(2 * columns.len(), GAS_COLUMNS, "the layout says how many columns there are");
     interleaved(&columns)
 }

@@ -5,7 +5,9 @@
 //! private arrays cannot be sized by pipeline constants, so that text is made for each plan.
 
 use crate::march::Precision;
-use crate::plan::layout::{AIR_COLUMNS, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, Ply, TABLE_NODES, TABLE_STEP_K};
+use crate::plan::layout::{
+    AIR_PROPERTIES, FACE_COLUMNS, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, Ply, STATES_MAX, TABLE_NODES, TABLE_STEP_K,
+};
 use crate::plan::{GasPath, Plan};
 use std::fmt::Write;
 
@@ -44,13 +46,13 @@ pub const PARTS: &[(&str, &str)] = &[
 /// The entry point that carries one member in an invocation.
 pub const MARCH: (&str, &str) = part!("march");
 
-/// What all parts lean on: the real number, and one so large that the next is one more.
+/// What all parts lean on: the real number, one so large that the next is one more, and whether next to nothing is nothing.
 pub fn head(precision: Precision) -> String {
-    let (real, whole) = match precision {
-        Precision::F32 => ("f32", "12582912.0"),
-        Precision::F64 => ("f64", "6755399441055744.0"),
+    let (real, whole, settles) = match precision {
+        Precision::F32 => ("f32", "12582912.0", true),
+        Precision::F64 => ("f64", "6755399441055744.0", false),
     };
-    format!("alias real = {real};\nconst WHOLE = {whole};\n")
+    format!("alias real = {real};\nconst WHOLE = {whole};\nconst SETTLES = {settles};\n")
 }
 
 /// The text of a kernel: the parts for a plan, and an entry point.
@@ -70,7 +72,10 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
         ("DEPTHS", u32::from(plan.has_depths)),
         ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
-        ("AIR_COLUMNS", AIR_COLUMNS as u32),
+        ("AIR_PROPERTIES", AIR_PROPERTIES as u32),
+        ("COLUMNS", plan.table_columns() as u32),
+        ("FACE_COLUMNS", FACE_COLUMNS as u32),
+        ("STATES_MAX", STATES_MAX as u32),
         ("GAS_COLUMNS", GAS_COLUMNS as u32),
         ("GAUGES", GAUGES as u32),
         ("NO_INSTANT", NO_INSTANT),
@@ -142,7 +147,7 @@ fn gas_turns(plan: &Plan) -> (u32, u32) {
         return (blended + faces, 0);
     }
     let (reacted, _) = each(&|states, reactions| states + reactions + 2);
-    let by_ply = if plan.gas == Some(GasPath::Darcy) { 8 } else { 6 };
+    let by_ply = if plan.gas == Some(GasPath::Darcy) { 10 } else { 8 };
     let carried = by_ply * cells_by_ply + reacted + 3 * (cells + 1) + 3;
     let (porous, _) = each(&|states, reactions| reactions + 2 * states + 2);
     let pressed = if plan.gas == Some(GasPath::Darcy) { 2 * (cells_by_ply + porous) + 13 * cells + 15 } else { 0 };

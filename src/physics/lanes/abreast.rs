@@ -1,0 +1,249 @@
+//! Rows of tables, one a lane: loaded four numbers at a time as they lie, then turned so that each column is a vector.
+//!
+//! Half of a march was once spent on picking the numbers up one by one. Gathering loads are no way out, as processors pick
+//! them up one by one too.
+
+use crate::plan::layout::ABREAST;
+use simdeez::engines::scalar::Scalar;
+use simdeez::prelude::*;
+
+/// Most lanes that a vector has.
+pub(super) const WIDEST: usize = 16;
+
+/// Where in a table the row of each lane begins: never so late that it would reach past the end.
+#[derive(Clone, Copy)]
+pub struct Rows<'a, T> {
+    table: &'a [T],
+    columns: usize,
+    starts: [u32; WIDEST],
+}
+
+impl<'a, T> Rows<'a, T> {
+    /// Rows of as many columns, from the last place where one may begin to where they begin.
+    #[inline(always)]
+    fn new(table: &'a [T], columns: usize, starts: impl FnOnce(u32) -> [u32; WIDEST]) -> Self {
+        let last = table.len().checked_sub(columns).and_then(|last| u32::try_from(last).ok());
+        let last = last.expect("a table has rows, and fewer numbers than a u32 counts");
+        Self { table, columns, starts: std::hint::black_box(starts(last)) }
+    }
+
+    /// Where four numbers stand in the first row of the table.
+    #[inline(always)]
+    fn place(&self, four: usize) -> usize {
+        let place = ABREAST * four;
+        assert!(place + ABREAST <= self.columns, "the columns from {place} on, of {}", self.columns);
+        place
+    }
+}
+
+/// A set of vectors that reads tables.
+pub trait Abreast: Simd {
+    /// The row of a table of so many columns under a whole number, one a lane.
+    #[inline(always)]
+    fn rows_f64(table: &[f64], columns: usize, row: Self::Vf64) -> Rows<'_, f64> {
+        let mut rows = [0.0; WIDEST];
+        row.copy_to_slice(&mut rows);
+        Rows::new(table, columns, |last| rows.map(|row| (row as u32 * columns as u32).min(last)))
+    }
+
+    /// One four of the columns of rows.
+    #[inline(always)]
+    fn four_f64(rows: Rows<'_, f64>, four: usize) -> [Self::Vf64; ABREAST] {
+        turned(rows, four, Self::Vf64::WIDTH).map(|column: [f64; WIDEST]| Self::Vf64::load_from_slice(&column))
+    }
+
+    /// The same in f32.
+    #[inline(always)]
+    fn rows_f32(table: &[f32], columns: usize, row: Self::Vf32) -> Rows<'_, f32> {
+        let mut rows = [0.0; WIDEST];
+        row.copy_to_slice(&mut rows);
+        Rows::new(table, columns, |last| rows.map(|row| (row as u32 * columns as u32).min(last)))
+    }
+
+    #[inline(always)]
+    fn four_f32(rows: Rows<'_, f32>, four: usize) -> [Self::Vf32; ABREAST] {
+        turned(rows, four, Self::Vf32::WIDTH).map(|column: [f32; WIDEST]| Self::Vf32::load_from_slice(&column))
+    }
+}
+
+/// Columns of four numbers a lane, picked up one by one.
+#[inline(always)]
+fn turned<T: Copy + Default>(rows: Rows<'_, T>, four: usize, lanes: usize) -> [[T; WIDEST]; ABREAST] {
+    let place = rows.place(four);
+    let mut columns = [[T::default(); WIDEST]; ABREAST];
+    for lane in 0..lanes {
+        let start = rows.starts[lane] as usize + place;
+        for (column, &value) in columns.iter_mut().zip(&rows.table[start..start + ABREAST]) {
+            column[lane] = value;
+        }
+    }
+    columns
+}
+
+impl Abreast for Scalar {}
+
+#[cfg(target_arch = "aarch64")]
+impl Abreast for simdeez::engines::neon::Neon {}
+
+#[cfg(target_arch = "x86_64")]
+#[expect(unsafe_code, reason = "argued at the blocks")]
+mod x86_64 {
+    use super::{Abreast, Rows, WIDEST};
+    use crate::plan::layout::ABREAST;
+    use simdeez::engines::avx2::{Avx2, F32x8, F64x4};
+    use simdeez::engines::avx512::{Avx512, F32x16, F64x8};
+    use simdeez::prelude::SimdBaseIo;
+    use std::arch::x86_64::*;
+
+    // Safety, of all blocks: only a processor that has these instructions is given members in such vectors
+    // (`march/cpu.rs`). Starts are held at or before the last place where a row may begin, and `Rows::place` holds what
+    // is read of a row within it.
+
+    impl Abreast for Avx512 {
+        #[inline(always)]
+        fn rows_f64(table: &[f64], columns: usize, row: F64x8) -> Rows<'_, f64> {
+            Rows::new(table, columns, |last| {
+                let mut starts = [0; WIDEST];
+                // SAFETY: see above.
+                unsafe {
+                    let place = _mm512_mul_pd(row.underlying_value(), _mm512_set1_pd(columns as f64));
+                    let place = _mm256_min_epu32(_mm512_cvttpd_epu32(place), _mm256_set1_epi32(last as i32));
+                    _mm256_storeu_si256(starts.as_mut_ptr().cast(), place);
+                }
+                starts
+            })
+        }
+
+        #[inline(always)]
+        fn four_f64(rows: Rows<'_, f64>, four: usize) -> [F64x8; ABREAST] {
+            let place = rows.place(four);
+            // SAFETY: see above.
+            unsafe {
+                let first = rows.table.as_ptr().add(place);
+                let of = |lane: usize| _mm256_loadu_pd(first.add(rows.starts[lane] as usize));
+                let both = |lane: usize| _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(of(lane)), of(lane + 4));
+                let (a, b, c, d) = (both(0), both(1), both(2), both(3));
+                let (even, odd) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
+                let (even_on, odd_on) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
+                let near = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+                let far = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+                [
+                    F64x8::from_underlying_value(_mm512_permutex2var_pd(even, near, even_on)),
+                    F64x8::from_underlying_value(_mm512_permutex2var_pd(odd, near, odd_on)),
+                    F64x8::from_underlying_value(_mm512_permutex2var_pd(even, far, even_on)),
+                    F64x8::from_underlying_value(_mm512_permutex2var_pd(odd, far, odd_on)),
+                ]
+            }
+        }
+
+        #[inline(always)]
+        fn rows_f32(table: &[f32], columns: usize, row: F32x16) -> Rows<'_, f32> {
+            Rows::new(table, columns, |last| {
+                let mut starts = [0; WIDEST];
+                // SAFETY: see above.
+                unsafe {
+                    let place = _mm512_mul_ps(row.underlying_value(), _mm512_set1_ps(columns as f32));
+                    let place = _mm512_min_epu32(_mm512_cvttps_epu32(place), _mm512_set1_epi32(last as i32));
+                    _mm512_storeu_si512(starts.as_mut_ptr().cast(), place);
+                }
+                starts
+            })
+        }
+
+        #[inline(always)]
+        fn four_f32(rows: Rows<'_, f32>, four: usize) -> [F32x16; ABREAST] {
+            let place = rows.place(four);
+            // SAFETY: see above.
+            unsafe {
+                let first = rows.table.as_ptr().add(place);
+                let of = |lane: usize| _mm_loadu_ps(first.add(rows.starts[lane] as usize));
+                let all = |lane: usize| {
+                    let half = _mm512_insertf32x4::<1>(_mm512_castps128_ps512(of(lane)), of(lane + 4));
+                    _mm512_insertf32x4::<3>(_mm512_insertf32x4::<2>(half, of(lane + 8)), of(lane + 12))
+                };
+                let (a, b, c, d) = (all(0), all(1), all(2), all(3));
+                let low = _mm512_castps_pd(_mm512_unpacklo_ps(a, b));
+                let high = _mm512_castps_pd(_mm512_unpackhi_ps(a, b));
+                let low_on = _mm512_castps_pd(_mm512_unpacklo_ps(c, d));
+                let high_on = _mm512_castps_pd(_mm512_unpackhi_ps(c, d));
+                [
+                    F32x16::from_underlying_value(_mm512_castpd_ps(_mm512_unpacklo_pd(low, low_on))),
+                    F32x16::from_underlying_value(_mm512_castpd_ps(_mm512_unpackhi_pd(low, low_on))),
+                    F32x16::from_underlying_value(_mm512_castpd_ps(_mm512_unpacklo_pd(high, high_on))),
+                    F32x16::from_underlying_value(_mm512_castpd_ps(_mm512_unpackhi_pd(high, high_on))),
+                ]
+            }
+        }
+    }
+
+    impl Abreast for Avx2 {
+        #[inline(always)]
+        fn rows_f64(table: &[f64], columns: usize, row: F64x4) -> Rows<'_, f64> {
+            Rows::new(table, columns, |last| {
+                let mut starts = [0; WIDEST];
+                // SAFETY: see above.
+                unsafe {
+                    let place = _mm256_mul_pd(row.underlying_value(), _mm256_set1_pd(columns as f64));
+                    let place = _mm_min_epu32(_mm256_cvttpd_epi32(place), _mm_set1_epi32(last as i32));
+                    _mm_storeu_si128(starts.as_mut_ptr().cast(), place);
+                }
+                starts
+            })
+        }
+
+        #[inline(always)]
+        fn four_f64(rows: Rows<'_, f64>, four: usize) -> [F64x4; ABREAST] {
+            let place = rows.place(four);
+            // SAFETY: see above.
+            unsafe {
+                let first = rows.table.as_ptr().add(place);
+                let of = |lane: usize| _mm256_loadu_pd(first.add(rows.starts[lane] as usize));
+                let (a, b, c, d) = (of(0), of(1), of(2), of(3));
+                let (even, odd) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+                let (even_on, odd_on) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
+                [
+                    F64x4::from_underlying_value(_mm256_permute2f128_pd::<0x20>(even, even_on)),
+                    F64x4::from_underlying_value(_mm256_permute2f128_pd::<0x20>(odd, odd_on)),
+                    F64x4::from_underlying_value(_mm256_permute2f128_pd::<0x31>(even, even_on)),
+                    F64x4::from_underlying_value(_mm256_permute2f128_pd::<0x31>(odd, odd_on)),
+                ]
+            }
+        }
+
+        #[inline(always)]
+        fn rows_f32(table: &[f32], columns: usize, row: F32x8) -> Rows<'_, f32> {
+            Rows::new(table, columns, |last| {
+                let mut starts = [0; WIDEST];
+                // SAFETY: see above.
+                unsafe {
+                    let place = _mm256_mul_ps(row.underlying_value(), _mm256_set1_ps(columns as f32));
+                    let place = _mm256_min_epu32(_mm256_cvttps_epi32(place), _mm256_set1_epi32(last as i32));
+                    _mm256_storeu_si256(starts.as_mut_ptr().cast(), place);
+                }
+                starts
+            })
+        }
+
+        #[inline(always)]
+        fn four_f32(rows: Rows<'_, f32>, four: usize) -> [F32x8; ABREAST] {
+            let place = rows.place(four);
+            // SAFETY: see above.
+            unsafe {
+                let first = rows.table.as_ptr().add(place);
+                let of = |lane: usize| _mm_loadu_ps(first.add(rows.starts[lane] as usize));
+                let both = |lane: usize| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(of(lane)), of(lane + 4));
+                let (a, b, c, d) = (both(0), both(1), both(2), both(3));
+                let low = _mm256_castps_pd(_mm256_unpacklo_ps(a, b));
+                let high = _mm256_castps_pd(_mm256_unpackhi_ps(a, b));
+                let low_on = _mm256_castps_pd(_mm256_unpacklo_ps(c, d));
+                let high_on = _mm256_castps_pd(_mm256_unpackhi_ps(c, d));
+                [
+                    F32x8::from_underlying_value(_mm256_castpd_ps(_mm256_unpacklo_pd(low, low_on))),
+                    F32x8::from_underlying_value(_mm256_castpd_ps(_mm256_unpackhi_pd(low, low_on))),
+                    F32x8::from_underlying_value(_mm256_castpd_ps(_mm256_unpacklo_pd(high, high_on))),
+                    F32x8::from_underlying_value(_mm256_castpd_ps(_mm256_unpackhi_pd(high, high_on))),
+                ]
+            }
+        }
+    }
+}
