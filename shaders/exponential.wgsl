@@ -15,19 +15,17 @@ fn power_of_e(x: real) -> Power {
     let bounded = min(max(x, real(-LARGEST)), real(LARGEST));
     let twos = nearest(bounded * real(LOG2_E));
     let rest = keep(bounded - twos * real(LN_2_HIGH)) - twos * real(LN_2_LOW);
-    var sum = real(1.0 / 6227020800.0);
-    sum = keep(sum * rest) + real(1.0 / 479001600.0);
-    sum = keep(sum * rest) + real(1.0 / 39916800.0);
-    sum = keep(sum * rest) + real(1.0 / 3628800.0);
-    sum = keep(sum * rest) + real(1.0 / 362880.0);
-    sum = keep(sum * rest) + real(1.0 / 40320.0);
-    sum = keep(sum * rest) + real(1.0 / 5040.0);
-    sum = keep(sum * rest) + real(1.0 / 720.0);
-    sum = keep(sum * rest) + real(1.0 / 120.0);
-    sum = keep(sum * rest) + real(1.0 / 24.0);
-    sum = keep(sum * rest) + real(1.0 / 6.0);
-    sum = keep(sum * rest) + 0.5;
-    sum = keep(sum * rest) + 1.0;
+    let square = keep(rest * rest);
+    let fourth = keep(square * square);
+    let a = real(1.0) + keep(0.5 * rest);
+    let b = real(1.0 / 6.0) + keep(real(1.0 / 24.0) * rest);
+    let c = real(1.0 / 120.0) + keep(real(1.0 / 720.0) * rest);
+    let d = real(1.0 / 5040.0) + keep(real(1.0 / 40320.0) * rest);
+    let e = real(1.0 / 362880.0) + keep(real(1.0 / 3628800.0) * rest);
+    let f = real(1.0 / 39916800.0) + keep(real(1.0 / 479001600.0) * rest);
+    let low = (a + keep(b * square)) + keep((c + keep(d * square)) * fourth);
+    let high = (e + keep(f * square)) + keep(real(1.0 / 6227020800.0) * fourth);
+    let sum = low + keep(high * keep(fourth * fourth));
     return Power(two_to(twos), keep(sum * rest));
 }
 

@@ -24,6 +24,7 @@ use super::member::Member;
 use super::table::{spot, value};
 use super::tridiagonal::{factorise, substitute};
 use crate::plan::GasPath;
+use crate::plan::layout::STATES_MAX;
 
 /// γ of the pressures' pair: the other root of 2γ² − 4γ + 1 = 0, as stable as the lesser one of the temperatures and
 /// with some times its error. Its first stage keeps the sign of what it damps, (γ − 1)/γ, where the lesser one
@@ -91,7 +92,10 @@ impl<R: Real> Member<'_, R> {
         let stretch = self.stretch_of(p, self.mass_left(p, phases));
         let zero = R::constant(0.0);
         let (mut porosity, mut permeability, mut slip, mut inertia) = (zero, zero, zero, zero);
-        for state in 0..ply.states as usize {
+        for state in 0..STATES_MAX {
+            if state >= ply.states as usize {
+                break;
+            }
             let row = self.rows.substances[ply.first_state as usize + state];
             porosity = porosity + phases[state] * R::of(row.porosity);
             permeability = permeability + phases[state] * R::of(row.permeability_m2);

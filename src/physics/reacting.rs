@@ -22,7 +22,9 @@ impl<R: Real> Member<'_, R> {
     }
 
     /// Volume of a cell in each state of its ply, so far ahead of where the step stands as the pace of the reactions
-    /// takes them, but never by more than a stage's share of what is left.
+    /// takes them, but never by more than a stage's share of what is left. Here and below loops run over all states that there
+    /// may be, not over those that there are: then each has a place that is known beforehand, and stays in a register.
+    #[expect(clippy::needless_range_loop, reason = "see above")]
     #[inline(always)]
     pub(super) fn phases_of(&self, ply: usize, cell: usize, lead_s: R) -> [R; STATES_MAX] {
         let row = &self.plan.plies[ply];
@@ -34,8 +36,14 @@ impl<R: Real> Member<'_, R> {
             let ahead = (lead_s * self.paces[place]).min(R::constant(GAMMA) * (R::constant(1.0) - done));
             let moved = R::of(self.rows.reactions[j].share) * (done + ahead);
             let path = self.plan.paths[j];
-            phases[path.source as usize] = phases[path.source as usize] - moved;
-            phases[path.product as usize] = phases[path.product as usize] + moved;
+            for state in 0..STATES_MAX {
+                if path.source as usize == state {
+                    phases[state] = phases[state] - moved;
+                }
+                if path.product as usize == state {
+                    phases[state] = phases[state] + moved;
+                }
+            }
         }
         phases
     }
@@ -45,8 +53,10 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     pub(super) fn mass_left(&self, ply: usize, phases: [R; STATES_MAX]) -> R {
         let mut density = phases[0];
-        for state in 1..self.plan.plies[ply].states as usize {
-            density = density + phases[state] * self.remains_of(ply, state);
+        for state in 1..STATES_MAX {
+            if state < self.plan.plies[ply].states as usize {
+                density = density + phases[state] * self.remains_of(ply, state);
+            }
         }
         keep(density)
     }
@@ -57,8 +67,10 @@ impl<R: Real> Member<'_, R> {
         let by_volume = R::of(self.rows.bulks[ply].by_volume);
         let by_mass = (R::constant(1.0) - by_volume) * per_density;
         let mut weights = phases;
-        for state in 0..self.plan.plies[ply].states as usize {
-            weights[state] = phases[state] * (by_volume + by_mass * self.remains_of(ply, state));
+        for state in 0..STATES_MAX {
+            if state < self.plan.plies[ply].states as usize {
+                weights[state] = phases[state] * (by_volume + by_mass * self.remains_of(ply, state));
+            }
         }
         weights
     }
@@ -86,8 +98,10 @@ impl<R: Real> Member<'_, R> {
         let seen = segment(&self.rows.tables, at, FACE_COLUMNS, self.plan.face_table());
         let first = AIR_PROPERTIES + face * STATES_MAX;
         let mut sum = R::constant(0.0);
-        for state in 0..self.plan.plies[ply].states as usize {
-            sum = sum + weights[state] * value(seen, first + state);
+        for state in 0..STATES_MAX {
+            if state < self.plan.plies[ply].states as usize {
+                sum = sum + weights[state] * value(seen, first + state);
+            }
         }
         sum
     }
@@ -123,7 +137,10 @@ impl<R: Real> Member<'_, R> {
         let level = self.pressure_level(i, step, stage);
         let zero = R::constant(0.0);
         let (mut conducts, mut slope, mut stores) = (zero, zero, zero);
-        for state in 0..self.plan.plies[p].states as usize {
+        for state in 0..STATES_MAX {
+            if state >= self.plan.plies[p].states as usize {
+                break;
+            }
             let block = self.block_of(p, state);
             let mut here;
             if self.plan.levels > 1 {
@@ -162,8 +179,10 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     pub(super) fn solid_enthalpy(&self, ply: usize, phases: [R; STATES_MAX], at: Spot<R>) -> R {
         let mut sum = R::constant(0.0);
-        for state in 0..self.plan.plies[ply].states as usize {
-            sum = sum + phases[state] * self.remains_of(ply, state) * self.enthalpy_of(ply, state, at);
+        for state in 0..STATES_MAX {
+            if state < self.plan.plies[ply].states as usize {
+                sum = sum + phases[state] * self.remains_of(ply, state) * self.enthalpy_of(ply, state, at);
+            }
         }
         sum
     }
@@ -226,8 +245,10 @@ impl<R: Real> Member<'_, R> {
         let gas_j_kg = self.gas_enthalpy_at(at);
         let absolute = R::of(self.rows.bulks[p].absolute);
         let mut held_j_kg = [zero; STATES_MAX];
-        for state in 0..self.plan.plies[p].states as usize {
-            held_j_kg[state] = self.remains_of(p, state) * self.enthalpy_of(p, state, at);
+        for state in 0..STATES_MAX {
+            if state < self.plan.plies[p].states as usize {
+                held_j_kg[state] = self.remains_of(p, state) * self.enthalpy_of(p, state, at);
+            }
         }
         let per_kelvin = one / temperature_k;
         let per_length = one / length_s;
@@ -252,7 +273,15 @@ impl<R: Real> Member<'_, R> {
             self.paces[place] = spent * per_length;
             // Over the virgin mass of the cell: the gas, and the enthalpy that it has beyond what the solid gave up.
             let path = self.plan.paths[j];
-            let lost = held_j_kg[path.source as usize] - held_j_kg[path.product as usize];
+            let mut lost = zero;
+            for state in 0..STATES_MAX {
+                if path.source as usize == state {
+                    lost = lost + held_j_kg[state];
+                }
+                if path.product as usize == state {
+                    lost = lost - held_j_kg[state];
+                }
+            }
             let gas = spent * (R::of(reaction.loss) * scale.loss);
             let risen = gas * gas_j_kg - spent * (R::of(reaction.share) * lost);
             let of_reaction = gas * R::of(reaction.heat_j_kg);
