@@ -11,20 +11,29 @@ struct Power {
     part: real,
 }
 
+fn two_terms(n: u32, rest: real) -> real {
+    switch n {
+        case 0u: { return real(1.0) + keep(0.5 * rest); }
+        case 2u: { return real(1.0 / 6.0) + keep(real(1.0 / 24.0) * rest); }
+        case 4u: { return real(1.0 / 120.0) + keep(real(1.0 / 720.0) * rest); }
+        case 6u: { return real(1.0 / 5040.0) + keep(real(1.0 / 40320.0) * rest); }
+        case 8u: { return real(1.0 / 362880.0) + keep(real(1.0 / 3628800.0) * rest); }
+        default: { return real(1.0 / 39916800.0) + keep(real(1.0 / 479001600.0) * rest); }
+    }
+}
+
+fn four_terms(n: u32, rest: real, square: real) -> real {
+    return two_terms(n, rest) + keep(two_terms(n + 2u, rest) * square);
+}
+
 fn power_of_e(x: real) -> Power {
     let bounded = min(max(x, real(-LARGEST)), real(LARGEST));
     let twos = nearest(bounded * real(LOG2_E));
     let rest = keep(bounded - twos * real(LN_2_HIGH)) - twos * real(LN_2_LOW);
     let square = keep(rest * rest);
     let fourth = keep(square * square);
-    let a = real(1.0) + keep(0.5 * rest);
-    let b = real(1.0 / 6.0) + keep(real(1.0 / 24.0) * rest);
-    let c = real(1.0 / 120.0) + keep(real(1.0 / 720.0) * rest);
-    let d = real(1.0 / 5040.0) + keep(real(1.0 / 40320.0) * rest);
-    let e = real(1.0 / 362880.0) + keep(real(1.0 / 3628800.0) * rest);
-    let f = real(1.0 / 39916800.0) + keep(real(1.0 / 479001600.0) * rest);
-    let low = (a + keep(b * square)) + keep((c + keep(d * square)) * fourth);
-    let high = (e + keep(f * square)) + keep(real(1.0 / 6227020800.0) * fourth);
+    let low = four_terms(0u, rest, square) + keep(four_terms(4u, rest, square) * fourth);
+    let high = four_terms(8u, rest, square) + keep(real(1.0 / 6227020800.0) * fourth);
     let sum = low + keep(high * keep(fourth * fourth));
     return Power(two_to(twos), keep(sum * rest));
 }

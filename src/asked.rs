@@ -1,7 +1,8 @@
 //! From what was typed to what the library takes.
 
 use crate::cli::{
-    BackendKind, BoundsKind, Fit, Limit, Minimiser, On, PrecisionKind, PriorKind, SamplingKind, Sweep, Trusted, Walk,
+    BackendKind, BoundsKind, Fit, Limit, Method, Minimiser, On, PrecisionKind, PriorKind, SamplingKind, Sweep, Trusted,
+    Walk,
 };
 use crate::ending::{Failure, input};
 use bondline::case::unit::{Dimension, quantity};
@@ -12,6 +13,7 @@ use bondline::march::Precision;
 use bondline::march::choose::{Choice, Kind};
 use bondline::study::estimate::{PAPER, Search};
 use bondline::study::posterior::Walkers;
+use bondline::study::sensitivity::difference_step;
 use bondline::study::size::Demand;
 use std::ops::Range;
 
@@ -34,6 +36,24 @@ pub(crate) fn bounds(bounds: BoundsKind) -> Bounds {
     match bounds {
         BoundsKind::Small => Bounds::Small,
         BoundsKind::Large => Bounds::Large,
+    }
+}
+
+/// The relative step of the differences that derivatives are to be; `None` where they are to be told.
+pub(crate) fn difference(
+    method: Option<Method>,
+    step: Option<f64>,
+    precision: Precision,
+) -> Result<Option<f64>, Failure> {
+    match (method, step) {
+        (Some(Method::Tangent), Some(step)) => Err(input(format!(
+            "--step {step}: --method tangent takes no step; leave one of them out, or take --method difference"
+        ))),
+        (_, Some(step)) if !(1e-9..=0.2).contains(&step) => {
+            Err(input(format!("--step {step}: expected a relative step from 1e-9 to 0.2")))
+        }
+        (Some(Method::Difference), None) => Ok(Some(difference_step(precision))),
+        _ => Ok(step),
     }
 }
 

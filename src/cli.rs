@@ -36,9 +36,9 @@ pub(crate) enum Command {
         ask: Ask,
         #[command(flatten)]
         data: Trusted,
-        /// How to differentiate
-        #[arg(long, value_enum, default_value = "difference")]
-        method: Method,
+        /// How to differentiate [default: tangent on the processor, difference on a GPU or where a step is given]
+        #[arg(long, value_enum)]
+        method: Option<Method>,
         /// Relative step of a difference [default: 1e-5 in f64, 1e-3 in f32]
         #[arg(long)]
         step: Option<f64>,
@@ -387,6 +387,8 @@ pub(crate) enum Minimiser {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Method {
+    /// Exact, marched beside the temperatures
+    Tangent,
     /// Central differences, the paper's
     Difference,
 }

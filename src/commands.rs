@@ -1,7 +1,7 @@
 //! What each command does: a study, a report, an ending.
 
 use crate::asked;
-use crate::cli::{Ask, Cli, Command, Fit, Keep, On, Sweep, Trusted};
+use crate::cli::{Ask, Cli, Command, Fit, Keep, Method, On, Sweep, Trusted};
 use crate::ending::{Ending, Failure, input};
 use crate::kept::Kept;
 use crate::watch::Watched;
@@ -19,7 +19,7 @@ use bondline::study::history::History;
 use bondline::study::nominal::{Nominal, nominal};
 use bondline::study::posterior::{Posterior, PosteriorError, Walkers, posterior};
 use bondline::study::recovery::Recovery;
-use bondline::study::sensitivity::{Sensitivity, difference_step, sensitivity};
+use bondline::study::sensitivity::{Sensitivity, sensitivity};
 use bondline::study::size::Sizing;
 use bondline::study::uncertainty::{Gathered, Uncertainty, reason};
 use std::ops::Range;
@@ -71,10 +71,10 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
             Desk::open("uncertainty", ask, &[], sweep.members, |_| Ok(()))?.leave_piece(&sweep, keep, members)
         }
         Command::Merge(merge) => crate::merge::merge(&merge),
-        Command::Sensitivity { ask, data, step, method: _ } => {
+        Command::Sensitivity { ask, data, step, method } => {
             Desk::open("sensitivity", ask, &[], 16, |cases| asked::trust(cases, &data))?.answer(|desk| {
                 desk.predict()?;
-                desk.differentiate(step)
+                desk.differentiate(method, step)
             })
         }
         Command::Estimate { ask, others, data, fit, walk, seed, beside } => {
@@ -91,7 +91,7 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
             Desk::open("study", ask, &[], sweep.members, |cases| prepare(cases, &data, &fit))?.answer(|desk| {
                 desk.predict()?;
                 desk.doubt(&sweep, None)?;
-                desk.differentiate(None)?;
+                desk.differentiate(None, None)?;
                 if desk.case.observations.is_empty() {
                     desk.remark("no estimation: the case has no observations");
                     return Ok(());
@@ -311,15 +311,18 @@ impl Desk {
         Ok(gathered)
     }
 
-    fn differentiate(&mut self, step: Option<f64>) -> Result<(), Failure> {
+    fn differentiate(&mut self, method: Option<Method>, step: Option<f64>) -> Result<(), Failure> {
         if self.case.factors.is_empty() {
             return Err(input("the case has no factors to differentiate by"));
         }
-        let step = step.unwrap_or_else(|| difference_step(self.march.precision()));
-        if !(1e-9..=0.2).contains(&step) {
-            return Err(input(format!("--step {step}: expected a relative step from 1e-9 to 0.2")));
+        let step = asked::difference(method, step, self.march.precision())?;
+        let found = sensitivity(&self.case, &self.plan, &mut self.march, step)?;
+        if method == Some(Method::Tangent) && found.step.is_some() {
+            return Err(input(
+                "--method tangent: the backend tells no derivatives; take --backend cpu or --method difference",
+            ));
         }
-        self.sensitivity = Some(sensitivity(&self.case, &self.plan, &mut self.march, step)?);
+        self.sensitivity = Some(found);
         Ok(())
     }
 

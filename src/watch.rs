@@ -126,6 +126,10 @@ impl March for Watched {
         self.timed(count, |march| march.march(plan, ensemble, members))
     }
 
+    fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
+        self.timed(points.len(), |march| march.tangents(plan, points, factors))
+    }
+
     fn march_plans(
         &mut self,
         plans: &[&Plan],

@@ -115,7 +115,7 @@ fn density_tells_itself_from_heat_capacity_where_it_shades_and_only_there() {
         let case = shaded(by_mass);
         let plan = Plan::new(&case);
         assert_eq!(plan.parts, 1 + usize::from(by_mass), "nothing is spent where nothing follows");
-        let found = sensitivity(&case, &plan, &mut Cpu::new(Precision::F64), 1e-5);
+        let found = sensitivity(&case, &plan, &mut Cpu::new(Precision::F64), Some(1e-5));
         found.expect("the processor does not fail").all
     });
     assert_eq!((by_mass.rank, fixed.rank), (2, 1), "{by_mass:?} {fixed:?}");

@@ -13,6 +13,7 @@ mod properties; // truths of heat that no case may break, and what a seed promis
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod shaders; // naga: kernels, layouts, twins of names, the loop budget
 mod support; // tolerances with their reasons, cases, devices
+mod tangents; // derivatives that a march tells, against differences
 mod tidy; // the tree's own rules, read from its sources
 mod twins; // each WGSL function against its Rust twin, on the device
 mod verification; // every row of the verification suite, and that a row can fail

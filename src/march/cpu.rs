@@ -3,11 +3,12 @@
 use super::{Backend, March, MarchError, Precision, arrival, read_out};
 use crate::ensemble::Ensemble;
 use crate::physics::Real;
+use crate::physics::dual::Dual;
 use crate::physics::lanes::{Abreast, Doubles, Singles};
 use crate::physics::member::Member;
 use crate::plan::layout::{GAUGES, NO_INSTANT};
 use crate::plan::{Plan, Rows};
-use crate::traces::{Balance, Traces};
+use crate::traces::{Arrival, Balance, Traces};
 use rayon::prelude::*;
 use simdeez::engines::scalar::Scalar;
 use simdeez::prelude::Simd;
@@ -76,6 +77,18 @@ impl Vectors {
             Self::Neon => in_lanes::<simdeez::engines::neon::Neon>(precision, plan, ensemble, members),
         }
     }
+
+    fn tangents(self, precision: Precision, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
+        match self {
+            Self::None => along_lanes::<Scalar>(precision, plan, points, factors),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => along_lanes::<simdeez::engines::avx2::Avx2>(precision, plan, points, factors),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => along_lanes::<simdeez::engines::avx512::Avx512>(precision, plan, points, factors),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => along_lanes::<simdeez::engines::neon::Neon>(precision, plan, points, factors),
+        }
+    }
 }
 
 /// The processor, with members in lanes.
@@ -113,6 +126,10 @@ impl March for Cpu {
         Ok(read_out(records, plan))
     }
 
+    fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
+        Ok(Some(read_out(self.vectors.tangents(self.precision, plan, points, factors), plan)))
+    }
+
     /// The plans over threads.
     fn march_plans(
         &mut self,
@@ -140,6 +157,10 @@ impl March for Reference {
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
         Ok(read_out(one_by_one(self.0, plan, ensemble, members), plan))
     }
+
+    fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
+        Ok(Some(read_out(Vectors::None.tangents(self.0, plan, points, factors), plan)))
+    }
 }
 
 fn one_by_one(precision: Precision, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Traces {
@@ -153,6 +174,13 @@ fn in_lanes<S: Abreast>(precision: Precision, plan: &Plan, ensemble: &Ensemble, 
     match precision {
         Precision::F64 => carry::<S, Doubles<S>>(plan, &plan.rows, ensemble, members),
         Precision::F32 => carry::<S, Singles<S>>(plan, &plan.rows.map(|x| x as f32), ensemble, members),
+    }
+}
+
+fn along_lanes<S: Abreast>(precision: Precision, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
+    match precision {
+        Precision::F64 => carry_along::<S, Dual<f64, Doubles<S>>>(plan, &plan.rows, points, factors),
+        Precision::F32 => carry_along::<S, Dual<f32, Singles<S>>>(plan, &plan.rows.map(|x| x as f32), points, factors),
     }
 }
 
@@ -178,17 +206,65 @@ fn carry<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensem
         .map(|(group, temperatures_k)| {
             let first = members.start + group * R::LANES;
             let lanes = (members.end - first).min(R::LANES);
+            let values: Vec<Vec<f64>> = (first..first + lanes).map(|member| ensemble.member(member)).collect();
             S::invoke(
                 #[inline(always)]
-                || carry_group::<R>(plan, rows, ensemble, first, lanes, temperatures_k),
+                || {
+                    let value = |lane: usize, column: usize| match column {
+                        0 => 1.0,
+                        _ => values[lane.min(lanes - 1)][column - 1],
+                    };
+                    carry_group::<R>(plan, rows, lanes, value, temperatures_k)
+                },
             )
         })
         .collect();
     for end in ends.into_iter().flatten() {
-        traces.arrivals.push(arrival(plan, end.strayed, &end.extremes_k));
-        traces.balances.push(end.balance);
-        traces.extremes_k.extend(end.extremes_k);
-        traces.gauges.extend(end.gauges);
+        let arrival = arrival(plan, end.strayed, &end.extremes_k);
+        end.into_traces(arrival, &mut traces);
+    }
+    traces
+}
+
+/// March points with as many of their factors in the lanes of a dual number as it has directions, all over threads.
+fn carry_along<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, points: &Ensemble, factors: &[usize]) -> Traces {
+    let (sensors, instants, size) = (plan.places.len(), plan.records, plan.places.len() * plan.records);
+    let some: Vec<&[usize]> = if factors.is_empty() { vec![&[]] } else { factors.chunks(R::LANES - 1).collect() };
+    let jobs: Vec<(usize, &[usize])> =
+        (0..points.len()).flat_map(|point| some.iter().map(move |&some| (point, some))).collect();
+    let carried = jobs.into_par_iter().map(|(point, some)| {
+        let values = points.member(point);
+        let mut temperatures_k = vec![0.0; (1 + some.len()) * size];
+        let ends = S::invoke(
+            #[inline(always)]
+            || {
+                let value = |lane: usize, column: usize| match (lane, column) {
+                    (0, 0) => 1.0,
+                    (0, _) => values[column - 1],
+                    _ => f64::from(some.get(lane - 1).is_some_and(|factor| factor + 1 == column)),
+                };
+                carry_group::<R>(plan, rows, 1 + some.len(), value, &mut temperatures_k)
+            },
+        );
+        (temperatures_k, ends)
+    });
+    let carried: Vec<(Vec<f64>, Vec<End>)> = carried.collect();
+    let mut traces = Traces {
+        first: 0,
+        sensors,
+        instants,
+        temperatures_k: Vec::with_capacity(points.len() * (1 + factors.len()) * size),
+        gauges: Vec::new(),
+        arrivals: Vec::new(),
+        balances: Vec::new(),
+        extremes_k: Vec::new(),
+    };
+    for (job, (temperatures_k, ends)) in carried.into_iter().enumerate() {
+        let arrival = arrival(plan, ends[0].strayed, &ends[0].extremes_k);
+        // The member is the same in each job of its point, and told once.
+        let told = usize::from(job % some.len() > 0);
+        traces.temperatures_k.extend(&temperatures_k[told * size..]);
+        ends.into_iter().skip(told).for_each(|end| end.into_traces(arrival.clone(), &mut traces));
     }
     traces
 }
@@ -202,22 +278,27 @@ struct End {
     gauges: Vec<f64>,
 }
 
-/// March one group of lanes; lanes past the last member repeat it. All of it is inlined into one function, which alone
-/// is compiled for the vectors at hand.
+impl End {
+    fn into_traces(self, arrival: Arrival, traces: &mut Traces) {
+        traces.arrivals.push(arrival);
+        traces.balances.push(self.balance);
+        traces.extremes_k.extend(self.extremes_k);
+        traces.gauges.extend(self.gauges);
+    }
+}
+
+/// March one group of lanes, given the value of each lane in each column, and tell of so many of them. All of it is inlined
+/// into one function, which alone is compiled for the vectors at hand.
 #[inline(always)]
 fn carry_group<R: Real>(
     plan: &Plan,
     rows: &Rows<R::Scalar>,
-    ensemble: &Ensemble,
-    first: usize,
     lanes: usize,
+    value: impl Fn(usize, usize) -> f64,
     temperatures_k: &mut [f64],
 ) -> Vec<End> {
     let (sensors, instants) = (plan.places.len(), plan.records);
-    let values: Vec<Vec<f64>> = (0..lanes).map(|lane| ensemble.member(first + lane)).collect();
-    let columns: Vec<R> = (0..=plan.factors)
-        .map(|column| R::from_lanes(|lane| if column == 0 { 1.0 } else { values[lane.min(lanes - 1)][column - 1] }))
-        .collect();
+    let columns: Vec<R> = (0..=plan.factors).map(|column| R::from_lanes(|lane| value(lane, column))).collect();
     let mut gauges = vec![0.0; lanes * plan.gauges() * instants];
     let mut member = Member::<R>::start(plan, rows, |column| columns[column as usize]);
     for turn in 0..=plan.steps() {

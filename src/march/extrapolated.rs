@@ -35,6 +35,13 @@ impl March for Extrapolated {
         march_both(&mut *self.march, plan, ensemble, members)
     }
 
+    /// What is said of the third resolution is straight in what is said of both, and so are its derivatives.
+    fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
+        let Some(fine) = self.march.tangents(plan, points, factors)? else { return Ok(None) };
+        let Some(coarse) = &plan.coarse else { return Ok(Some(fine)) };
+        Ok(self.march.tangents(coarse, points, factors)?.map(|coarse| combined(fine, &coarse, straight)))
+    }
+
     fn march_plans(
         &mut self,
         plans: &[&Plan],
@@ -70,9 +77,16 @@ pub fn march_both(
 
 /// What readings that are off by a quarter of what others are off say of the truth. A member that failed at either resolution failed; where its
 /// plies have been is taken from the finer march.
-fn extrapolated(mut fine: Traces, coarse: &Traces) -> Traces {
-    beyond_all(&mut fine.temperatures_k, &coarse.temperatures_k);
-    beyond_all(&mut fine.gauges, &coarse.gauges);
+fn extrapolated(fine: Traces, coarse: &Traces) -> Traces {
+    combined(fine, coarse, beyond)
+}
+
+fn combined(mut fine: Traces, coarse: &Traces, beyond: fn(f64, f64) -> f64) -> Traces {
+    let all = |fine: &mut [f64], coarse: &[f64]| {
+        fine.iter_mut().zip(coarse).for_each(|(fine, &coarse)| *fine = beyond(*fine, coarse));
+    };
+    all(&mut fine.temperatures_k, &coarse.temperatures_k);
+    all(&mut fine.gauges, &coarse.gauges);
     for (arrival, other) in fine.arrivals.iter_mut().zip(&coarse.arrivals) {
         if *arrival == Arrival::Done {
             arrival.clone_from(other);
@@ -84,16 +98,15 @@ fn extrapolated(mut fine: Traces, coarse: &Traces) -> Traces {
     fine
 }
 
-fn beyond_all(fine: &mut [f64], coarse: &[f64]) {
-    for (fine, &coarse) in fine.iter_mut().zip(coarse) {
-        *fine = beyond(*fine, coarse);
-    }
+/// As far again beyond the finer reading as a third of its way from the coarser one.
+fn straight(fine: f64, coarse: f64) -> f64 {
+    fine + (fine - coarse) / 3.0
 }
 
-/// As far again beyond the finer reading as a third of its way from the coarser one. What is not below zero in either stays so: there are no
+/// The same of what is no derivative. What is not below zero in either stays so: there are no
 /// fronts above the face, and no gas flows in because less of it flowed out.
 fn beyond(fine: f64, coarse: f64) -> f64 {
-    let beyond = fine + (fine - coarse) / 3.0;
+    let beyond = straight(fine, coarse);
     if fine >= 0.0 && coarse >= 0.0 { beyond.max(0.0) } else { beyond }
 }
 

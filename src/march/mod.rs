@@ -54,6 +54,16 @@ pub trait March {
     /// When the device fails; a member that runs away is an [`Arrival`], not an error.
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError>;
 
+    /// Carry members together with how they change by some of their factors: of every point first the member, then for each
+    /// of the factors what all that is told of it changes by a unit of the factor, as if that were a member; it arrives as the
+    /// member does. `None` from a backend that knows no derivatives.
+    ///
+    /// # Errors
+    /// As [`march`](Self::march).
+    fn tangents(&mut self, _plan: &Plan, _points: &Ensemble, _factors: &[usize]) -> Result<Option<Traces>, MarchError> {
+        Ok(None)
+    }
+
     /// Carry members through each of several plans, whose schedules differ: what a factor cannot scale. Plans one after another, but for
     /// a backend that has room for more at once.
     ///

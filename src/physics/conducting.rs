@@ -141,10 +141,10 @@ impl<R: Real> Member<'_, R> {
         let conductances = &self.conductances[..last];
         let temperatures = &self.temperatures[..last + 1];
         let first = &self.first[..last + 1];
-        let staged = |i: usize| Pair { high: temperatures[i].high, low: temperatures[i].low + first[i] };
-        let mut here = staged(0);
+        let mut here = Pair { high: temperatures[0].high, low: temperatures[0].low + first[0] };
         for i in 0..last {
-            let next = staged(i + 1);
+            let Pair { high, low } = temperatures[i + 1];
+            let next = Pair { high, low: low + first[i + 1] };
             let below = conductances[i] * difference(here, next);
             second[i] = above - below;
             above = below;

@@ -36,6 +36,18 @@ pub struct Power<R> {
     pub part: R,
 }
 
+/// Two terms of the series from the nth on, over the nth power.
+#[inline(always)]
+fn two_terms<R: Real>(n: usize, rest: R) -> R {
+    R::constant(SERIES[n]) + keep(R::constant(SERIES[n + 1]) * rest)
+}
+
+/// Four terms of the series from the nth on, over the nth power.
+#[inline(always)]
+fn four_terms<R: Real>(n: usize, rest: R, square: R) -> R {
+    two_terms(n, rest) + keep(two_terms(n + 2, rest) * square)
+}
+
 /// eˣ for x within ±80, and at the nearer end beyond, in its two parts. The series is summed in pairs of pairs of pairs
 /// (Estrin): one term after the other, each waits for the one before, and a cell-step with reactions waited for little else.
 #[inline(always)]
@@ -45,10 +57,8 @@ pub fn power_of_e<R: Real>(x: R) -> Power<R> {
     let rest = keep(bounded - twos * R::constant(LN_2_HIGH)) - twos * R::constant(LN_2_LOW);
     let square = keep(rest * rest);
     let fourth = keep(square * square);
-    let two = |n: usize| R::constant(SERIES[n]) + keep(R::constant(SERIES[n + 1]) * rest);
-    let four = |n: usize| two(n) + keep(two(n + 2) * square);
-    let low = four(0) + keep(four(4) * fourth);
-    let high = four(8) + keep(R::constant(SERIES[12]) * fourth);
+    let low = four_terms(0, rest, square) + keep(four_terms(4, rest, square) * fourth);
+    let high = four_terms(8, rest, square) + keep(R::constant(SERIES[12]) * fourth);
     let sum = low + keep(high * keep(fourth * fourth));
     Power { two_to: twos.two_to(), part: keep(sum * rest) }
 }

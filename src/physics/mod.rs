@@ -8,6 +8,7 @@ mod carrying;
 pub mod compensated;
 mod conducting;
 pub mod decomposition;
+pub mod dual;
 pub mod exponential;
 pub mod faces;
 mod flowing;

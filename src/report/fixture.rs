@@ -348,8 +348,7 @@ fn sensitivity() -> Sensitivity {
             .collect()
     });
     Sensitivity {
-        method: "difference",
-        step: 0.01,
+        step: Some(0.01),
         instants_s: instants(),
         derivatives_k: (0..7)
             .map(|f| (0..4).map(|s| instants().iter().map(|&t| slope(f, s, t)).collect()).collect())

@@ -180,7 +180,11 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         let places = factors.iter().map(|factor| factor.places[which]).collect();
         Part::new(case, plan, places, observed.concat())
     });
-    let problem = Robust { problem: Thermocouples::new(march, parts.collect(), bounds.clone()), loss };
+    let mut thermocouples = Thermocouples::new(march, parts.collect(), bounds.clone());
+    if matches!(search.options.rules, Rules::Paper { .. }) {
+        thermocouples = thermocouples.by_differences();
+    }
+    let problem = Robust { problem: thermocouples, loss };
     let mut problem = WithPriors { problem, priors: priors(&factors, prior) };
     let fits = minimize_all(&mut problem, &starts(&factors, search.starts), &search.options)?;
     let least = lowest(&fits);

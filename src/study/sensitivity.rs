@@ -2,6 +2,7 @@
 
 use super::thermocouples::{Part, Sample, Thermocouples, samples};
 use crate::case::Case;
+use crate::fit::LeastSquares;
 use crate::fit::difference::difference;
 use crate::fit::identify::{Certainty, certainty};
 use crate::fit::subset::{Dropped, Limits, Reason, subset};
@@ -12,10 +13,9 @@ use nalgebra::{DMatrix, DVector};
 /// Derivatives of every temperature by every factor, and what they say of estimation.
 #[derive(Clone, Debug)]
 pub struct Sensitivity {
-    /// `difference` (the paper's Eq. 14).
-    pub method: &'static str,
-    /// Relative step of the difference.
-    pub step: f64,
+    /// Relative step of the differences (the paper's Eq. 14) that the derivatives are; `None` where the march told them
+    /// exactly.
+    pub step: Option<f64>,
     pub instants_s: Vec<f64>,
     /// Factor × sensor × instant, K per unit of the factor.
     pub derivatives_k: Vec<Vec<Vec<f64>>>,
@@ -26,6 +26,13 @@ pub struct Sensitivity {
     pub proposed: Identifiability,
     /// How the set was found: one line a factor left out, in the order they went.
     pub reduction: Vec<String>,
+}
+
+impl Sensitivity {
+    /// How the derivatives were found: `tangent` or `difference`.
+    pub fn method(&self) -> &'static str {
+        if self.step.is_none() { "tangent" } else { "difference" }
+    }
 }
 
 /// How well a set of factors is determined by the data.
@@ -60,11 +67,18 @@ pub fn difference_step(precision: Precision) -> f64 {
     }
 }
 
-/// Derivatives by central differences about the nominal factors: one ensemble of 2n + 1 members.
+/// Derivatives at the nominal factors: as the march tells them, or where it tells none or a relative step is given by central
+/// differences, one ensemble of 2n + 1 members.
 ///
 /// # Errors
 /// When the device fails.
-pub fn sensitivity(case: &Case, plan: &Plan, march: &mut dyn March, step: f64) -> Result<Sensitivity, MarchError> {
+pub fn sensitivity(
+    case: &Case,
+    plan: &Plan,
+    march: &mut dyn March,
+    step: Option<f64>,
+) -> Result<Sensitivity, MarchError> {
+    let default_step = difference_step(march.backend().precision);
     let (sensors, instants) = (case.sensors.len(), plan.instants_s.len());
     let whole: Vec<Sample> = (0..sensors * instants)
         .map(|i| Sample { sensor: i / instants, instant: i % instants, measured_k: 0.0, sigma_k: 1.0 })
@@ -74,7 +88,19 @@ pub fn sensitivity(case: &Case, plan: &Plan, march: &mut dyn March, step: f64) -
     let part = Part::new(case, plan, factors.iter().copied().map(Some).collect(), whole.clone());
     let bounds = case.factors.iter().map(|factor| factor.bounds(case.estimate.bounds)).collect();
     let mut problem = Thermocouples::new(march, vec![part], bounds);
-    let tangent = difference(&mut problem, &nominal, step)?;
+    let told = match step {
+        Some(_) => None,
+        None => {
+            problem.tangents(&DMatrix::from_columns(std::slice::from_ref(&nominal)))?.and_then(|mut told| told.pop())
+        }
+    };
+    let (tangent, step) = match told {
+        Some(tangent) => (tangent, None),
+        None => {
+            let step = step.unwrap_or(default_step);
+            (difference(&mut problem, &nominal, step)?, Some(step))
+        }
+    };
     let derivatives_k = factors.iter().map(|&factor| {
         let column: Vec<f64> = tangent.jacobian.column(factor).iter().copied().collect();
         column.chunks(instants).map(<[f64]>::to_vec).collect()
@@ -95,7 +121,6 @@ pub fn sensitivity(case: &Case, plan: &Plan, march: &mut dyn March, step: f64) -
     let values: Vec<f64> = nominal.iter().copied().collect();
     let names: Vec<&str> = case.factors.iter().map(|factor| factor.name.as_str()).collect();
     Ok(Sensitivity {
-        method: "difference",
         step,
         instants_s: plan.instants_s.clone(),
         derivatives_k: derivatives_k.collect(),

@@ -7,11 +7,11 @@
 use super::nominal::trusted;
 use crate::case::Case;
 use crate::ensemble::Ensemble;
-use crate::fit::LeastSquares;
+use crate::fit::{LeastSquares, Tangent};
 use crate::march::{March, MarchError, march_all};
 use crate::plan::Plan;
 use crate::traces::{Arrival, Traces};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// One number to be met.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +27,9 @@ pub struct Thermocouples<'a> {
     march: &'a mut dyn March,
     parts: Vec<Part<'a>>,
     bounds: Vec<(f64, f64)>,
-    /// Members marched so far.
+    /// Whether derivatives are those that the march tells, where it tells any.
+    tells: bool,
+    /// Members marched so far, one with its derivatives counted once.
     pub marches: usize,
 }
 
@@ -62,7 +64,13 @@ impl<'a> Part<'a> {
 
 impl<'a> Thermocouples<'a> {
     pub fn new(march: &'a mut dyn March, parts: Vec<Part<'a>>, bounds: Vec<(f64, f64)>) -> Self {
-        Self { march, parts, bounds, marches: 0 }
+        Self { march, parts, bounds, tells: true, marches: 0 }
+    }
+
+    /// With all derivatives by differences, whatever the march tells: the paper's way.
+    #[must_use]
+    pub fn by_differences(self) -> Self {
+        Self { tells: false, ..self }
     }
 
     /// The march of each case at its nominal factors.
@@ -128,6 +136,41 @@ impl LeastSquares for Thermocouples<'_> {
             self.marches += points.ncols();
         }
         Ok(residuals)
+    }
+
+    fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, MarchError> {
+        if !self.tells {
+            return Ok(None);
+        }
+        let (rows, variables) = (self.parts.iter().map(|part| part.samples.len()).sum(), self.bounds.len());
+        let none =
+            Tangent { residuals: DVector::from_element(rows, f64::NAN), jacobian: DMatrix::zeros(rows, variables) };
+        let mut tangents = vec![none; points.ncols()];
+        let columns: Vec<Vec<f64>> = points.column_iter().map(|point| point.iter().copied().collect()).collect();
+        let mut first = 0;
+        for part in &self.parts {
+            let scaled: Vec<(usize, usize)> =
+                part.places.iter().enumerate().filter_map(|(variable, place)| Some((variable, (*place)?))).collect();
+            let factors: Vec<usize> = scaled.iter().map(|&(_, place)| place).collect();
+            let ensemble = part.ensemble(columns.iter().map(Vec::as_slice));
+            let Some(traces) = self.march.tangents(part.plan, &ensemble, &factors)? else { return Ok(None) };
+            for (point, tangent) in tangents.iter_mut().enumerate() {
+                let member = point * (1 + factors.len());
+                if traces.arrivals[member] != Arrival::Done {
+                    continue;
+                }
+                for (i, sample) in part.samples.iter().enumerate() {
+                    let at = |member: usize| traces.trace(member, sample.sensor)[sample.instant];
+                    tangent.residuals[first + i] = (at(member) - sample.measured_k) / sample.sigma_k;
+                    for (which, &(variable, _)) in scaled.iter().enumerate() {
+                        tangent.jacobian[(first + i, variable)] = at(member + 1 + which) / sample.sigma_k;
+                    }
+                }
+            }
+            first += part.samples.len();
+            self.marches += points.ncols();
+        }
+        Ok(Some(tangents))
     }
 }
 

@@ -1,4 +1,5 @@
-//! Do two marches agree? The device against the processor, and single precision against double.
+//! Do two marches agree? The device against the processor, single precision against double, and derivatives that a march
+//! tells against differences.
 
 use super::problems::flexible;
 use super::{Group, Row, compare};
@@ -13,6 +14,16 @@ pub const SINGLE_K: f64 = 1e-3;
 /// Largest difference of double precision on a device from that on the processor, K: rounding, where the
 /// device orders its operations otherwise.
 pub const DOUBLE_K: f64 = 1e-6;
+
+/// Largest difference of derivatives that a march tells from central differences in double precision, of the largest of the
+/// factor: what those of step 1e-7 are off by, where a temperature of 1,600 K is rounded at 2e-13 of it. In f32, rounding.
+pub const DERIVATIVE: f64 = 1e-6;
+pub const SINGLE_DERIVATIVE: f64 = 1e-5;
+/// Derivatives below this count as if they were it, K by a unit of a factor: a hundredth of the factor moves a kelvin. Of a
+/// factor that hardly moves anything differences and f32 tell rounding.
+const FAINT_K: f64 = 100.0;
+/// Relative step of those differences: with longer ones a cell passes the node of a table between their points.
+const STEP: f64 = 1e-7;
 
 /// Members of each comparison: enough for several vectors of lanes and a ragged end.
 const MEMBERS: usize = 37;
@@ -44,8 +55,67 @@ pub fn twins(marches: &mut [Box<dyn March>]) -> Result<Vec<Row>, MarchError> {
                 source_of_tolerance: source.to_owned(),
             });
         }
+        for precision in [Precision::F64, Precision::F32] {
+            let (name, tolerance, source) = match precision {
+                Precision::F64 => ("f64", DERIVATIVE, "rounding over the step of the differences"),
+                Precision::F32 => ("f32", SINGLE_DERIVATIVE, "rounding over the march"),
+            };
+            let mut march = Cpu::new(precision);
+            rows.push(Row {
+                group: Group::Twins,
+                case: case.name.clone(),
+                reference: "differences in f64".to_owned(),
+                quantity: format!("{name}, derivatives by {} factors as the march tells them", case.factors.len()),
+                difference: derivatives(&mut march, &mut Cpu::new(Precision::F64), &plan, &nominal(&case))?,
+                tolerance,
+                unit: "of the largest".to_owned(),
+                source_of_tolerance: source.to_owned(),
+            });
+        }
     }
     Ok(rows)
+}
+
+fn nominal(case: &Case) -> Vec<f64> {
+    case.factors.iter().map(|factor| factor.nominal).collect()
+}
+
+/// How far derivatives by all factors, as a march tells them at a point, are from central differences of another's
+/// temperatures, of the largest derivative by the same factor, or of 100 K if it is less; infinite where it tells none or does not arrive.
+///
+/// # Errors
+/// As [`March::march`].
+pub fn derivatives(
+    march: &mut dyn March,
+    reference: &mut dyn March,
+    plan: &Plan,
+    point: &[f64],
+) -> Result<f64, MarchError> {
+    let factors: Vec<usize> = (0..point.len()).collect();
+    let Some(told) = march.tangents(plan, &Ensemble::at(point.len(), point.to_vec()), &factors)? else {
+        return Ok(f64::INFINITY);
+    };
+    let moved = factors.iter().flat_map(|&factor| {
+        [-STEP, STEP].map(|step| {
+            let mut moved = point.to_vec();
+            moved[factor] += step * moved[factor];
+            moved
+        })
+    });
+    let ensemble = Ensemble::at(point.len(), moved.flatten().collect());
+    let marched = reference.march(plan, &ensemble, 0..ensemble.len())?;
+    let mut worst = 0.0_f64;
+    for factor in factors {
+        let width = ensemble.member(2 * factor + 1)[factor] - ensemble.member(2 * factor)[factor];
+        let pairs = marched.member(2 * factor).iter().zip(marched.member(2 * factor + 1));
+        let differences: Vec<f64> = pairs.map(|(low, high)| (high - low) / width).collect();
+        let largest = differences.iter().fold(0.0_f64, |largest, slope| largest.max(slope.abs()));
+        for (told, slope) in told.member(1 + factor).iter().zip(&differences) {
+            let off = (told - slope).abs() / largest.max(FAINT_K);
+            worst = if off.is_nan() { f64::INFINITY } else { worst.max(off) };
+        }
+    }
+    Ok(worst)
 }
 
 /// A case of every day with factors to vary, and the same driven by a held face; coarse, as agreement does not

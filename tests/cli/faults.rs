@@ -142,6 +142,7 @@ fn what_is_typed_wrong_is_told_with_what_was_expected() {
         ("estimate c --window 100:200", "no samples between 100 s and 200 s"),
         ("sensitivity c --step 7", "--step 7: expected a relative step from 1e-9 to 0.2"),
         ("sensitivity c --step NaN", "--step NaN: expected a relative step"),
+        ("sensitivity c --method tangent --step 1e-4", "--step 0.0001: --method tangent takes no step"),
         ("uncertainty c -n 1", "a spread needs at least 2 members, not 1"),
         ("uncertainty c --sampling dice", "invalid value 'dice'"),
         ("twin c --noise 2", "--noise \"2\": missing unit: expected a temperature difference"),

@@ -267,7 +267,10 @@ fn sensitivity(story: &Story, outcome: &Sensitivity) -> String {
     } else {
         "<h3>How the set was found</h3>\n".to_owned() + &list(&outcome.reduction)
     };
-    let how = format!("Derivatives by {}, relative step {}.", outcome.method, words::significant(outcome.step, 2));
+    let how = match outcome.step {
+        Some(step) => format!("Derivatives by differences, relative step {}.", words::significant(step, 2)),
+        None => "Derivatives as the march tells them, exact but for rounding.".to_owned(),
+    };
     let head = ["Factor", "Scales", "Effect of 1 %, K (rms)", "Standard error, all", "Standard error, proposed"];
     list(&said) + &table("What the data say of each factor", &head, &rows) + &reduction + &paragraph(&how)
 }

@@ -21,7 +21,7 @@
 //! it, and beyond any discrepancy that is carried from one sensor to another.
 
 use super::super::estimate::Estimated;
-use super::super::sensitivity::{difference_step, sensitivity};
+use super::super::sensitivity::sensitivity;
 use super::super::thermocouples::Sample;
 use crate::case::Case;
 use crate::chance::Numbers;
@@ -99,8 +99,7 @@ pub(super) fn gains_k(
             case.factors[place].nominal = value;
         }
     }
-    let step = difference_step(march.backend().precision);
-    let derivatives_k = sensitivity(&case, plan, march, step)?.derivatives_k;
+    let derivatives_k = sensitivity(&case, plan, march, None)?.derivatives_k;
     let deviations: Vec<f64> = case.factors.iter().map(|factor| factor.deviation(case.estimate.bounds)).collect();
     let gain_k = |sensor: usize, instant: usize| {
         let moved_k = |(of_factor, deviation): (&Vec<Vec<f64>>, &f64)| deviation * of_factor[sensor][instant];

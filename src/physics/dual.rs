@@ -1,0 +1,145 @@
+//! A number with how it changes along some directions: marched, it gives a member and its exact derivatives at once.
+//!
+//! `(a, a′)(b, b′) = (ab, a′b + ab′)`, and so on through every operation (Clifford 1873). The number is one member's, its
+//! changes lie side by side in a vector, one direction a lane: all that costs most in a member alone, to find rows of tables, to
+//! wait for a pivot, is done once, and most of the rest in vectors that would else be empty. The road not taken, the scheme
+//! differentiated by hand, is every formula of this folder a second time, to be kept true by hand.
+
+use super::Real;
+use crate::plan::layout::ABREAST;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A value, and how it changes by one unit of each direction. Lane zero is the value, the others are the directions.
+#[derive(Clone, Copy)]
+pub struct Dual<V, D> {
+    value: V,
+    change: D,
+}
+
+impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Dual<V, D> {
+    /// A value that changes along no direction.
+    #[inline(always)]
+    fn still(value: V) -> Self {
+        Self { value, change: D::constant(0.0) }
+    }
+}
+
+impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Add for Dual<V, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self { value: self.value + other.value, change: self.change + other.change }
+    }
+}
+
+impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Sub for Dual<V, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self { value: self.value - other.value, change: self.change - other.change }
+    }
+}
+
+impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Mul for Dual<V, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        let change = self.change * D::of(other.value) + D::of(self.value) * other.change;
+        Self { value: self.value * other.value, change }
+    }
+}
+
+impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Div for Dual<V, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        let inverse = V::constant(1.0) / other.value;
+        Self { value, change: (self.change - D::of(value) * other.change) * D::of(inverse) }
+    }
+}
+
+impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Neg for Dual<V, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { value: -self.value, change: -self.change }
+    }
+}
+
+impl<V: Real<Scalar = V> + PartialOrd, D: Real<Scalar = V>> Real for Dual<V, D> {
+    type Scalar = V;
+    type Row<'a> = V::Row<'a>;
+    const LANES: usize = 1 + D::LANES;
+
+    #[inline(always)]
+    fn scalar(value: f64) -> V {
+        V::scalar(value)
+    }
+    #[inline(always)]
+    fn of(value: V) -> Self {
+        Self::still(value)
+    }
+    #[inline(always)]
+    fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
+        Self { value: V::from_lanes(&mut lane), change: D::from_lanes(|direction| lane(1 + direction)) }
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f64 {
+        lane.checked_sub(1).map_or_else(|| self.value.lane(0), |direction| self.change.lane(direction))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self.value > other.value { self } else { other }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self.value < other.value { self } else { other }
+    }
+    #[inline(always)]
+    fn settled(self, least: Self) -> Self {
+        Self { value: self.value.settled(least.value), change: self.change.settled(D::of(least.value)) }
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        let value = self.value.sqrt();
+        Self { value, change: self.change * D::of(V::constant(0.5) / value) }
+    }
+    #[inline(always)]
+    fn reached(self, mark: Self) -> Self {
+        Self::still(self.value.reached(mark.value))
+    }
+    #[inline(always)]
+    fn nearest(self) -> Self {
+        Self::still(self.value.nearest())
+    }
+    #[inline(always)]
+    fn two_to(self) -> Self {
+        Self::still(self.value.two_to())
+    }
+    #[inline(always)]
+    fn twos(self) -> Self {
+        Self::still(self.value.twos())
+    }
+    #[inline(always)]
+    fn mantissa(self) -> Self {
+        let value = self.value.mantissa();
+        Self { value, change: self.change * D::of(value / self.value) }
+    }
+    #[inline(always)]
+    fn floor(self, most: u32) -> Self {
+        Self::still(self.value.floor(most))
+    }
+    #[inline(always)]
+    fn row(self, table: &[V], columns: usize) -> V::Row<'_> {
+        self.value.row(table, columns)
+    }
+    #[inline(always)]
+    fn four(row: V::Row<'_>, four: usize) -> [Self; ABREAST] {
+        V::four(row, four).map(Self::still)
+    }
+    #[inline(always)]
+    fn within(self, span: f32, lane: impl FnMut(usize)) {
+        self.value.within(span, lane);
+    }
+}
