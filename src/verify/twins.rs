@@ -16,14 +16,15 @@ pub const SINGLE_K: f64 = 1e-3;
 pub const DOUBLE_K: f64 = 1e-6;
 
 /// Largest difference of derivatives that a march tells from central differences in double precision, of the largest of the
-/// factor: what those of step 1e-7 are off by, where a temperature of 1,600 K is rounded at 2e-13 of it. In f32, rounding.
+/// factor: what those of step 1e-7 are off by, as a temperature of 1,600 K is rounded at 2e-13 of itself. In f32, rounding.
 pub const DERIVATIVE: f64 = 1e-6;
 pub const SINGLE_DERIVATIVE: f64 = 1e-5;
 /// Derivatives below this count as if they were it, K by a unit of a factor: a hundredth of the factor moves a kelvin. Of a
 /// factor that hardly moves anything differences and f32 tell rounding.
 const FAINT_K: f64 = 100.0;
-/// Relative step of those differences: with longer ones a cell passes the node of a table between their points.
-const STEP: f64 = 1e-7;
+/// Relative steps of those differences, the nearer of which counts: with longer ones a cell passes the node of a table between
+/// their points, and there is always some cell that passes one on either of these.
+const STEPS: [f64; 2] = [1e-7, 1e-8];
 
 /// Members of each comparison: enough for several vectors of lanes and a ragged end.
 const MEMBERS: usize = 37;
@@ -96,7 +97,7 @@ pub fn derivatives(
         return Ok(f64::INFINITY);
     };
     let moved = factors.iter().flat_map(|&factor| {
-        [-STEP, STEP].map(|step| {
+        STEPS.iter().flat_map(|step| [-step, *step]).map(move |step| {
             let mut moved = point.to_vec();
             moved[factor] += step * moved[factor];
             moved
@@ -106,13 +107,16 @@ pub fn derivatives(
     let marched = reference.march(plan, &ensemble, 0..ensemble.len())?;
     let mut worst = 0.0_f64;
     for factor in factors {
-        let width = ensemble.member(2 * factor + 1)[factor] - ensemble.member(2 * factor)[factor];
-        let pairs = marched.member(2 * factor).iter().zip(marched.member(2 * factor + 1));
-        let differences: Vec<f64> = pairs.map(|(low, high)| (high - low) / width).collect();
-        let largest = differences.iter().fold(0.0_f64, |largest, slope| largest.max(slope.abs()));
-        for (told, slope) in told.member(1 + factor).iter().zip(&differences) {
-            let off = (told - slope).abs() / largest.max(FAINT_K);
-            worst = if off.is_nan() { f64::INFINITY } else { worst.max(off) };
+        let slopes = [0, 1].map(|which| {
+            let (low, high) = (4 * factor + 2 * which, 4 * factor + 2 * which + 1);
+            let width = ensemble.member(high)[factor] - ensemble.member(low)[factor];
+            let pairs = marched.member(low).iter().zip(marched.member(high));
+            pairs.map(|(low_k, high_k)| (high_k - low_k) / width).collect::<Vec<f64>>()
+        });
+        let largest = slopes[0].iter().fold(FAINT_K, |largest, slope| largest.max(slope.abs()));
+        for (i, told) in told.member(1 + factor).iter().enumerate() {
+            let [one, other] = [0, 1].map(|which| (told - slopes[which][i]).abs() / largest);
+            worst = if one.is_nan() || other.is_nan() { f64::INFINITY } else { worst.max(one.min(other)) };
         }
     }
     Ok(worst)
