@@ -99,6 +99,7 @@ fn shaded(by_mass: bool) -> Case {
     let mut case = coarse();
     let kept = [Property::HeatCapacity, Property::Density];
     case.factors.retain(|factor| factor.group == "INS" && kept.contains(&factor.property));
+    case.estimate.factors.clear();
     assert_eq!(case.factors.len(), 2);
     for ply in case.layup.plies.iter_mut().filter(|ply| ply.group == "INS") {
         let material = Arc::make_mut(&mut ply.material);

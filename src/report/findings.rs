@@ -1,12 +1,11 @@
 //! What was found, in sentences: the same for the page and, shortened, for the screen.
 
 use super::figures::nearest;
-use super::{Story, causes, gas, history, posterior, recovery, sizing, words};
+use super::{Story, causes, gas, history, posterior, recovery, reduction, sizing, words};
 use crate::case::Case;
 use crate::fit::Loss;
 use crate::study::beside::Beside;
 use crate::study::estimate::{Estimand, Estimated};
-use crate::study::sensitivity::Sensitivity;
 use crate::study::uncertainty::Uncertainty;
 
 /// One finding: what it is about and the sentence.
@@ -73,7 +72,10 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
         }
     }
     if let Some(outcome) = story.sensitivity {
-        say("Estimable", estimable(story.case, outcome));
+        reduction::steps(story.case, outcome).into_iter().for_each(|said| say("Estimable", said));
+        if let Some(said) = reduction::stated(story.case, outcome) {
+            say("Stated", said);
+        }
     }
     if let Some(outcome) = story.beside {
         say("Beside", explained(story, outcome));
@@ -156,23 +158,6 @@ pub(super) fn ranked(case: &Case, outcome: &Uncertainty, sensor: usize) -> Optio
         .collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     Some(shares)
-}
-
-/// Which factors the data tell apart.
-pub(super) fn estimable(case: &Case, outcome: &Sensitivity) -> String {
-    let (all, proposed) = (&outcome.all, &outcome.proposed);
-    let names: Vec<&str> = proposed.factors.iter().map(|&f| case.factors[f].name.as_str()).collect();
-    let condition = words::condition(proposed.condition_number);
-    let set = match (names.len(), all.factors.len()) {
-        (0, _) => return "No factor can be estimated from these data.".to_owned(),
-        (1, 1) => return format!("{} can be estimated.", names[0]),
-        (1, _) => format!("Of {} factors only {} can be estimated", all.factors.len(), names[0]),
-        (some, of) if some == of => {
-            return format!("{} can be estimated together (condition number {condition}).", words::listed(&names));
-        }
-        (_, of) => format!("Of {of} factors {} can be estimated together", words::listed(&names)),
-    };
-    format!("{set} (condition number {condition}; {} for all together).", words::condition(all.condition_number))
 }
 
 fn estimate(outcome: &Estimated) -> String {

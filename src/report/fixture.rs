@@ -4,6 +4,7 @@ use super::{Seconds, Story};
 use crate::case::exposure::OpenFace;
 use crate::case::material::{Mark, Provenance};
 use crate::case::*;
+use crate::fit::{Dropped, Reason};
 use crate::march::{Backend, Precision};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::{Misfit, Nominal, Peak, Reached};
@@ -355,10 +356,15 @@ fn sensitivity() -> Sensitivity {
             .collect(),
         all: set((0..7).collect(), wide.collect(), 2160.0),
         proposed: set(vec![0, 3], vec![vec![1.0, -0.41], vec![-0.41, 1.0]], 3.2),
+        shares: vec![0.21, 0.13, 0.002, 0.37, 0.16, 0.12, 0.008],
         reduction: vec![
-            "f_rho_INS left out: it acts as f_cp_INS does (alignment 1.000)".to_owned(),
-            "f_cp_GB left out: its largest effect is 2.1 K".to_owned(),
+            Dropped { variable: 2, reason: Reason::Slight { share: 0.002 } },
+            Dropped { variable: 6, reason: Reason::Slight { share: 0.008 } },
+            Dropped { variable: 5, reason: Reason::Correlation { with: 4, correlation: -1.0 } },
+            Dropped { variable: 4, reason: Reason::Condition { with: 3, condition_number: 71.0 } },
+            Dropped { variable: 1, reason: Reason::Correlation { with: 3, correlation: -0.97 } },
         ],
+        stated: Some(set(vec![3, 4], vec![vec![1.0, 0.993], vec![0.993, 1.0]], 20.1)),
     }
 }
 

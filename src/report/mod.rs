@@ -17,6 +17,7 @@ mod html;
 pub mod materials;
 mod posterior;
 mod recovery;
+mod reduction;
 mod sizing;
 pub mod summary;
 mod svg;

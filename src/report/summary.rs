@@ -1,6 +1,8 @@
 //! The outcome on one screen: at most 24 lines of 80 columns.
 
-use super::{Story, backend_words, causes, findings, gas, history, posterior, recovery, sizing, warnings, words};
+use super::{
+    Story, backend_words, causes, findings, gas, history, posterior, recovery, reduction, sizing, warnings, words,
+};
 use crate::study::estimate::Estimated;
 use crate::study::history::History;
 use crate::study::nominal::Nominal;
@@ -59,13 +61,20 @@ pub fn screen(story: &Story) -> String {
         if story.uncertainty.is_none() {
             lines.extend(sensitivity(story, outcome, &room));
         }
-        lines.extend(wrapped("", &findings::estimable(story.case, outcome)));
+        let steps = if all { reduction::shortly } else { reduction::steps };
+        lines.extend(wrapped("", &steps(story.case, outcome).join(" ")));
     }
     if let Some(outcome) = story.estimated {
         lines.extend(estimate(story, outcome, &room));
     }
     if let Some(outcome) = story.beside {
         lines.extend(wrapped("", &findings::explained(story, outcome)));
+    }
+    // The page has it in any case; how an estimate ended has no less a place here.
+    let stated = story.sensitivity.and_then(|outcome| reduction::stated(story.case, outcome));
+    let stated = stated.map_or(Vec::new(), |said| wrapped("", &said));
+    if lines.len() + stated.len() < LINES {
+        lines.extend(stated);
     }
     let doubts = warnings::all(story);
     let left = LINES.saturating_sub(lines.len());

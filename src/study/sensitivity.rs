@@ -5,7 +5,7 @@ use crate::case::Case;
 use crate::fit::LeastSquares;
 use crate::fit::difference::difference;
 use crate::fit::identify::{Certainty, certainty};
-use crate::fit::subset::{Dropped, Limits, Reason, subset};
+use crate::fit::subset::{Dropped, Limits, subset};
 use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
 use nalgebra::{DMatrix, DVector};
@@ -22,10 +22,16 @@ pub struct Sensitivity {
     /// What the observations of the trusted sensors and window, or where there are none every instant of
     /// every sensor at 2 K, say of all factors taken together.
     pub all: Identifiability,
-    /// The set proposed for estimation.
+    /// The share that each factor makes of the variance of those data, sample by sample in units of its deviation, were
+    /// each drawn by its side constraints: to first order. NaN where no factor moves them.
+    pub shares: Vec<f64>,
+    /// The set proposed for estimation: those that matter, as far as the data tell them apart.
     pub proposed: Identifiability,
-    /// How the set was found: one line a factor left out, in the order they went.
-    pub reduction: Vec<String>,
+    /// The factors left out of it, in the order they went: first those that do not matter. Widths of standard errors are
+    /// one, in units of the factor's own deviation.
+    pub reduction: Vec<Dropped>,
+    /// The set that the case states for estimation, where it does.
+    pub stated: Option<Identifiability>,
 }
 
 impl Sensitivity {
@@ -118,19 +124,34 @@ pub fn sensitivity(
     // the data less goes, not the one that is worth less per unit of itself.
     let doubts = DMatrix::from_fn(judges.len(), factors.len(), |i, factor| jacobian[(i, factor)] * widths[factor]);
     let reduced = subset(&doubts, 1.0, &vec![1.0; factors.len()], &Limits::default());
-    let values: Vec<f64> = nominal.iter().copied().collect();
     let names: Vec<&str> = case.factors.iter().map(|factor| factor.name.as_str()).collect();
+    let of = |set: &[usize]| {
+        let values: Vec<f64> = set.iter().map(|&factor| nominal[factor]).collect();
+        Identifiability::of(&names, set, &values, &jacobian.select_columns(set), &judges, 1.0)
+    };
     Ok(Sensitivity {
         step,
         instants_s: plan.instants_s.clone(),
         derivatives_k: derivatives_k.collect(),
-        all: Identifiability::of(&names, &factors, &values, &jacobian, &judges, 1.0),
-        proposed: {
-            let values: Vec<f64> = reduced.kept.iter().map(|&factor| values[factor]).collect();
-            Identifiability::of(&names, &reduced.kept, &values, &jacobian.select_columns(&reduced.kept), &judges, 1.0)
-        },
-        reduction: reduced.dropped.iter().map(|dropped| loss(case, dropped, widths[dropped.variable])).collect(),
+        all: of(&factors),
+        shares: reduced.shares,
+        proposed: of(&reduced.kept),
+        reduction: reduced.dropped,
+        stated: (!case.estimate.factors.is_empty()).then(|| of(&case.estimate.factors)),
     })
+}
+
+impl Sensitivity {
+    /// The factors that matter: all but those that went as the data hardly change with them. Indices, rising.
+    pub fn matter(&self) -> Vec<usize> {
+        let slight = |factor: usize| self.left_out(factor).is_some_and(|dropped| dropped.reason.is_of_effect());
+        self.all.factors.iter().copied().filter(|&factor| !slight(factor)).collect()
+    }
+
+    /// How a factor was left out of the set proposed, where it was.
+    pub fn left_out(&self, factor: usize) -> Option<&Dropped> {
+        self.reduction.iter().find(|dropped| dropped.variable == factor)
+    }
 }
 
 impl Identifiability {
@@ -202,26 +223,5 @@ fn weakest(
             format!("only the ratio {}:{} acts: {} {tail}", name(*first), name(*second), parts.join(" with "))
         }
         _ => format!("{} {tail}", parts.join(", ")),
-    }
-}
-
-/// Why a factor was left out, in words; errors come in units of `width`, what is known of it beforehand.
-fn loss(case: &Case, dropped: &Dropped, width: f64) -> String {
-    let name = |factor: usize| case.factors[factor].name.as_str();
-    let left = name(dropped.variable);
-    match dropped.reason {
-        Reason::NoEffect => format!("{left} left out: the data do not change with it"),
-        Reason::Correlation { with, correlation } => {
-            format!("{left} left out: its estimate would be correlated {correlation:+.3} with that of {}", name(with))
-        }
-        Reason::Condition { with, condition_number } => format!(
-            "{left} left out: with {} it makes the set ill-conditioned (condition number {condition_number:.0})",
-            name(with)
-        ),
-        Reason::StandardError { error, .. } => format!(
-            "{left} left out: the data would give it a standard error of {:.3}, no better than the {width:.3} \
-             known beforehand",
-            error * width
-        ),
     }
 }

@@ -93,7 +93,9 @@ fn every_command_gives_its_summary_as_json_alone_with_the_keys_promised() {
     let of = |command: &str| -> Vec<&str> {
         match command {
             "uncertainty" => vec!["seed", "shares.TC2.f_k"],
-            "sensitivity" => vec!["estimable.factors"],
+            "sensitivity" => {
+                vec!["estimable.factors", "estimable.matter", "estimable.shares.f_k", "estimable.left_out"]
+            }
             "estimate" => fitted.to_vec(),
             "study" => [&["seed", "shares.TC2.f_k", "estimable.factors"], &fitted[..]].concat(),
             _ => Vec::new(),
@@ -133,7 +135,9 @@ fn a_study_shows_every_sensor_with_its_peak_its_spread_and_their_cause() {
         let row = screen.lines().find(|line| line.starts_with(sensor)).unwrap_or_else(|| panic!("{sensor}:\n{screen}"));
         assert!(row.contains(" °C)") && row.contains(" % ") | row.ends_with(" %"), "{row}");
     }
-    assert!(screen.contains("only f_q can be estimated (condition number 1.00; 8.7"), "{screen}");
+    let told = screen.replace('\n', " ");
+    assert!(told.contains("only f_q can be estimated (condition number 1.00; 8.7"), "{screen}");
+    assert!(told.contains("The case states f_k. Here f_k is left out: its estimate would be correlated"), "{screen}");
     assert!(screen.contains("is off by"), "{screen}");
 }
 

@@ -6,11 +6,11 @@ mod estimated;
 mod history;
 mod posterior;
 
-use super::super::{ReportError, Story, findings, precision_words};
+use super::super::{ReportError, Story, findings, precision_words, reduction};
 use crate::case::Case;
 use crate::study::beside::{Beside, Left};
 use crate::study::nominal::{Reached, Reading};
-use crate::study::sensitivity::Identifiability;
+use crate::study::sensitivity::Sensitivity;
 use crate::traces::Arrival;
 use asked::{RecoveryRecord, SizingRecord};
 use causes::Due;
@@ -142,6 +142,15 @@ struct LeftRecord {
 #[derive(Serialize)]
 struct Estimable<'a> {
     factors: Vec<&'a str>,
+    /// Of those that matter they are the ones that the data tell apart.
+    matter: Vec<&'a str>,
+    /// Of the variance of the data.
+    shares: Named<'a, f64>,
+    /// Why each of the others was left out, in the order they went.
+    left_out: Vec<String>,
+    /// How the set that the case states differs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stated: Option<String>,
     standard_errors: &'a [f64],
     condition_number: f64,
     rank: usize,
@@ -227,7 +236,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         twins: story.recovery.map(RecoveryRecord::of),
         shares: story.uncertainty.map(|_| shares(story)),
         causes: story.uncertainty.map(|outcome| causes::causes(story.case, outcome)),
-        estimable: story.sensitivity.map(|outcome| estimable(story, &outcome.proposed, &outcome.all)),
+        estimable: story.sensitivity.map(|outcome| estimable(story.case, outcome)),
         files,
     };
     Ok(serde_json::to_string_pretty(&record)? + "\n")
@@ -271,9 +280,15 @@ fn shares<'a>(story: &Story<'a>) -> Named<'a, Named<'a, f64>> {
     Named(story.case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
 }
 
-fn estimable<'a>(story: &Story<'a>, proposed: &'a Identifiability, all: &'a Identifiability) -> Estimable<'a> {
+fn estimable<'a>(case: &'a Case, outcome: &'a Sensitivity) -> Estimable<'a> {
+    let (proposed, all) = (&outcome.proposed, &outcome.all);
+    let name = |&factor: &usize| case.factors[factor].name.as_str();
     Estimable {
-        factors: proposed.factors.iter().map(|&factor| story.case.factors[factor].name.as_str()).collect(),
+        factors: proposed.factors.iter().map(name).collect(),
+        matter: outcome.matter().iter().map(name).collect(),
+        shares: Named(all.factors.iter().map(|factor| (name(factor), outcome.shares[*factor])).collect()),
+        left_out: outcome.reduction.iter().map(|dropped| reduction::left_out(case, dropped)).collect(),
+        stated: reduction::stated(case, outcome),
         standard_errors: &proposed.standard_errors,
         condition_number: proposed.condition_number,
         rank: proposed.rank,

@@ -2,7 +2,7 @@
 
 use super::super::figure::Figure;
 use super::super::findings::{ends, explained, objective, ranked, sentence};
-use super::super::{Story, causes, gas, words};
+use super::super::{Story, causes, gas, reduction, words};
 use super::table::{escaped, list, paragraph, table};
 use super::{Section, asked, case, posterior};
 use crate::case::Case;
@@ -230,49 +230,61 @@ fn due(story: &Story, outcome: &Uncertainty, sensor: usize) -> String {
 
 fn sensitivity(story: &Story, outcome: &Sensitivity) -> String {
     let case = story.case;
-    let proposed = &outcome.proposed;
-    let all = &outcome.all;
-    let error = |set: &Identifiability, place: Option<usize>| {
+    let (all, proposed) = (&outcome.all, &outcome.proposed);
+    let error = |set: &Identifiability, factor: usize| {
+        let place = set.factors.iter().position(|&other| other == factor);
         place.map_or("–".to_owned(), |place| words::significant(set.standard_errors[place], 2))
     };
     let rows: Vec<Vec<String>> = (all.factors.iter().enumerate())
         .map(|(place, &index)| {
             let factor = &case.factors[index];
+            let stated = outcome.stated.as_ref();
             vec![
                 factor.name.clone(),
                 words::meaning(factor),
                 words::significant(0.01 * all.magnitude_k[place], 2),
-                error(all, Some(place)),
-                error(proposed, proposed.factors.iter().position(|&other| other == index)),
+                words::significant(factor.deviation(case.estimate.bounds), 2),
+                words::percent_of(outcome.shares[index]).replace(" %", ""),
+                error(all, index),
+                error(proposed, index),
+                stated.map_or("–".to_owned(), |stated| error(stated, index)),
             ]
         })
         .collect();
-    let names: Vec<&str> = proposed.factors.iter().map(|&factor| case.factors[factor].name.as_str()).collect();
-    let said = [
-        format!(
-            "All {} together: condition number {}, rank {}; the weakest direction: {}.",
-            words::counted(all.factors.len(), "factor"),
-            words::condition(all.condition_number),
-            all.rank,
-            sentence(&all.weakest)
-        ),
-        format!(
-            "Proposed for estimation: {} (condition number {}).",
-            words::listed(&names),
-            words::condition(proposed.condition_number)
-        ),
-    ];
-    let reduction = if outcome.reduction.is_empty() {
+    let mut said = reduction::steps(case, outcome).to_vec();
+    said.extend(reduction::stated(case, outcome));
+    said.push(format!(
+        "All {} together: condition number {}, rank {}; the weakest direction: {}.",
+        words::counted(all.factors.len(), "factor"),
+        words::condition(all.condition_number),
+        all.rank,
+        sentence(&all.weakest)
+    ));
+    let left_out: Vec<String> = outcome.reduction.iter().map(|dropped| reduction::left_out(case, dropped)).collect();
+    let left_out = if left_out.is_empty() {
         String::new()
     } else {
-        "<h3>How the set was found</h3>\n".to_owned() + &list(&outcome.reduction)
+        "<h3>How the set was found</h3>\n".to_owned() + &list(&left_out)
     };
     let how = match outcome.step {
         Some(step) => format!("Derivatives by differences, relative step {}.", words::significant(step, 2)),
         None => "Derivatives as the march tells them, exact but for rounding.".to_owned(),
     };
-    let head = ["Factor", "Scales", "Effect of 1 %, K (rms)", "Standard error, all", "Standard error, proposed"];
-    list(&said) + &table("What the data say of each factor", &head, &rows) + &reduction + &paragraph(&how)
+    let head = [
+        "Factor",
+        "Scales",
+        "Effect of 1 %, K (rms)",
+        "Known beforehand, ± 1 σ",
+        "Share of the variance, %",
+        "Standard error, all",
+        "Standard error, proposed",
+        "Standard error, stated",
+    ];
+    list(&said)
+        + &table("What the data say of each factor", &head, &rows)
+        + &paragraph(&reduction::explanation())
+        + &left_out
+        + &paragraph(&how)
 }
 
 fn estimation(story: &Story, outcome: &Estimated) -> String {

@@ -1,0 +1,77 @@
+//! How many of a case's factors its own numbers leave to be estimated. The paper went by eye from seven to three to two.
+
+use crate::support::case;
+use bondline::case::Case;
+use bondline::fit::Reason;
+use bondline::march::Precision;
+use bondline::march::cpu::Cpu;
+use bondline::pilot::pilot;
+use bondline::study::sensitivity::{Sensitivity, sensitivity};
+
+/// Run 2259, changed in what is known and asked but not in how it is marched.
+fn found(change: impl Fn(&mut Case)) -> (Case, Sensitivity) {
+    let mut case = case("lcat-2259");
+    let plan = pilot(&case).expect("the processor does not fail");
+    change(&mut case);
+    let found = sensitivity(&case, &plan, &mut Cpu::new(Precision::F64), None);
+    (case, found.expect("the processor does not fail"))
+}
+
+fn names<'a>(case: &'a Case, factors: &[usize]) -> Vec<&'a str> {
+    factors.iter().map(|&factor| case.factors[factor].name.as_str()).collect()
+}
+
+fn factor(case: &Case, name: &str) -> usize {
+    case.factors.iter().position(|factor| factor.name == name).expect("the case has it")
+}
+
+#[test]
+fn of_the_papers_seven_factors_all_four_thermocouples_leave_its_three() {
+    let (case, found) = found(|case| {
+        case.estimate.sensors.clear();
+        case.estimate.window_s = None;
+    });
+    assert_eq!(found.all.factors.len(), 7);
+    assert_eq!(names(&case, &found.proposed.factors), ["f_eps_OF", "f_k_OF", "f_k_INS"]);
+    let gone = found.left_out(factor(&case, "f_cp_GB")).expect("the gas barrier goes");
+    assert!(matches!(gone.reason, Reason::Slight { .. }), "{gone:?}");
+}
+
+#[test]
+fn the_bondline_alone_leaves_one_factor_of_the_papers_two_and_says_which_numbers_are_against_the_other() {
+    let (case, found) = found(|_| ());
+    assert_eq!(names(&case, &found.matter()), ["f_k_OF", "f_k_INS", "f_cp_INS", "f_rho_INS"]);
+    assert_eq!(names(&case, &found.proposed.factors), ["f_k_INS"]);
+    let emissivity = factor(&case, "f_eps_OF");
+    assert!(found.shares[emissivity] < 0.01, "{:?}", found.shares);
+    assert!(matches!(found.left_out(emissivity).map(|gone| gone.reason), Some(Reason::Slight { .. })));
+    // As the paper argues it.
+    let cloth = found.left_out(factor(&case, "f_k_OF")).expect("the cloth goes");
+    let with_insulator = matches!(cloth.reason, Reason::Correlation { with, .. } if with == factor(&case, "f_k_INS"));
+    assert!(with_insulator, "{cloth:?}");
+    let stated = found.stated.expect("the case states two");
+    assert_eq!(names(&case, &stated.factors), ["f_eps_OF", "f_k_INS"]);
+    assert!(stated.correlation[0][1].abs() > 0.95, "{:?}", stated.correlation);
+}
+
+#[test]
+fn a_factor_of_which_less_is_known_matters_more() {
+    let emissivity = |case: &Case| factor(case, "f_eps_OF");
+    let (case, known) = found(|_| ());
+    let (doubted_case, doubted) = found(|case| {
+        let place = emissivity(case);
+        case.factors[place].small = (0.8, 1.2);
+    });
+    let share = known.shares[emissivity(&case)];
+    // Sixteen times its square, among squares that stay.
+    let expected = 16.0 * share / (1.0 + 15.0 * share);
+    let found = doubted.shares[emissivity(&doubted_case)];
+    assert!((found - expected).abs() < 1e-9, "{found} beside {expected}");
+    assert!(doubted.matter().contains(&emissivity(&doubted_case)));
+}
+
+#[test]
+fn a_case_that_states_nothing_to_estimate_is_not_compared() {
+    let (_, found) = found(|case| case.estimate.factors.clear());
+    assert!(found.stated.is_none() && !found.proposed.factors.is_empty());
+}
