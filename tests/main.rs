@@ -12,6 +12,7 @@ mod posterior; // posteriors beside linear intervals and profiles; bands beside 
 mod properties; // truths of heat that no case may break, and what a seed promises
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod shaders; // naga: kernels, layouts, twins of names, the loop budget
+mod states; // conductivities scaled state by state, and PATO's inverse problem
 mod support; // tolerances with their reasons, cases, devices
 mod tidy; // the tree's own rules, read from its sources
 mod twins; // each WGSL function against its Rust twin, on the device
