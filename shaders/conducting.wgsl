@@ -48,10 +48,10 @@ fn properties(step: u32, stage: u32) {
 fn plain(p: u32, stage: u32) {
     let ply = plies[p];
     for (var i = ply.first_cell; i < ply.end_cell; i++) {
-        let here = solid(spot(temperatures[i].high + first[i]), ply.table, ply_scales[p], stage == 0u);
+        let here = solid(spot(temperatures[i].high + first[i]), ply.table, state_scales[ply.first_state], stage == 0u);
         conductivities[i] = here.conductivity;
         slopes[i] = here.slope;
-        evaluated[i] = cells[i].width_m * here.heat_capacity;
+        evaluated[i] = cells[i].width_m * (ply_scales[p].density_kg_m3 * here.heat_capacity);
     }
 }
 

@@ -70,10 +70,6 @@ struct Ply {
     first_state: u32,
     first_reaction: u32,
     end_reaction: u32,
-    conductivity: u32,
-    conductivity_solid: u32,
-    conductivity_gas: u32,
-    conductivity_radiative: u32,
     heat_capacity: u32,
     density: u32,
     thickness: u32,
@@ -83,8 +79,15 @@ struct Ply {
     char_yield: u32,
     permeability: u32,
     holder: u32,
-    extinction: u32,
     contact: u32,
+}
+
+struct Conduction {
+    whole: u32,
+    solid: u32,
+    gas: u32,
+    radiative: u32,
+    extinction: u32,
 }
 
 struct Scaling {
@@ -156,10 +159,11 @@ struct Path {
 // Steps done by each member; then the step after which each strayed, or zero.
 @group(0) @binding(17) var<storage, read_write> progress: array<u32>;
 
-// Ply × state, ply × reaction, ply × reaction.
+// Ply × state, ply × reaction, ply × reaction, ply × state.
 @group(0) @binding(18) var<storage, read> substances: array<Substance>;
 @group(0) @binding(19) var<storage, read> reactions: array<Reaction>;
 @group(0) @binding(20) var<storage, read> paths: array<Path>;
+@group(0) @binding(21) var<storage, read> conductions: array<Conduction>;
 
 // A column of the ensemble for this member; column 0 is one.
 fn column(index: u32) -> real {

@@ -1,9 +1,6 @@
 // Properties of a ply as one member scales them: twin of src/physics/material.rs.
 
 struct PlyScale {
-    solid: real,
-    gas: real,
-    radiative: real,
     density_kg_m3: real,
     heat_capacity: real,
     mass_kg_m3: real,
@@ -16,6 +13,12 @@ struct PlyScale {
     holder_w_m3_k: real,
 }
 
+struct StateScale {
+    solid: real,
+    gas: real,
+    radiative: real,
+}
+
 struct Level {
     under: u32,
     share: real,
@@ -23,14 +26,10 @@ struct Level {
 
 fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
     let thickness = column(ply.thickness);
-    let conductivity = column(ply.conductivity) / thickness;
     let density = bulk.density_kg_m3 * column(ply.density);
     let remains = char.remains;
     let lost = max(1.0 - remains, real(1e-6));
     return PlyScale(
-        conductivity * column(ply.conductivity_solid),
-        conductivity * column(ply.conductivity_gas),
-        conductivity * column(ply.conductivity_radiative) / column(ply.extinction),
         density * column(ply.heat_capacity) * thickness,
         column(ply.heat_capacity),
         density * thickness,
@@ -41,6 +40,15 @@ fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
         (1.0 - column(ply.char_yield) * remains) / lost,
         column(ply.permeability) / thickness,
         bulk.holder_w_m3_k * column(ply.holder) * thickness,
+    );
+}
+
+fn state_scale(row: Conduction, ply: PlyScale) -> StateScale {
+    let whole = column(row.whole) / ply.thickness;
+    return StateScale(
+        whole * column(row.solid),
+        whole * column(row.gas),
+        whole * column(row.radiative) / column(row.extinction),
     );
 }
 
@@ -59,7 +67,7 @@ struct Solid {
     heat_capacity: real,
 }
 
-fn solid(spot: Spot, block: u32, scale: PlyScale, with_slope: bool) -> Solid {
+fn solid(spot: Spot, block: u32, scale: StateScale, with_slope: bool) -> Solid {
     let here = segment(spot, COLUMNS, block);
     var conductivity = scale.solid * value(here, 0u);
     var slope = real(0.0);
@@ -78,7 +86,7 @@ fn solid(spot: Spot, block: u32, scale: PlyScale, with_slope: bool) -> Solid {
             slope = slope + scale.radiative * value(here, 5u);
         }
     }
-    return Solid(conductivity, slope, scale.density_kg_m3 * value(here, 1u));
+    return Solid(conductivity, slope, value(here, 1u));
 }
 
 fn conductance_within(conductivity: real, next: real, half_over_next_1_m: real) -> real {

@@ -6,6 +6,7 @@ struct Ends {
 }
 
 var<private> ply_scales: array<PlyScale, PLIES>;
+var<private> state_scales: array<StateScale, SUBSTANCES>;
 var<private> contact_scales: array<real, PLIES>;
 var<private> face_scales: array<FaceScale, 2>;
 var<private> temperatures: array<Pair, CELLS>;
@@ -44,6 +45,7 @@ fn scale() {
     for (var p = 0u; p < run.plies; p++) {
         for (var state = 0u; state < plies[p].states; state++) {
             let row = plies[p].first_state + state;
+            state_scales[row] = state_scale(conductions[row], ply_scales[p]);
             remains[row] = remaining(ply_scales[p], substances[row]);
         }
     }

@@ -87,7 +87,6 @@ fn enthalpy_of(ply: u32, state: u32, at: Spot) -> real {
 }
 
 fn blend(p: u32, i: u32, at: Spot, step: u32, stage: u32) {
-    let scale = ply_scales[p];
     var phases = phases_of(p, i, lead_s);
     let density = mass_left(p, phases);
     let stretch = stretch_of(p, density);
@@ -100,6 +99,7 @@ fn blend(p: u32, i: u32, at: Spot, step: u32, stage: u32) {
     var stores = real(0.0);
     for (var state = 0u; state < plies[p].states; state++) {
         let block = block_of(p, state);
+        let scale = state_scales[plies[p].first_state + state];
         var here: Solid;
         if LEVELS > 1u {
             let spots = levelled(at, level_here);
@@ -112,7 +112,7 @@ fn blend(p: u32, i: u32, at: Spot, step: u32, stage: u32) {
         }
         conducts = conducts + weights[state] * here.conductivity;
         slope = slope + weights[state] * here.slope;
-        stores = stores + phases[state] * remains_of(p, state) * here.heat_capacity;
+        stores = stores + phases[state] * remains_of(p, state) * (ply_scales[p].density_kg_m3 * here.heat_capacity);
     }
     conductivities[i] = conducts * per_stretch;
     slopes[i] = slope * per_stretch;

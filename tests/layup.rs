@@ -141,7 +141,7 @@ fn a_denser_felt_is_one_of_more_extinction() {
         let mut plan = Plan::new(&denser);
         plan.rows.bulks = Plan::new(case).rows.bulks;
         plan.rows.tables = Plan::new(case).rows.tables;
-        plan.plies.iter_mut().filter(|_| !shades).for_each(|ply| ply.extinction = 0);
+        plan.conductions.iter_mut().filter(|_| !shades).for_each(|conduction| conduction.extinction = 0);
         Cpu::new(Precision::F64).march(&plan, &Ensemble::at(2, row), 0..1).expect("the processor does not fail")
     };
     let (scaled, stated) = (of(&denser, 1.1, true), of(&opaquer, 1.0, true));

@@ -7,7 +7,9 @@ use bondline::march::Precision;
 use bondline::march::gpu::shader::{self, loop_turns};
 use bondline::physics::TWINS;
 use bondline::plan::Plan;
-use bondline::plan::layout::{Bead, Bulk, Cell, Drive, Face, Path, Place, Ply, Reaction, Scaling, Sensor, Substance};
+use bondline::plan::layout::{
+    Bead, Bulk, Cell, Conduction, Drive, Face, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
+};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Module, TypeInner};
 
@@ -63,9 +65,10 @@ fn reals() -> [(&'static str, &'static [&'static str]); 8] {
         ("Reaction", Reaction::<f64>::FIELDS),
     ]
 }
-fn indices() -> [(&'static str, &'static [&'static str]); 4] {
+fn indices() -> [(&'static str, &'static [&'static str]); 5] {
     [
         ("Ply", Ply::<u32>::FIELDS),
+        ("Conduction", Conduction::<u32>::FIELDS),
         ("Scaling", Scaling::<u32>::FIELDS),
         ("Path", Path::<u32>::FIELDS),
         ("Place", Place::<u32>::FIELDS),

@@ -39,6 +39,10 @@ pub(crate) const HISTORY_FLUENCE: f64 = 0.02;
 /// by 0.015 of the width, three of which are left, and as much for what is not quite linear.
 pub(crate) const POSTERIOR_ENDS: f64 = 0.1;
 
+/// What may be left of temperatures that another code made, K (rms): its implicit steps of 5 ms and 100 cells leave 0.85 K after
+/// the best fit of a converged march, most of it in the two seconds after the face jumps.
+pub(crate) const ANOTHER_CODE_K: f64 = 1.5;
+
 /// Parts of a variance that are to sum to a whole: chance is taken off each, and none is let below zero.
 pub(crate) const INDEX: f64 = 2e-3;
 
@@ -109,7 +113,15 @@ pub(crate) fn coarse() -> Case {
 /// A case with one factor more, last.
 pub(crate) fn with_factor(mut case: Case, group: &str, property: Property) -> Case {
     let (name, group) = ("f_more".to_owned(), group.to_owned());
-    case.factors.push(Factor { name, group, property, nominal: 1.0, small: (0.75, 1.25), large: (0.5, 1.5) });
+    case.factors.push(Factor {
+        name,
+        group,
+        property,
+        state: None,
+        nominal: 1.0,
+        small: (0.75, 1.25),
+        large: (0.5, 1.5),
+    });
     case
 }
 

@@ -10,7 +10,7 @@ use bondline::physics::decomposition::{consumed, mean_decay, rate};
 use bondline::physics::exponential::{decay, exponential, logarithm, power};
 use bondline::physics::faces::{FaceScale, face_flux};
 use bondline::physics::holder::flux_sideways;
-use bondline::physics::material::{PlyScale, conductance_across, conductance_within, flux_slope, gain_across, solid};
+use bondline::physics::material::{StateScale, conductance_across, conductance_within, flux_slope, gain_across, solid};
 use bondline::physics::reading::{covered, followed, reading};
 use bondline::physics::table::{integral, segment, spot, value};
 use bondline::physics::tridiagonal::{factorise, substitute};
@@ -174,28 +174,12 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
             },
         },
         Probe {
-            body: "let s = spot(x[0]); let scale = PlyScale(x[1], x[2], x[3], x[4], 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0);
-                   let here = solid(s, 0u, scale, true);
+            body: "let s = spot(x[0]); let here = solid(s, 0u, StateScale(x[1], x[2], x[3]), true);
                    y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",
-            inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5), (80.0, 1200.0)],
+            inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5)],
             outputs: 3,
             twin: &|x, tables, y| {
-                let (none, one) = (W::scalar(0.0), W::scalar(1.0));
-                let scale = PlyScale {
-                    solid: x[1],
-                    gas: x[2],
-                    radiative: x[3],
-                    density_kg_m3: x[4],
-                    heat_capacity: one,
-                    mass_kg_m3: one,
-                    thickness: one,
-                    kinetics: one,
-                    activation: one,
-                    pyrolysis_heat: one,
-                    loss: one,
-                    permeability: one,
-                    holder_w_m3_k: none,
-                };
+                let scale = StateScale { solid: x[1], gas: x[2], radiative: x[3] };
                 let here = solid(tables, spot(x[0]), COLUMNS, 0, 3, scale, true);
                 put(y, &[here.conductivity, here.heat_capacity, here.slope]);
             },
@@ -260,7 +244,17 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
                    y[6] = consumed(x[4], x[3], 3.0); y[7] = consumed(x[4], x[3], x[7]);
                    y[8] = rate(Reaction(1e9, x[5], 1.0, 500.0, 0.1, 1.0, 0.0, 0.0), x[6], 1.1, x[8]);
                    y[9] = decay(x[3]);",
-            inputs: vec![(-90.0, 90.0), (1e-3, 1e3), (-2.0, 2.0), (0.0, 3.0), (0.0, 1.0), (5e3, 3e4), hot, (0.3, 0.9), (5.0, 50.0)],
+            inputs: vec![
+                (-90.0, 90.0),
+                (1e-3, 1e3),
+                (-2.0, 2.0),
+                (0.0, 3.0),
+                (0.0, 1.0),
+                (5e3, 3e4),
+                hot,
+                (0.3, 0.9),
+                (5.0, 50.0),
+            ],
             outputs: 10,
             twin: &|x, _, y| {
                 let of = |value: f64| W::scalar(value);

@@ -7,6 +7,8 @@ pub struct Factor {
     /// The group, the one ply or the sensor whose property it scales; empty where the property has no ply, or it scales all.
     pub group: String,
     pub property: Property,
+    /// The one state of the plies whose conductivity it scales, `virgin` or a residue by its name; all of them where there is none.
+    pub state: Option<String>,
     pub nominal: f64,
     /// Small side constraints, low and high: the default of every study.
     pub small: (f64, f64),
@@ -50,6 +52,18 @@ pub enum Property {
     Holder,
     /// Of the sensor of the group's name, below the hot face.
     Depth,
+}
+
+impl Property {
+    /// Whether it is a conductivity or a part of one, which the states of a ply have each of their own.
+    pub fn is_conductivity(self) -> bool {
+        self == Self::Conductivity || self.is_part()
+    }
+
+    /// Whether it is a part of a conductivity.
+    pub fn is_part(self) -> bool {
+        matches!(self, Self::ConductivitySolid | Self::ConductivityGas | Self::ConductivityRadiative)
+    }
 }
 
 /// Which factors go together: the correlations of their normal scores, which a Gaussian copula makes of them. None at all

@@ -69,6 +69,15 @@ pub struct Material {
     pub decomposition: Option<Decomposition>,
 }
 
+impl Material {
+    /// Its states by their names, `virgin` first, then its residues, each with its conductivity.
+    pub fn conductivities(&self) -> impl Iterator<Item = (&str, &Conductivity)> {
+        let residues = self.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
+        std::iter::once(("virgin", &self.conductivity))
+            .chain(residues.map(|residue| (residue.name.as_str(), &residue.conductivity)))
+    }
+}
+
 /// Conductivity over temperature and pressure, W/m/K.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Conductivity {

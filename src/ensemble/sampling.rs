@@ -166,6 +166,7 @@ mod tests {
                 name: "f".into(),
                 group: "INS".into(),
                 property: Property::Conductivity,
+                state: None,
                 nominal,
                 small,
                 large: small,

@@ -66,7 +66,8 @@ impl<R: Real> Member<'_, R> {
     /// of the march is here and looking whether a cell is within them takes as long as to look its properties up.
     #[inline(always)]
     fn plain(&mut self, p: usize, stage: usize) {
-        let (plan, scale, ply) = (self.plan, self.plies[p], self.plan.plies[p]);
+        let (plan, ply, density_kg_m3) = (self.plan, self.plan.plies[p], self.plies[p].density_kg_m3);
+        let scale = self.states[ply.first_state as usize];
         let (block, columns, with_slope) = (&self.rows.tables[ply.table as usize..], plan.table_columns(), stage == 0);
         let cells = ply.first_cell as usize..ply.end_cell as usize;
         let rows = &self.rows.cells[cells.clone()];
@@ -79,7 +80,7 @@ impl<R: Real> Member<'_, R> {
             let here = solid(block, spot(temperatures[i].high + first[i]), columns, 0, plan.parts, scale, with_slope);
             conductivities[i] = here.conductivity;
             slopes[i] = here.slope;
-            evaluated[i] = R::of(rows[i].width_m) * here.heat_capacity;
+            evaluated[i] = R::of(rows[i].width_m) * (density_kg_m3 * here.heat_capacity);
         }
     }
 

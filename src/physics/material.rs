@@ -3,16 +3,12 @@
 use super::Real;
 use super::compensated::keep;
 use super::table::{Spot, segment, value};
-use crate::plan::layout::{Bulk, Ply, Substance, TABLE_NODES};
+use crate::plan::layout::{Bulk, Conduction, Ply, Substance, TABLE_NODES};
 
 /// What one member's factors make of a ply. A thickness factor f stretches the ply; on the unstretched
-/// grid that is conductivity over f and heat capacity times f. Where extinction is stated by mass, a factor on
-/// density divides the radiative part.
+/// grid that is conductivity over f and heat capacity times f.
 #[derive(Clone, Copy)]
 pub struct PlyScale<R> {
-    pub solid: R,
-    pub gas: R,
-    pub radiative: R,
     /// Bulk density times the factors of all that stores, kg/m³.
     pub density_kg_m3: R,
     /// Heat capacity, and mass of the virgin material in a volume as drawn, kg/m³.
@@ -28,6 +24,15 @@ pub struct PlyScale<R> {
     pub permeability: R,
     /// Conductance to the holder in a volume of the unstretched grid, W/m³/K.
     pub holder_w_m3_k: R,
+}
+
+/// What they make of the parts of the conductivity of a state of the ply. Where extinction is stated by mass, a factor on
+/// density divides the radiative one.
+#[derive(Clone, Copy)]
+pub struct StateScale<R> {
+    pub solid: R,
+    pub gas: R,
+    pub radiative: R,
 }
 
 /// Where a pressure falls among the levels of the tables: the level under it, and the share of the way to the next.
@@ -46,16 +51,12 @@ pub fn ply_scale<R: Real>(
     column: impl Fn(u32) -> R,
 ) -> PlyScale<R> {
     let thickness = column(ply.thickness);
-    let conductivity = column(ply.conductivity) / thickness;
     let density = R::of(bulk.density_kg_m3) * column(ply.density);
     let one = R::constant(1.0);
     let remains = R::of(char.remains);
     // Of an inert ply nothing is lost, and its factor divides nothing by nothing.
     let lost = (one - remains).max(R::constant(1e-6));
     PlyScale {
-        solid: conductivity * column(ply.conductivity_solid),
-        gas: conductivity * column(ply.conductivity_gas),
-        radiative: conductivity * column(ply.conductivity_radiative) / column(ply.extinction),
         density_kg_m3: density * column(ply.heat_capacity) * thickness,
         heat_capacity: column(ply.heat_capacity),
         mass_kg_m3: density * thickness,
@@ -66,6 +67,17 @@ pub fn ply_scale<R: Real>(
         loss: (one - column(ply.char_yield) * remains) / lost,
         permeability: column(ply.permeability) / thickness,
         holder_w_m3_k: R::of(bulk.holder_w_m3_k) * column(ply.holder) * thickness,
+    }
+}
+
+/// The scales of a state of a ply from a member's columns.
+#[inline(always)]
+pub fn state_scale<R: Real>(row: &Conduction<u32>, ply: PlyScale<R>, column: impl Fn(u32) -> R) -> StateScale<R> {
+    let whole = column(row.whole) / ply.thickness;
+    StateScale {
+        solid: whole * column(row.solid),
+        gas: whole * column(row.gas),
+        radiative: whole * column(row.radiative) / column(row.extinction),
     }
 }
 
@@ -84,7 +96,8 @@ pub fn levelled<R: Real>(spot: Spot<R>, level: Level<R>) -> [Spot<R>; 2] {
     [Spot { row: under, share: spot.share }, Spot { row: under + nodes, share: spot.share }]
 }
 
-/// What a state of a ply is like at a temperature: conductivity (W/m/K), its slope (W/m/K²), heat capacity (J/m³/K).
+/// What a state of a ply is like at a temperature: conductivity (W/m/K) and its slope (W/m/K²), as
+/// scaled, and heat capacity (J/kg/K).
 #[derive(Clone, Copy)]
 pub struct Solid<R> {
     pub conductivity: R,
@@ -100,7 +113,7 @@ pub fn solid<R: Real>(
     columns: usize,
     block: usize,
     parts: usize,
-    scale: PlyScale<R>,
+    scale: StateScale<R>,
     with_slope: bool,
 ) -> Solid<R> {
     let here = segment(table, spot, columns, block);
@@ -121,7 +134,7 @@ pub fn solid<R: Real>(
             slope = slope + scale.radiative * value(here, 5);
         }
     }
-    Solid { conductivity, slope, heat_capacity: scale.density_kg_m3 * value(here, 1) }
+    Solid { conductivity, slope, heat_capacity: value(here, 1) }
 }
 
 /// Conductance between neighbouring nodes of one ply, W/m²/K.

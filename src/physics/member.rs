@@ -4,7 +4,7 @@ use super::Real;
 use super::compensated::{Pair, advanced, difference, keep};
 use super::faces::{FaceFlux, FaceScale, face_scale};
 use super::gas::Porous;
-use super::material::{PlyScale, ply_scale, remaining};
+use super::material::{PlyScale, StateScale, ply_scale, remaining, state_scale};
 use super::reading::{covered, followed, reading};
 use super::table::{integral, segment, spot};
 use crate::plan::layout::{HEATS, Ply};
@@ -15,6 +15,7 @@ pub struct Member<'a, R: Real> {
     pub(super) plan: &'a Plan,
     pub(super) rows: &'a Rows<R::Scalar>,
     pub(super) plies: Vec<PlyScale<R>>,
+    pub(super) states: Vec<StateScale<R>>,
     pub(super) contacts_m2_k_w: Vec<R>,
     pub(super) faces: [FaceScale<R>; 2],
     pub(super) temperatures: Vec<Pair<R>>,
@@ -115,11 +116,14 @@ impl<'a, R: Real> Member<'a, R> {
         let char = |ply: &Ply<u32>| rows.substances[(ply.first_state + ply.states) as usize - 1];
         let plies: Vec<_> =
             plan.plies.iter().zip(&rows.bulks).map(|(ply, &bulk)| ply_scale(ply, bulk, char(ply), column)).collect();
-        let remains = rows.substances.iter().enumerate().map(|(row, substance)| {
-            let ply = plan.plies.iter().rposition(|ply| ply.first_state as usize <= row).unwrap_or(0);
-            remaining(plies[ply], *substance)
-        });
-        let remains = remains.collect();
+        let of_states = |ply: &Ply<u32>| ply.first_state as usize..(ply.first_state + ply.states) as usize;
+        let scaled =
+            plan.plies.iter().zip(&plies).flat_map(|(ply, &scale)| of_states(ply).map(move |row| (row, scale)));
+        let (states, remains) = scaled
+            .map(|(row, scale)| {
+                (state_scale(&plan.conductions[row], scale, column), remaining(scale, rows.substances[row]))
+            })
+            .unzip();
         let reactions = cells * plan.reactions;
         let flowing = if plan.gas.is_some() { cells } else { 0 };
         let darcy = if plan.gas == Some(GasPath::Darcy) { cells } else { 0 };
@@ -129,6 +133,7 @@ impl<'a, R: Real> Member<'a, R> {
             plan,
             rows,
             plies,
+            states,
             remains,
             contacts_m2_k_w: rows
                 .contacts_m2_k_w

@@ -126,7 +126,7 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     pub(super) fn blend(&mut self, p: usize, i: usize, at: Spot<R>, step: usize, stage: usize) {
         let tables = &self.rows.tables;
-        let (parts, columns, scale) = (self.plan.parts, self.plan.table_columns(), self.plies[p]);
+        let (parts, columns) = (self.plan.parts, self.plan.table_columns());
         let phases = self.phases_of(p, i, self.lead_s);
         let density = self.mass_left(p, phases);
         let stretch = self.stretch_of(p, density);
@@ -142,6 +142,7 @@ impl<R: Real> Member<'_, R> {
                 break;
             }
             let block = self.block_of(p, state);
+            let scale = self.states[self.plan.plies[p].first_state as usize + state];
             let mut here;
             if self.plan.levels > 1 {
                 let [under, over] = levelled(at, level);
@@ -154,7 +155,8 @@ impl<R: Real> Member<'_, R> {
             }
             conducts = conducts + weights[state] * here.conductivity;
             slope = slope + weights[state] * here.slope;
-            stores = stores + phases[state] * self.remains_of(p, state) * here.heat_capacity;
+            stores =
+                stores + phases[state] * self.remains_of(p, state) * (self.plies[p].density_kg_m3 * here.heat_capacity);
         }
         self.conductivities[i] = conducts * per_stretch;
         self.slopes[i] = slope * per_stretch;

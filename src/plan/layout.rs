@@ -105,10 +105,6 @@ row! {
         first_state,
         first_reaction,
         end_reaction,
-        conductivity,
-        conductivity_solid,
-        conductivity_gas,
-        conductivity_radiative,
         heat_capacity,
         density,
         thickness,
@@ -118,10 +114,20 @@ row! {
         char_yield,
         permeability,
         holder,
-        /// The factor on density where extinction follows it.
-        extinction,
         /// The factor on the contact under the ply.
         contact,
+    }
+}
+
+row! {
+    /// The ensemble columns that scale the conductivity of a state of a ply: all of it, and each of its parts.
+    Conduction {
+        whole,
+        solid,
+        gas,
+        radiative,
+        /// The factor on density where extinction follows it.
+        extinction,
     }
 }
 

@@ -18,11 +18,12 @@ use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutO
 use clock::{Clock, Pace};
 use grid::{Density, Grid};
 use layout::{
-    Bead, Bulk, Cell, Drive, FACE_COLUMNS, Path, Place, Ply, Reaction, Scaling, Sensor, Substance, TABLE_NODES,
+    Bead, Bulk, Cell, Conduction, Drive, FACE_COLUMNS, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
+    TABLE_NODES,
 };
 use readout::Readout;
 use steps::{beads, drives, instants};
-use substances::{bulk, paths, plies, reactions, states, substances};
+use substances::{bulk, conductions, paths, plies, reactions, states, substances};
 
 /// Largest errors of temperatures at any sensor and instant, K, held against twice the cells and steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,6 +54,8 @@ pub struct Plan {
     /// What instants are read from; `None` where they are the records.
     pub readout: Option<Readout>,
     pub plies: Vec<Ply<u32>>,
+    /// Ply × state.
+    pub conductions: Vec<Conduction<u32>>,
     /// Scaling columns of the hot and of the back face.
     pub scalings: [Scaling<u32>; 2],
     /// Where each sensor lies.
@@ -155,7 +158,8 @@ impl Plan {
             None => (instants(&clock), clock.instants_s.len()),
             Some(_) => ((0..clock.times_s.len() as u32).collect(), clock.times_s.len()),
         };
-        let parts = parts(case);
+        let conductions: Vec<_> = case.layup.plies.iter().flat_map(|ply| conductions(case, ply)).collect();
+        let parts = parts(case, &conductions);
         let (levels, middle_pa) = tables::levels(case);
         let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
         let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
@@ -180,6 +184,7 @@ impl Plan {
             records,
             readout: clock.readout,
             plies: plies(case, &grid.plies, levels * TABLE_NODES * tables::columns(parts)),
+            conductions,
             scalings: scalings(case),
             has_depths: places.iter().any(|place| place.depth > 0),
             places,
@@ -229,33 +234,29 @@ impl Plan {
     }
 }
 
-fn parts(case: &Case) -> usize {
-    let is_part = |property| {
-        matches!(property, Property::ConductivitySolid | Property::ConductivityGas | Property::ConductivityRadiative)
-    };
-    if case.factors.iter().any(|factor| is_part(factor.property)) {
+fn parts(case: &Case, conductions: &[Conduction<u32>]) -> usize {
+    if case.factors.iter().any(|factor| factor.property.is_part()) {
         3
-    } else if case.layup.plies.iter().any(|ply| extinction(case, ply) > 0) {
+    } else if conductions.iter().any(|conduction| conduction.extinction > 0) {
         2
     } else {
         1
     }
 }
 
-/// The column of the factor on the density of a ply, where extinction follows that.
-fn extinction(case: &Case, ply: &crate::case::Ply) -> u32 {
-    let follows = ply.material.conductivity.extinction_follows_density();
-    if follows { column(case, &ply.name, Property::Density) } else { 0 }
-}
-
 /// The ensemble column of the factor on a property of a ply (by its group or name, or of all plies), 0 where there is none.
 fn column(case: &Case, ply: &str, property: Property) -> u32 {
+    column_of_state(case, ply, "", property)
+}
+
+/// As [`column`], of one state of the ply.
+fn column_of_state(case: &Case, ply: &str, state: &str, property: Property) -> u32 {
     let group = case.layup.plies.iter().find(|p| p.name == ply).map_or("", |p| p.group.as_str());
     case.factors
         .iter()
         .position(|factor| {
             let holds = ply.is_empty() || factor.group.is_empty() || factor.group == group || factor.group == ply;
-            factor.property == property && holds
+            factor.property == property && holds && factor.state.as_deref().is_none_or(|only| only == state)
         })
         .map_or(0, |factor| factor as u32 + 1)
 }

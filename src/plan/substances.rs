@@ -1,7 +1,7 @@
 //! Rows of plies: what they are made of, what that turns into, and what scales it.
 
-use super::layout::{Bulk, Path, Ply, Reaction, Substance};
-use super::{column, extinction, tables};
+use super::layout::{Bulk, Conduction, Path, Ply, Reaction, Substance};
+use super::{column, column_of_state, tables};
 use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Material, Mixing, Pores, Property, PyrolysisHeat, Sequence, Table};
 
@@ -20,10 +20,6 @@ pub(super) fn plies(case: &Case, cells: &[(usize, usize)], block: usize) -> Vec<
             first_state: state as u32,
             first_reaction: reaction as u32,
             end_reaction: (reaction + reactions) as u32,
-            conductivity: of(Property::Conductivity),
-            conductivity_solid: of(Property::ConductivitySolid),
-            conductivity_gas: of(Property::ConductivityGas),
-            conductivity_radiative: of(Property::ConductivityRadiative),
             heat_capacity: of(Property::HeatCapacity),
             density: of(Property::Density),
             thickness: of(Property::Thickness),
@@ -33,13 +29,29 @@ pub(super) fn plies(case: &Case, cells: &[(usize, usize)], block: usize) -> Vec<
             char_yield: of(Property::CharYield),
             permeability: of(Property::Permeability),
             holder: column(case, "", Property::Holder),
-            extinction: extinction(case, ply),
             contact: of(Property::Contact),
         };
         (state, reaction) = (state + states, reaction + reactions);
         row
     })
     .collect()
+}
+
+/// What scales the conductivity of every state of a ply.
+pub(super) fn conductions(case: &Case, ply: &crate::case::Ply) -> Vec<Conduction<u32>> {
+    let states = ply.material.conductivities();
+    states
+        .map(|(state, conductivity)| {
+            let of = |property| column_of_state(case, &ply.name, state, property);
+            Conduction {
+                whole: of(Property::Conductivity),
+                solid: of(Property::ConductivitySolid),
+                gas: of(Property::ConductivityGas),
+                radiative: of(Property::ConductivityRadiative),
+                extinction: if conductivity.extinction_follows_density() { of(Property::Density) } else { 0 },
+            }
+        })
+        .collect()
 }
 
 /// States of a material: virgin and its residues.

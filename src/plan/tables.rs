@@ -47,10 +47,7 @@ pub(super) fn levels(case: &Case) -> (usize, f64) {
     let is_steady = high - low <= 1e-9 * high;
     let flows = case.gas.as_ref().is_some_and(|flow| flow.path == GasPath::Darcy);
     let feels = case.layup.plies.iter().any(|ply| {
-        let residues = ply.material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
-        let mut conductivities =
-            std::iter::once(&ply.material.conductivity).chain(residues.map(|residue| &residue.conductivity));
-        conductivities.any(|conductivity| match conductivity {
+        ply.material.conductivities().any(|(_, conductivity)| match conductivity {
             Conductivity::Tables(tables) => tables.len() > 1,
             Conductivity::Parts(parts) => !parts.pores.is_empty(),
         })

@@ -166,6 +166,7 @@ fn case() -> Case {
         name: name.to_owned(),
         group: group.to_owned(),
         property,
+        state: None,
         nominal: 1.0,
         small: (1.0 - small, 1.0 + small),
         large: (1.0 - 2.0 * small, 1.0 + 2.0 * small),

@@ -146,6 +146,9 @@ pub(super) fn meaning(factor: &Factor) -> String {
     if factor.property == Property::Contact && !factor.group.is_empty() {
         return format!("{property} under {}", factor.group);
     }
+    if let Some(state) = &factor.state {
+        return format!("{property} of {state} {}", factor.group);
+    }
     if factor.group.is_empty() { property.to_owned() } else { format!("{property} of {}", factor.group) }
 }
 

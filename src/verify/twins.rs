@@ -129,6 +129,7 @@ fn cases() -> Vec<Case> {
         name: name.to_owned(),
         group: group.to_owned(),
         property,
+        state: None,
         nominal: 1.0,
         small: (0.75, 1.25),
         large: (0.5, 1.5),

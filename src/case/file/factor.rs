@@ -116,7 +116,8 @@ fn pair(section: &Section<'_>, factors: Option<&[Factor]>) -> Read<Option<(usize
 fn overlap(one: &Factor, other: &Factor, layup: &Layup) -> bool {
     let both = |ply: &Ply| in_group(ply, &one.group) && in_group(ply, &other.group);
     let of_all = one.group.is_empty() || other.group.is_empty();
-    one.property == other.property && (of_all || one.group == other.group || layup.plies.iter().any(both))
+    let states = one.state.is_none() || other.state.is_none() || one.state == other.state;
+    one.property == other.property && states && (of_all || one.group == other.group || layup.plies.iter().any(both))
 }
 
 /// A group is the plies that name it, or the one ply of that name.
@@ -132,11 +133,13 @@ fn factor(section: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Factor> {
     let name = section.required("name", "a name such as \"f_k_INS\"").and_then(name);
     let property = section.required("property", "a property such as \"conductivity\"").and_then(property);
     let group = section.optional("group");
+    let state = section.optional("state").map(|written| state(written, property, group, scaled)).transpose();
     let small = section.required("small", "bounds such as [0.75, 1.25]").and_then(bounds);
     let large = section.optional("large").map_or(small, bounds);
     let nominal = section.optional("nominal").map(Written::number).transpose();
     let highest = large.map_or(1.0, |(_, high)| high);
-    let scales = property.and_then(|property| scales(section, property, group, highest, scaled));
+    let named = state.as_ref().map_or(None, Option::as_deref);
+    let scales = property.and_then(|property| scales(section, property, (group, named), highest, scaled));
     section.close();
     let (name, small, large, nominal) = (name?, small?, large?, nominal?.unwrap_or(1.0));
     if large.0 > small.0 || large.1 < small.1 {
@@ -150,7 +153,7 @@ fn factor(section: &Section<'_>, scaled: Option<Scaled<'_>>) -> Read<Factor> {
             .optional("nominal")
             .map_or_else(|| section.fault(&message), |written| written.fault(&message)));
     }
-    let factor = Factor { name, group: scales?, property: property?, nominal, small, large };
+    let factor = Factor { name, group: scales?, property: property?, state: state?, nominal, small, large };
     let sensors = scaled.filter(|_| factor.property == Property::Depth).map(|scaled| (scaled.layup, scaled.sensors));
     sensors
         .and_then(|(layup, sensors)| adrift(&factor, layup, sensors))
@@ -174,6 +177,32 @@ fn property(written: Written<'_>) -> Read<Property> {
     found.ok_or_else(|| written.fault(format!("unknown property {text:?}{}", suggestion(text, known))))
 }
 
+/// A state that every ply of the group can be in, of a property that is told apart by it.
+fn state(
+    written: Written<'_>,
+    property: Read<Property>,
+    group: Option<Written<'_>>,
+    scaled: Option<Scaled<'_>>,
+) -> Read<String> {
+    let state = written.text()?;
+    if property.is_ok_and(|property| !property.is_conductivity()) {
+        return Err(written.fault("only conductivities are told apart by state: expected no `state`"));
+    }
+    let group = group.map(Written::text).transpose()?;
+    let plies = scaled
+        .iter()
+        .flat_map(|scaled| &scaled.layup.plies)
+        .filter(|ply| group.is_some_and(|group| in_group(ply, group)));
+    for ply in plies {
+        let known = || ply.material.conductivities().map(|(state, _)| state);
+        if !known().any(|known| known == state) {
+            let (id, name, hint) = (&ply.material.id, &ply.name, suggestion(state, known()));
+            return Err(written.fault(format!("{id:?} (ply {name:?}) knows no state {state:?}{hint}")));
+        }
+    }
+    Ok(state.to_owned())
+}
+
 /// Low and high, above zero.
 fn bounds(written: Written<'_>) -> Read<(f64, f64)> {
     let [low, high] = written.pair()?;
@@ -192,7 +221,7 @@ fn bounds(written: Written<'_>) -> Read<(f64, f64)> {
 fn scales(
     section: &Section<'_>,
     property: Property,
-    group: Option<Written<'_>>,
+    (group, state): (Option<Written<'_>>, Option<&str>),
     highest: f64,
     scaled: Option<Scaled<'_>>,
 ) -> Read<String> {
@@ -207,7 +236,7 @@ fn scales(
         }
         (Some(written), true) => {
             let group = written.text()?;
-            let refused = scaled.and_then(|scaled| refused(property, group, highest, scaled));
+            let refused = scaled.and_then(|scaled| refused(property, group, state, highest, scaled));
             refused.map_or(Ok(group.to_owned()), |reason| Err(written.fault(reason)))
         }
     }
@@ -244,7 +273,7 @@ fn adrift(factor: &Factor, layup: &Layup, sensors: &[Sensor]) -> Option<String> 
 }
 
 /// Why a factor of a group of plies cannot be, which goes up to `highest`.
-fn refused(property: Property, group: &str, highest: f64, scaled: Scaled<'_>) -> Option<String> {
+fn refused(property: Property, group: &str, state: Option<&str>, highest: f64, scaled: Scaled<'_>) -> Option<String> {
     let Scaled { layup, hot_face, back_face, gas_path, sensors, .. } = scaled;
     if property == Property::Depth {
         let found = sensors.iter().find(|sensor| sensor.name == group);
@@ -290,16 +319,22 @@ fn refused(property: Property, group: &str, highest: f64, scaled: Scaled<'_>) ->
         }
         _ => return None,
     };
-    let lacks = plies.iter().find(|ply| match &ply.material.conductivity {
-        Conductivity::Tables(_) => true,
-        Conductivity::Parts(parts) => match part {
-            1 => parts.pores.is_empty(),
-            2 => parts.extinction_1_m.is_none(),
-            _ => false,
-        },
+    // What a residue does not state is the virgin's, so that this has what the others have, as a rule.
+    let state = state.unwrap_or("virgin");
+    let lacks = plies.iter().find(|ply| {
+        let mut stated = ply.material.conductivities().filter(|(name, _)| *name == state);
+        stated.any(|(_, conductivity)| match conductivity {
+            Conductivity::Tables(_) => true,
+            Conductivity::Parts(parts) => match part {
+                1 => parts.pores.is_empty(),
+                2 => parts.extinction_1_m.is_none(),
+                _ => false,
+            },
+        })
     })?;
     let part = ["solid", "gas", "radiative"][part];
-    Some(format!("the conductivity of {:?} (ply {:?}) has no {part} part", lacks.material.id, lacks.name))
+    let of = if state == "virgin" { String::new() } else { format!("{state} ") };
+    Some(format!("the conductivity of {of}{:?} (ply {:?}) has no {part} part", lacks.material.id, lacks.name))
 }
 
 /// Why the reactions of a ply cannot be scaled.

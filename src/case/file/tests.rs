@@ -2,6 +2,7 @@
 
 mod correlation;
 mod reacting;
+mod states;
 
 use crate::case::{Bounds, Case, Emissivity, Face, Property};
 use std::path::{Path, PathBuf};

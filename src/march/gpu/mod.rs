@@ -204,6 +204,7 @@ impl Gpu {
             device.upload("substances", &flat(&rows.substances, |row, into| row.flatten(into))),
             device.upload("reactions", &reactions),
             device.upload("paths", &paths),
+            device.upload("conductions", &flat(&plan.conductions, |row, into| row.flatten(into))),
         ]
     }
 

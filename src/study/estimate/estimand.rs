@@ -46,7 +46,8 @@ pub(super) fn estimands(cases: &[&Case]) -> Result<Vec<Estimand>, EstimateError>
 /// The place of the factor in another case that has the name of this one and scales the same.
 fn alike(case: &Case, factor: &Factor, other: &Case) -> Option<usize> {
     other.factors.iter().position(|twin| {
-        let is_same = (&twin.name, twin.property, &twin.group) == (&factor.name, factor.property, &factor.group);
+        let is_same = (&twin.name, twin.property, &twin.state, &twin.group)
+            == (&factor.name, factor.property, &factor.state, &factor.group);
         is_same && substances(other, twin) == substances(case, factor)
     })
 }

@@ -49,6 +49,7 @@ impl Stretched {
                 name: "thickness".to_owned(),
                 group: group.to_owned(),
                 property: Property::Thickness,
+                state: None,
                 nominal: 1.0,
                 small: (1.0, 1.0),
                 large: (1.0, 1.0),

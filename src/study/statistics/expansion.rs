@@ -173,7 +173,8 @@ mod tests {
         f: impl Fn(&[f64]) -> f64,
     ) -> Causes {
         let (name, group, property) = ("f".to_owned(), "INS".to_owned(), Property::Conductivity);
-        let factor = Factor { name, group, property, nominal: 0.0, small: (-1.0, 1.0), large: (-1.0, 1.0) };
+        let factor =
+            Factor { name, group, property, state: None, nominal: 0.0, small: (-1.0, 1.0), large: (-1.0, 1.0) };
         let sampling = Sampling { kind, seed };
         let drawn = vec![factor; factors];
         let ensemble = Ensemble::sample(&drawn, Bounds::Small, &sampling, members).correlated(correlation);

@@ -16,6 +16,7 @@ fn members(count: usize) -> (Vec<f64>, Vec<f64>) {
         name: name.into(),
         group: "INS".into(),
         property: Property::Conductivity,
+        state: None,
         nominal: 1.0,
         small,
         large: small,

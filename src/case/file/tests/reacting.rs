@@ -127,7 +127,7 @@ fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
     })
 }
 
-fn told(name: &str, case: &[(&str, &str)], material: &[(&str, &str)]) -> Vec<String> {
+pub(super) fn told(name: &str, case: &[(&str, &str)], material: &[(&str, &str)]) -> Vec<String> {
     let scratch = Scratch::new(&format!("reacting-{name}"));
     scratch.write("charring.toml", replaced(CHARRING, material));
     let (inert, _) = CHARRING.split_once("[decomposition]").expect("a decomposition");

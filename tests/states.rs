@@ -1,0 +1,65 @@
+//! Conductivities scaled state by state: as one where all are, each where it is, and sought from temperatures.
+
+use crate::support::{ANOTHER_CODE_K, case};
+use bondline::case::{Case, Factor};
+use bondline::ensemble::Ensemble;
+use bondline::march::cpu::Cpu;
+use bondline::march::extrapolated::Extrapolated;
+use bondline::march::{March, Precision};
+use bondline::pilot::pilot;
+use bondline::plan::Plan;
+use bondline::study::estimate::{Estimated, Search, estimate};
+
+/// The slab of two states with these factors, marched with these values.
+fn marched(factors: Vec<Factor>, values: &[f64]) -> Vec<f64> {
+    let mut case = Case { factors, ..case("tacot-conductivity") };
+    (case.resolution.cells, case.resolution.largest_step_s) = (40, 2.0);
+    let ensemble = Ensemble::at(values.len(), values.to_vec());
+    let traces = Cpu::new(Precision::F64).march(&Plan::new(&case), &ensemble, 0..1);
+    traces.expect("the processor does not fail").temperatures_k
+}
+
+#[test]
+fn states_scaled_alike_are_one_conductivity_scaled_and_each_alone_is_another() {
+    let each = case("tacot-conductivity").factors;
+    let [solid, radiative] = [0, 1].map(|place| Factor { state: None, ..each[place].clone() });
+    let whole = marched(vec![solid, radiative], &[1.3, 0.8]);
+    assert_eq!(whole, marched(each.clone(), &[1.3, 0.8, 1.3, 0.8]), "both states scaled alike");
+    for alone in [[1.3, 1.0, 1.0, 1.0], [1.0, 0.8, 1.0, 1.0], [1.0, 1.0, 1.3, 1.0], [1.0, 1.0, 1.0, 0.8]] {
+        let marched = marched(each.clone(), &alone);
+        let apart_k = whole.iter().zip(&marched).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart_k > 1.0, "{alone:?} is off by {apart_k} K");
+    }
+}
+
+/// What is estimated of a case as the command does, and the root mean square of all that it leaves, K.
+fn estimated(case: &Case) -> (Estimated, f64) {
+    let plan = pilot(case).expect("the processor marches");
+    let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
+    let found = estimate(&[(case, &plan)], &mut march, &Search::of(Precision::F64)).expect("an estimate");
+    let left = found.fitted[0].misfits.iter().map(|(_, after)| (after.samples as f64, after.rms_k));
+    let (count, sum) = left.fold((0.0, 0.0), |(count, sum), (n, rms_k)| (count + n, sum + n * rms_k * rms_k));
+    (found, (sum / count).sqrt())
+}
+
+/// PATO does not tell the coefficients that made its temperatures. All four intervals hold a number of one digit, within 2.5 % of
+/// each estimate and each within what PATO searches: four round numbers are taken for the answer.
+#[test]
+fn four_coefficients_of_conductivity_are_found_from_temperatures_of_another_code() {
+    let case = case("tacot-conductivity");
+    let (found, left_k) = estimated(&case);
+    assert!(found.converged && !found.at_bound.contains(&true), "{found:?}");
+    assert_eq!(found.samples, 480, "a reading a second at each of four depths");
+    assert!(left_k <= ANOTHER_CODE_K, "{left_k} K");
+    for ((value, (low, high)), round) in found.values.iter().zip(&found.intervals).zip([2.0, 2.0, 1.0, 1.0]) {
+        assert!((low..=high).contains(&&round), "{low} to {high} do not hold {round}");
+        assert!(high - low < 0.1 * value, "{low} to {high} say little");
+    }
+    let mut alike = case.clone();
+    alike.factors.truncate(2);
+    alike.factors.iter_mut().for_each(|factor| factor.state = None);
+    alike.estimate.factors.truncate(2);
+    alike.estimate.start.truncate(2);
+    let (_, left_k) = estimated(&alike);
+    assert!(left_k > 2.0 * ANOTHER_CODE_K, "one conductivity in both states passed: {left_k} K");
+}
