@@ -2,7 +2,7 @@
 //!
 //! Errors fall with the square of cells and steps (`verify --group orders`). So a plan and the same with half of both differ by three times
 //! what the finer one is off, and taking that off leaves terms of the third and fourth order (Richardson, Phil. Trans. A 210, 1911). On the
-//! paper's layup that costs a quarter more and leaves a tenth of the error. The road not taken, a scheme of fourth order through interfaces, contacts and faces that
+//! paper's layup that costs a quarter more and leaves a fifth of the error on 160 cells, a tenth on 320. The road not taken, a scheme of fourth order through interfaces, contacts and faces that
 //! radiate, would have to be written twice and would give no measure of its error.
 
 use super::{Backend, March, MarchError};
