@@ -39,8 +39,8 @@ pub(crate) const HISTORY_FLUENCE: f64 = 0.02;
 /// by 0.015 of the width, three of which are left, and as much for what is not quite linear.
 pub(crate) const POSTERIOR_ENDS: f64 = 0.1;
 
-/// What may be left of temperatures that another code made, K (rms): its implicit steps of 5 ms and 100 cells leave 0.85 K after
-/// the best fit of a converged march, most of it in the two seconds after the face jumps.
+/// What may be left of temperatures that PATO made, K (rms): its 100 cells and implicit steps of first order leave 1.08 K at the best
+/// fit of a march that is converged, and half of that is left for another march.
 pub(crate) const ANOTHER_CODE_K: f64 = 1.5;
 
 /// Parts of a variance that are to sum to a whole: chance is taken off each, and none is let below zero.
