@@ -85,12 +85,15 @@ def stretches(plan, plies, tables):
     """Plies joined where they are alike; a radiative part that is nothing is left out."""
     found = []
     block = plan["table_nodes"] * plan["table_columns"]
+    # A ply here has one state, and so has what scales its conductivity.
+    conductions = columns(plan["conductions"])
     for ply, density in enumerate(columns(plan["bulks"])["density_kg_m3"]):
         row = {name: int(values[ply]) for name, values in plies.items()}
         table = tables[row["table"] :][:block].reshape(plan["table_nodes"], -1)
         # Each property has its rise to the next node beside it.
         picked = [0, 4, 2] + ([8, 10] if plan["parts"] == 2 and table[:, 8].any() else [])
-        scales = {name: row[name] for name in ("conductivity", "extinction", "heat_capacity", "density")}
+        scales = {name: row[name] for name in ("heat_capacity", "density")}
+        scales["conductivity"], scales["extinction"] = (int(conductions[of][row["first_state"]]) for of in ("whole", "extinction"))
         own = np.ascontiguousarray(table[:, picked].T)
         stretch = Stretch(row["first_cell"], row["end_cell"], own, np.diff(own), density, **scales)
         last = found[-1] if found else None

@@ -9,7 +9,8 @@ mod common;
 
 use bondline::plan::Plan;
 use bondline::plan::layout::{
-    Bulk, Cell, Drive, FACE_COLUMNS, Face, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES, TABLE_STEP_K,
+    Bulk, Cell, Conduction, Drive, FACE_COLUMNS, Face, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES,
+    TABLE_STEP_K,
 };
 use serde_json::{Value, json};
 
@@ -35,6 +36,7 @@ fn main() {
             "instant_steps": read.collect::<Vec<_>>(),
             "cells": table(Cell::<f64>::FIELDS, &rows.cells, Cell::flatten),
             "plies": table(Ply::<u32>::FIELDS, &plan.plies, Ply::flatten),
+            "conductions": table(Conduction::<u32>::FIELDS, &plan.conductions, Conduction::flatten),
             "bulks": table(Bulk::<f64>::FIELDS, &rows.bulks, Bulk::flatten),
             "contacts_m2_k_w": rows.contacts_m2_k_w,
             "faces": table(Face::<f64>::FIELDS, &rows.faces, Face::flatten),
