@@ -317,11 +317,7 @@ impl Desk {
         }
         let step = asked::difference(method, step, self.march.precision())?;
         let found = sensitivity(&self.case, &self.plan, &mut self.march, step)?;
-        if method == Some(Method::Tangent) && found.step.is_some() {
-            return Err(input(
-                "--method tangent: the backend tells no derivatives; take --backend cpu or --method difference",
-            ));
-        }
+        asked::told(method, &found)?;
         self.sensitivity = Some(found);
         Ok(())
     }
