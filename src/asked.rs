@@ -147,6 +147,8 @@ pub(crate) fn trust(cases: &mut [Case], data: &Trusted) -> Result<(), Failure> {
     for case in cases {
         if let Some(window) = &data.window {
             case.estimate.window_s = Some(self::window(window)?);
+            // One that is typed is of every sensor: whoever types it would not look for those of a file behind it.
+            case.observations.iter_mut().for_each(|seen| seen.window_s = None);
         }
         if let Some(kind) = data.bounds {
             case.estimate.bounds = bounds(kind);

@@ -285,7 +285,7 @@ pub(crate) struct Trusted {
     /// Sensors, as TC3,TC4
     #[arg(long, value_delimiter = ',')]
     pub sensors: Vec<String>,
-    /// Start and end in seconds, as 0:80
+    /// Start and end in seconds, as 0:80, of every sensor, whatever window it has of its own
     #[arg(long)]
     pub window: Option<String>,
     /// Side constraints of the factors

@@ -46,7 +46,8 @@ fn twin(truth: &Schedule, noise_k: f64, seed: u64) -> Case {
     let noise = Noise { correlation_s: 0.0, seed }.at(&made.instants_s, 0, 0);
     let readings = made.temperatures_k[0].iter().zip(noise).map(|(at_k, noise)| at_k + noise_k * noise).collect();
     let sigma_k = vec![noise_k.max(1e-3); made.instants_s.len()];
-    case.observations = vec![Observation { sensor: 0, times_s: made.instants_s, temperatures_k: readings, sigma_k }];
+    case.observations =
+        vec![Observation { sensor: 0, times_s: made.instants_s, temperatures_k: readings, sigma_k, window_s: None }];
     case
 }
 

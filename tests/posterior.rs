@@ -1,12 +1,15 @@
 //! Posteriors of whole cases: against linear intervals and profiles, and bands against what was not fitted.
 
-use crate::support::{POSTERIOR_ENDS, case};
+use crate::support::{POSTERIOR_ENDS, ROUNDING_K, case};
 use bondline::case::{Case, Face, Observation};
-use bondline::march::{Precision, cpu::Cpu};
+use bondline::ensemble::Ensemble;
+use bondline::march::{Backend, March, MarchError, Precision, cpu::Cpu};
 use bondline::plan::Plan;
 use bondline::study::estimate::{Estimated, Search, estimate};
 use bondline::study::posterior::{Posterior, PosteriorError, Walkers, posterior};
 use bondline::study::twin::{Noise, twin};
+use bondline::traces::Traces;
+use std::ops::Range;
 
 const WALKERS: Walkers = Walkers { number: 100, moves: 400, seed: 1 };
 
@@ -29,7 +32,7 @@ fn observed(mut case: Case, sensor: &str, truth: &[(usize, f64)]) -> Case {
     let made = twin(&case, &plan, &mut Cpu::new(Precision::F64), values, 2.0, &noise).expect("a twin");
     let (times_s, temperatures_k) = (made.instants_s, made.measured_k[sensor].clone());
     let sigma_k = vec![2.0; times_s.len()];
-    case.observations = vec![Observation { sensor, times_s, temperatures_k, sigma_k }];
+    case.observations = vec![Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None }];
     case.estimate.sensors = vec![sensor];
     case
 }
@@ -116,6 +119,50 @@ fn the_band_of_an_unseen_thermocouple_holds_what_other_models_foresee_that_meet_
         plain = plain.min(by_factors);
     }
     assert!(plain < 0.95, "what is known of the factors alone holds {plain} already");
+    // Heat does not flow up: nothing gets colder than the start at 290 K, whatever the model lacks.
+    let coldest_k = unseen.discrepancy.low_k.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!((coldest_k - 290.0).abs() < ROUNDING_K, "{coldest_k} K");
+}
+
+/// The processor, which counts what it is asked for: members, and of derivatives the points.
+struct Counting {
+    march: Cpu,
+    tells: bool,
+    members: usize,
+}
+
+impl March for Counting {
+    fn backend(&self) -> Backend {
+        self.march.backend()
+    }
+
+    fn capacity(&self, plan: &Plan) -> usize {
+        self.march.capacity(plan)
+    }
+
+    fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
+        self.members += members.len();
+        self.march.march(plan, ensemble, members)
+    }
+
+    fn tangents(&mut self, plan: &Plan, points: &Ensemble, of: &[usize]) -> Result<Option<Traces>, MarchError> {
+        self.members += if self.tells { points.len() } else { 0 };
+        if self.tells { self.march.tangents(plan, points, of) } else { Ok(None) }
+    }
+}
+
+#[test]
+fn a_posterior_tells_as_many_members_as_were_marched_with_derivatives_told_and_by_differences() {
+    let case = observed(coarse("lcat-2259-tc3"), "TC4", &[]);
+    let (found, plan) = (estimated(&case, &[]), Plan::new(&case));
+    let walkers = Walkers { number: 10, moves: 20, seed: 1 };
+    let told = [true, false].map(|tells| {
+        let mut march = Counting { march: Cpu::new(Precision::F64), tells, members: 0 };
+        let drawn = posterior(&[(&case, &plan)], &mut march, &found, &walkers).expect("a posterior");
+        assert_eq!(drawn.marches, march.members, "derivatives told: {tells}");
+        drawn.marches
+    });
+    assert_eq!(told[1] - told[0], 2 * case.factors.len(), "a stencil has two members a factor beside its middle");
 }
 
 #[test]

@@ -86,6 +86,25 @@ impl OpenFace {
 }
 
 impl Exposure {
+    /// The coldest of what the layup starts at and of all that it gives heat to, K. No temperature of it falls below, but for what
+    /// reactions take up; nothing but zero is known where a flux draws heat off.
+    pub fn coldest_k(&self) -> f64 {
+        let least = |schedule: &Schedule| schedule.values.iter().copied().fold(f64::INFINITY, f64::min);
+        let of_face = |face: &Face| match face {
+            Face::Held(temperature_k) => least(temperature_k),
+            Face::Open(open) if least(&open.flux_w_m2) < 0.0 || least(&open.radiant_w_m2) < 0.0 => 0.0,
+            Face::Open(open) => {
+                let gas_k = if open.film_w_m2_k > 0.0 { least(&open.gas_k) } else { f64::INFINITY };
+                let radiates = open.emissivity != Emissivity::Constant(0.0);
+                let surroundings_k = if radiates { least(&open.surroundings_k) } else { f64::INFINITY };
+                gas_k.min(surroundings_k)
+            }
+        };
+        let start_k = self.initial_k.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
+        let holder_k = self.holder.as_ref().map_or(f64::INFINITY, |holder| least(&holder.temperature_k));
+        start_k.min(holder_k).min(of_face(&self.hot_face)).min(of_face(&self.back_face))
+    }
+
     /// Temperature at the start at a depth below the hot face, K.
     pub fn initial_at(&self, depth_m: f64) -> f64 {
         let points = &self.initial_k;
@@ -98,5 +117,39 @@ impl Exposure {
             let ((d0, t0), (d1, t1)) = (points[next - 1], points[next]);
             t0 + (t1 - t0) * (depth_m - d0) / (d1 - d0)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_gets_colder_than_its_start_and_what_it_gives_heat_to_unless_a_flux_draws_it_off() {
+        let mut open = OpenFace { film_w_m2_k: 10.0, gas_k: Schedule::constant(280.0), ..OpenFace::insulated() };
+        let of = |initial_k: f64, open: &OpenFace, holder: Option<Holder>| {
+            let exposure = Exposure {
+                duration_s: 1.0,
+                initial_k: vec![(0.0, 400.0), (1.0, initial_k)],
+                pressure_pa: Schedule::constant(1e5),
+                back_pressure_pa: None,
+                holder,
+                hot_face: Face::Open(open.clone()),
+                back_face: Face::Held(Schedule { times_s: vec![0.0, 1.0], values: vec![500.0, 275.0] }),
+            };
+            exposure.coldest_k()
+        };
+        assert_eq!([of(270.0, &open, None), of(300.0, &open, None)], [270.0, 275.0]);
+        open.gas_k = Schedule::constant(250.0);
+        assert_eq!(of(300.0, &open, None), 250.0);
+        let cold = Schedule::constant(200.0);
+        assert_eq!(of(300.0, &open, Some(Holder { conductance_w_m3_k: 1.0, temperature_k: cold.clone() })), 200.0);
+        // What it neither touches nor sees may be as cold as it likes.
+        open = OpenFace { surroundings_k: cold, ..OpenFace::insulated() };
+        assert_eq!(of(300.0, &open, None), 275.0);
+        open.emissivity = Emissivity::Material;
+        assert_eq!(of(300.0, &open, None), 200.0);
+        open.flux_w_m2 = Schedule::constant(-1.0);
+        assert_eq!(of(300.0, &open, None), 0.0);
     }
 }

@@ -51,6 +51,31 @@ pub struct Case {
     pub resolution: Resolution,
 }
 
+impl Case {
+    /// Start and end of what is trusted of a sensor, s: its own window, else the one of all, else the whole exposure.
+    pub fn window_s(&self, sensor: usize) -> (f64, f64) {
+        let own = self.observations.iter().find(|seen| seen.sensor == sensor).and_then(|seen| seen.window_s);
+        own.unwrap_or(self.window_of_all_s())
+    }
+
+    fn window_of_all_s(&self) -> (f64, f64) {
+        self.estimate.window_s.unwrap_or((0.0, self.exposure.duration_s))
+    }
+
+    /// The observations that judge: those of the sensors chosen, or all where none are.
+    pub fn judges(&self) -> impl Iterator<Item = &Observation> {
+        let chosen = &self.estimate.sensors;
+        self.observations.iter().filter(|seen| chosen.is_empty() || chosen.contains(&seen.sensor))
+    }
+
+    /// From the first start to the last end of the windows of the observations that judge, s.
+    pub fn trusted_s(&self) -> (f64, f64) {
+        let windows_s = self.judges().map(|seen| self.window_s(seen.sensor));
+        let whole = windows_s.reduce(|(from_s, to_s), window_s| (from_s.min(window_s.0), to_s.max(window_s.1)));
+        whole.unwrap_or(self.window_of_all_s())
+    }
+}
+
 /// What the case file proposes to estimate, and from what.
 #[derive(Clone, Debug, Default)]
 pub struct Estimate {
@@ -58,7 +83,7 @@ pub struct Estimate {
     pub factors: Vec<usize>,
     /// Indices into the sensors.
     pub sensors: Vec<usize>,
-    /// Start and end of the trusted data, s; `None` trusts all.
+    /// Start and end of the trusted data, s, of every sensor without a window of its own; `None` trusts all.
     pub window_s: Option<(f64, f64)>,
     /// Start of each factor of `factors`; empty starts at the nominal values.
     pub start: Vec<f64>,

@@ -1,7 +1,7 @@
 //! What was found, in sentences: the same for the page and, shortened, for the screen.
 
 use super::figures::nearest;
-use super::{Story, causes, gas, history, posterior, recovery, reduction, sizing, words};
+use super::{Story, causes, gas, history, observed, posterior, recovery, reduction, sizing, words};
 use crate::case::Case;
 use crate::fit::Loss;
 use crate::study::beside::Beside;
@@ -45,6 +45,9 @@ pub(super) fn all(story: &Story) -> Vec<Finding> {
                 ),
             );
         }
+    }
+    if let (Some(said), None) = (observed::apart(story), story.sizing) {
+        say("Trusted", said);
     }
     if let Some(outcome) = story.sizing {
         say("Thickness", sizing::found(story, outcome));

@@ -181,6 +181,7 @@ fn case() -> Case {
                 .map(|(n, &t)| rise(sensor, t, 0.92) + 2.0 * wobble(n + 997 * sensor) + 0.05 * t)
                 .collect(),
             sigma_k: vec![2.0; times_s.len()],
+            window_s: None,
             times_s,
         }
     });
@@ -366,6 +367,7 @@ fn sensitivity() -> Sensitivity {
             Dropped { variable: 1, reason: Reason::Correlation { with: 3, correlation: -0.97 } },
         ],
         stated: Some(set(vec![3, 4], vec![vec![1.0, 0.993], vec![0.993, 1.0]], 20.1)),
+        marches: 1,
     }
 }
 

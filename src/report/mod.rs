@@ -15,6 +15,7 @@ mod gas;
 mod history;
 mod html;
 pub mod materials;
+mod observed;
 mod posterior;
 mod recovery;
 mod reduction;

@@ -130,9 +130,7 @@ const HELD: f64 = 0.5;
 
 /// Whether the observations of a sensor were fitted.
 pub(super) fn is_fitted(case: &Case, sensor: usize) -> bool {
-    let chosen = &case.estimate.sensors;
-    let is_seen = case.observations.iter().any(|seen| seen.sensor == sensor);
-    is_seen && (chosen.is_empty() || chosen.contains(&sensor))
+    case.judges().any(|seen| seen.sensor == sensor)
 }
 
 /// What a band says of the sensor's observations.

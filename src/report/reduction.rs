@@ -1,7 +1,7 @@
 //! How the set to estimate was found, in words: from all factors to those that matter, to those that the data tell apart;
 //! and where the case states another.
 
-use super::words;
+use super::{observed, words};
 use crate::case::Case;
 use crate::fit::{Dropped, Limits, Reason};
 use crate::study::sensitivity::{Identifiability, Sensitivity};
@@ -135,17 +135,17 @@ pub(super) fn left_out(case: &Case, dropped: &Dropped) -> String {
 
 /// The data that the set is judged by.
 fn judges(case: &Case) -> String {
-    let chosen = &case.estimate.sensors;
-    let seen = case.observations.iter().map(|seen| seen.sensor);
-    let seen = seen.filter(|sensor| chosen.is_empty() || chosen.contains(sensor));
-    let sensors: Vec<&str> = seen.map(|sensor| case.sensors[sensor].name.as_str()).collect();
-    if sensors.is_empty() {
-        return "the sensors (nothing is observed)".to_owned();
-    }
-    let window = case.estimate.window_s.map_or(String::new(), |(from_s, to_s)| {
-        format!(" from {} to {}", words::seconds(from_s), words::seconds(to_s))
+    let judges = case.judges().map(|seen| {
+        let window = seen.window_s.or(case.estimate.window_s).map(observed::window);
+        (case.sensors[seen.sensor].name.as_str(), window.map_or(String::new(), |window| format!(" {window}")))
     });
-    format!("{}{window}", words::listed(&sensors))
+    let (sensors, windows): (Vec<&str>, Vec<String>) = judges.unzip();
+    let Some(first) = windows.first() else { return "the sensors (nothing is observed)".to_owned() };
+    if windows.iter().all(|window| window == first) {
+        return format!("{}{first}", words::listed(&sensors));
+    }
+    let each: Vec<String> = sensors.iter().zip(&windows).map(|(name, window)| format!("{name}{window}")).collect();
+    words::listed(&each)
 }
 
 fn with_share(case: &Case, outcome: &Sensitivity, factor: usize) -> String {

@@ -1,7 +1,8 @@
 //! The outcome on one screen: at most 24 lines of 80 columns.
 
 use super::{
-    Story, backend_words, causes, findings, gas, history, posterior, recovery, reduction, sizing, warnings, words,
+    Story, backend_words, causes, findings, gas, history, observed, posterior, recovery, reduction, sizing, warnings,
+    words,
 };
 use crate::study::estimate::Estimated;
 use crate::study::history::History;
@@ -33,6 +34,9 @@ pub fn screen(story: &Story) -> String {
         format!("{}{}, {} s", members, backend_words(story.backend), words::significant(elapsed_s, 2)),
     ];
     lines.extend(story.nominal_march().and_then(|march| march.reached).map(words::reached));
+    if story.sizing.is_none() {
+        lines.extend(observed::apart(story).map_or(Vec::new(), |said| wrapped("", &said)));
+    }
     // A study tells on the screen what four commands tell on four.
     let all = story.nominal.is_some() && story.estimated.is_some();
     let gas = story.nominal.and_then(|outcome| gas::found(story.case, outcome));

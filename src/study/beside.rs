@@ -66,7 +66,7 @@ pub fn beside(
         let rms_k = |from_s: f64, to_s: f64| {
             [
                 rms_k(seen, &first.after, seen.sensor, from_s, to_s),
-                rms_k(twin, &estimated.fitted[0].after, twin.sensor, from_s, to_s),
+                rms_k(seen, &estimated.fitted[0].after, twin.sensor, from_s, to_s),
             ]
         };
         Left { sensor: seen.sensor, heating_k: rms_k(0.0, cooling_s), cooling_k: rms_k(cooling_s, f64::INFINITY) }
@@ -116,11 +116,13 @@ fn cooling_s(case: &Case) -> f64 {
         .min(case.exposure.duration_s)
 }
 
-/// Root mean square of predicted less measured after `from_s`, up to `to_s`.
+/// Root mean square of predicted less measured after `from_s`, up to `to_s`. The window of all says what is fitted and leaves
+/// nothing out here; that of a sensor says what of its readings is believed.
 fn rms_k(seen: &Observation, predicted: &Nominal, sensor: usize, from_s: f64, to_s: f64) -> f64 {
     let samples = seen.times_s.iter().zip(&seen.temperatures_k);
+    let is_believed = |time_s: f64| seen.window_s.is_none_or(|(first_s, last_s)| (first_s..=last_s).contains(&time_s));
     let (count, squares_k2) = samples
-        .filter(|(time_s, _)| **time_s <= to_s && (**time_s > from_s || from_s == 0.0))
+        .filter(|(time_s, _)| is_believed(**time_s) && **time_s <= to_s && (**time_s > from_s || from_s == 0.0))
         .fold((0.0, 0.0), |(count, sum), (&time_s, &measured_k)| {
             let off_k = predicted.at(sensor, time_s) - measured_k;
             (count + 1.0, sum + off_k * off_k)

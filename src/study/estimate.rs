@@ -74,13 +74,12 @@ pub struct Estimated {
 pub struct Fitted {
     /// Indices of the sensors whose observations were fitted.
     pub sensors: Vec<usize>,
-    pub window_s: (f64, f64),
     /// The nominal march and the one at the estimates.
     pub before: Nominal,
     pub after: Nominal,
-    /// Misfit of each fitted observation before and after, over the window.
+    /// Misfit of each fitted observation before and after, over its window.
     pub misfits: Vec<(Misfit, Misfit)>,
-    /// One a fitted observation: times and measured less predicted, over the window.
+    /// One a fitted observation: times and measured less predicted, over its window.
     pub residuals: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
@@ -283,7 +282,7 @@ fn check(cases: &[&Case], factors: &[Estimand], observed: &[Vec<Vec<Sample>>]) -
             return Err(EstimateError::NothingShared(case.id.clone()));
         }
         if observed.iter().all(Vec::is_empty) {
-            let (from_s, to_s) = window_s(case);
+            let (from_s, to_s) = case.trusted_s();
             return Err(EstimateError::NoSamples { case: case.id.clone(), from_s, to_s });
         }
     }
@@ -308,10 +307,6 @@ fn profiled(factors: &[Estimand], names: &[String]) -> Result<Vec<usize>, Estima
     places.sort_unstable();
     places.dedup();
     Ok(places)
-}
-
-fn window_s(case: &Case) -> (f64, f64) {
-    case.estimate.window_s.unwrap_or((0.0, case.exposure.duration_s))
 }
 
 /// What is known of the factors beforehand, where side constraints are taken to say it.
@@ -352,9 +347,9 @@ impl Fitted {
     fn of((case, plan): (&Case, &Plan), observed: &[Vec<Sample>], (nominal, last): (&Traces, &Traces)) -> Self {
         let before = Nominal::of(case, plan, nominal, 0);
         let after = Nominal::of(case, plan, last, last.members() - 1);
-        let chosen = &case.estimate.sensors;
-        let is_fitted = |seen: &usize| chosen.is_empty() || chosen.contains(&case.observations[*seen].sensor);
-        let seen: Vec<usize> = (0..case.observations.len()).filter(is_fitted).collect();
+        let sensors: Vec<usize> = case.judges().map(|seen| seen.sensor).collect();
+        let all = case.observations.iter().zip(before.misfits.iter().zip(&after.misfits));
+        let fitted = all.filter(|(seen, _)| sensors.contains(&seen.sensor));
         let residuals = |samples: &Vec<Sample>| {
             samples
                 .iter()
@@ -362,9 +357,8 @@ impl Fitted {
                 .unzip()
         };
         Self {
-            sensors: seen.iter().map(|&seen| case.observations[seen].sensor).collect(),
-            window_s: window_s(case),
-            misfits: seen.iter().map(|&seen| (before.misfits[seen], after.misfits[seen])).collect(),
+            misfits: fitted.map(|(_, (before, after))| (*before, *after)).collect(),
+            sensors,
             residuals: observed.iter().map(residuals).collect(),
             before,
             after,

@@ -58,7 +58,7 @@ pub struct History {
     /// Every weight tried, the strongest first.
     pub rungs: Vec<Rung>,
     pub seen: Vec<Seen>,
-    /// End of the window, s: nothing was sought after it.
+    /// The last end of the sensors' windows, s: nothing was sought after it.
     pub end_s: f64,
     pub samples: usize,
     /// Histories marched.
@@ -99,13 +99,13 @@ pub enum HistoryError {
 /// Of a schedule that is zero throughout, W/m².
 const SCALE_W_M2: f64 = 1e5;
 
-/// Find the flux at the hot face from the readings of the sensors and the window that the case names, its factors being nominal.
+/// Find the flux at the hot face from the readings of the sensors and the windows that the case names, its factors being nominal.
 ///
 /// # Errors
 /// When the hot face has no flux, there is too little to find it from, or the device fails.
 pub fn history(case: &Case, march: &mut dyn March, wanted: &Wanted) -> Result<History, HistoryError> {
     let flux = flux(case)?;
-    let (from_s, to_s) = case.estimate.window_s.unwrap_or((0.0, case.exposure.duration_s));
+    let (from_s, to_s) = case.trusted_s();
     let end_s = to_s.min(case.exposure.duration_s);
     let knots = Knots::new(flux, end_s, wanted.knots);
     let schedule = |values: Vec<f64>| Schedule { times_s: knots.times_s.clone(), values };

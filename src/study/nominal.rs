@@ -48,7 +48,7 @@ pub struct Reading {
     pub end: f64,
 }
 
-/// Prediction less measurement, over the trusted window.
+/// Prediction less measurement, over the trusted window of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Misfit {
     pub rms_k: f64,
@@ -133,7 +133,7 @@ impl Peak {
 
 /// The samples of an observation within the trusted window: the index of each, and of the instant at it.
 pub fn trusted(case: &Case, seen: &Observation, instants_s: &[f64]) -> Vec<(usize, usize)> {
-    let (start_s, end_s) = case.estimate.window_s.unwrap_or((0.0, case.exposure.duration_s));
+    let (start_s, end_s) = case.window_s(seen.sensor);
     let samples = seen.times_s.iter().enumerate().filter(|(_, time_s)| (start_s..=end_s).contains(*time_s));
     samples.map(|(sample, &time_s)| (sample, nearest(instants_s, time_s))).collect()
 }

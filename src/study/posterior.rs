@@ -40,7 +40,7 @@ pub struct Posterior {
     pub burn_in: usize,
     /// The share of proposals that was taken.
     pub acceptance: f64,
-    /// Members marched, those of the bands among them.
+    /// Members marched, those of the bands among them, one with its derivatives counted once.
     pub marches: usize,
     /// One a factor, in the order of the estimate.
     pub marginals: Vec<Marginal>,
@@ -116,8 +116,14 @@ pub fn posterior(
     let pairs = (0..factors).flat_map(|second| (0..second).map(move |first| (second, first)));
     let pairs = pairs.map(|(y, x)| Pair::of((x, kept[x], &marginals[x]), (y, kept[y], &marginals[y]))).collect();
 
-    let gains_k = runs.iter().enumerate().map(|(which, run)| discrepancy::gains_k(*run, which, found, march));
-    let gains_k: Vec<Vec<Vec<f64>>> = gains_k.collect::<Result<_, MarchError>>()?;
+    let WithPriors { problem: Weighed { problem: Robust { problem: walked, .. }, .. }, .. } = problem;
+    let mut marches = walked.marches + runs.len() * draws.len();
+    let mut gains_k = Vec::with_capacity(runs.len());
+    for (which, run) in runs.iter().enumerate() {
+        let (of_case_k, taken) = discrepancy::gains_k(*run, which, found, march)?;
+        gains_k.push(of_case_k);
+        marches += taken;
+    }
     let instants_s: Vec<&[f64]> = runs.iter().map(|(_, plan)| plan.instants_s.as_slice()).collect();
     let discrepancy = Discrepancy::of(found, &observed, &instants_s, &gains_k);
     let mut predicted = Vec::with_capacity(runs.len());
@@ -125,12 +131,11 @@ pub fn posterior(
         let asked = predicted::Asked { which, found, draws: &draws, discrepancy, gains_k: &gains_k[which] };
         predicted.push(predicted::predict(*run, march, &asked, walkers.seed)?);
     }
-    let stencils: usize = runs.iter().map(|(case, _)| 2 * case.factors.len() + 1).sum();
     Ok(Posterior {
         walkers: *walkers,
         burn_in,
         acceptance: walk.acceptance,
-        marches: runs.len() * (walk.evaluations + 1 + draws.len()) + stencils,
+        marches,
         marginals,
         pairs,
         gain: (estimate - walk.lowest.1).max(0.0),

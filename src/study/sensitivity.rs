@@ -32,6 +32,8 @@ pub struct Sensitivity {
     pub reduction: Vec<Dropped>,
     /// The set that the case states for estimation, where it does.
     pub stated: Option<Identifiability>,
+    /// Members marched, one with its derivatives counted once.
+    pub marches: usize,
 }
 
 impl Sensitivity {
@@ -107,6 +109,7 @@ pub fn sensitivity(
             (difference(&mut problem, &nominal, step)?, Some(step))
         }
     };
+    let marches = problem.marches;
     let derivatives_k = factors.iter().map(|&factor| {
         let column: Vec<f64> = tangent.jacobian.column(factor).iter().copied().collect();
         column.chunks(instants).map(<[f64]>::to_vec).collect()
@@ -138,6 +141,7 @@ pub fn sensitivity(
         proposed: of(&reduced.kept),
         reduction: reduced.dropped,
         stated: (!case.estimate.factors.is_empty()).then(|| of(&case.estimate.factors)),
+        marches,
     })
 }
 

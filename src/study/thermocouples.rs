@@ -174,13 +174,9 @@ impl LeastSquares for Thermocouples<'_> {
     }
 }
 
-/// The trusted samples of the observations of the sensors chosen (all that have any, where none are), one
-/// vector an observation.
+/// The trusted samples of the observations that judge, one vector an observation.
 pub fn samples(case: &Case, plan: &Plan) -> Vec<Vec<Sample>> {
-    let chosen = &case.estimate.sensors;
-    case.observations
-        .iter()
-        .filter(|seen| chosen.is_empty() || chosen.contains(&seen.sensor))
+    case.judges()
         .map(|seen| {
             let pairs = trusted(case, seen, &plan.instants_s).into_iter();
             pairs

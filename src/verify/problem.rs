@@ -331,7 +331,7 @@ fn observed(points: &[Point], start_k: f64) -> Observation {
     times_s.sort_by(f64::total_cmp);
     times_s.dedup();
     let count = times_s.len();
-    Observation { sensor: 0, times_s, temperatures_k: vec![start_k; count], sigma_k: vec![1.0; count] }
+    Observation { sensor: 0, times_s, temperatures_k: vec![start_k; count], sigma_k: vec![1.0; count], window_s: None }
 }
 
 /// The instant at a time; a clock takes times closer than a billionth of the march for one.

@@ -6,7 +6,7 @@ use crate::support::Scratch;
 use serde_json::Value;
 
 /// A case like the one of these tests but for one text, observed as its twin of known factors with 2 K noise would be.
-fn observed(scratch: &Scratch, name: &str, (from, to): (&str, &str), seed: usize) {
+pub(super) fn observed(scratch: &Scratch, name: &str, (from, to): (&str, &str), seed: usize) {
     assert!(CASE.contains(from), "{from:?} stands in the case");
     let file = format!("{name}/case.toml");
     scratch.write(&file, CASE.replacen(from, to, 1));
@@ -16,7 +16,7 @@ fn observed(scratch: &Scratch, name: &str, (from, to): (&str, &str), seed: usize
     scratch.write(&file, text);
 }
 
-const SAME: (&str, &str) = ("name = \"Two plies\"", "name = \"Two plies\"");
+pub(super) const SAME: (&str, &str) = ("name = \"Two plies\"", "name = \"Two plies\"");
 const THICK: (&str, &str) = ("thickness = \"3 mm\"", "thickness = \"5 mm\"");
 const OTHER: (&str, &str) = ("material = \"pyrogel3350\"", "material = \"pyrogel2250\"");
 const ALL: &str = "--factors f_k,f_q --sensors TC1,TC2 --window 0:40 --json --quiet --force";
@@ -26,7 +26,7 @@ fn estimated(scratch: &Scratch, cases: &str, options: &str) -> Value {
 }
 
 #[track_caller]
-fn number(found: &Value, path: &str) -> f64 {
+pub(super) fn number(found: &Value, path: &str) -> f64 {
     let value = path.split('.').fold(found, |value, key| &value[key]);
     value.as_f64().unwrap_or_else(|| panic!("no {path} in {found:#}"))
 }

@@ -7,6 +7,7 @@ mod history; // a flux recovered: words, numbers, a file that heats a case
 mod machines; // devices, backends that cannot be had, materials, verification
 mod pieces; // a sweep cut into pieces and merged again; memory that does not grow
 mod questions; // predict, uncertainty, sensitivity, estimate, study, twin
+mod trusted; // what each thermocouple counts for: windows and standard deviations of their own
 
 use crate::support::Scratch;
 use std::ffi::OsStr;

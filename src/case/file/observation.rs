@@ -9,42 +9,105 @@ use crate::case::unit::Dimension;
 use crate::case::{Bounds, Estimate, Factor, Observation, Sensor};
 use crate::fit::Loss;
 
-/// Observations from a CSV, or written out under the names of their sensors. Samples after the duration are left out.
+/// Observations from a CSV, or written out under the names of their sensors, and what is said of each sensor beside. Samples
+/// after the duration are left out.
 pub(super) fn observations(
     case: &Section<'_>,
     folder: &Folder<'_>,
     sensors: Option<&[Sensor]>,
     duration_s: Read<f64>,
 ) -> Read<Vec<Observation>> {
-    let duration_s = duration_s.unwrap_or(f64::INFINITY);
     let Some(written) = case.optional("observations") else {
         return Ok(Vec::new());
     };
     let section = written.section()?;
-    let sigma_k = section.optional("sigma").map(|sigma| sigma.positive(Dimension::TemperatureDifference)).transpose();
+    let sigma_k = section.optional("sigma").map(sigma).transpose();
     let file = section.optional("file");
-    let inline = section.others();
-    let sigma_k = sigma_k?;
-    let mut found = match file {
-        Some(file) => measured(file, folder, sensors, sigma_k)?,
-        None if inline.is_empty() => {
-            return Err(
-                section.fault("no observations: expected `file = \"measured.csv\"` or `TC1 = [[\"0 s\", \"300 K\"]]`")
-            );
+    let named = section.others();
+    if file.is_none() && named.is_empty() {
+        return Err(
+            section.fault("no observations: expected `file = \"measured.csv\"` or `TC1 = [[\"0 s\", \"300 K\"]]`")
+        );
+    }
+    let own = all(named.into_iter().map(|(name, written)| Own::of(name, written, sensors, duration_s)));
+    let (sigma_k, own) = (sigma_k?, own?);
+    let mut found = file.map_or(Ok(Vec::new()), |file| measured(file, folder, sensors, sigma_k, &own))?;
+    let more = all(own.iter().filter_map(|own| match (found.iter().any(|(name, _)| name == own.name), own.samples) {
+        (true, None) => None,
+        (true, Some(samples)) => {
+            Some(Err(samples.fault(format!("sensor {:?} is observed in the file already", own.name))))
         }
-        None => Vec::new(),
-    };
-    found.extend(all(inline.into_iter().map(|(name, written)| {
+        (false, _) => Some(own.observed(sigma_k, file.is_some()).map(|observation| (own.name.to_owned(), observation))),
+    }))?;
+    found.extend(more);
+    all(found.into_iter().map(|(name, observation)| {
+        let observation = within(observation, duration_s.unwrap_or(f64::INFINITY), written)?;
+        match own.iter().find(|own| own.name == name) {
+            Some(own) => own.trusted(observation),
+            None => Ok(observation),
+        }
+    }))
+}
+
+/// What is written under the name of a sensor: its samples, `[["0 s", "300 K"]]`, or a table of what it has of its own.
+struct Own<'a> {
+    name: &'a str,
+    written: Written<'a>,
+    sensor: usize,
+    samples: Option<Written<'a>>,
+    window: Option<(Written<'a>, (f64, f64))>,
+    sigma_k: Option<f64>,
+}
+
+impl<'a> Own<'a> {
+    fn of(name: &'a str, written: Written<'a>, sensors: Option<&[Sensor]>, duration_s: Read<f64>) -> Read<Self> {
         let sensor = sensor(name, sensors).map_err(|message| written.fault(message))?;
-        if file.is_some() && found.iter().any(|other: &Observation| other.sensor == sensor) {
-            return Err(written.fault(format!("sensor {name:?} is observed in the file already")));
+        if !written.is_table() {
+            return Ok(Self { name, written, sensor, samples: Some(written), window: None, sigma_k: None });
         }
-        let sigma_k = sigma_k.ok_or_else(|| written.fault("observations written out need a `sigma`"))?;
+        let section = written.section()?;
+        let samples = section.optional("samples");
+        let window = section.optional("window").map(|written| Ok((written, window(written, duration_s)?))).transpose();
+        let sigma_k = section.optional("sigma").map(sigma).transpose();
+        section.close();
+        Ok(Self { name, written, sensor, samples, window: window?, sigma_k: sigma_k? })
+    }
+
+    /// The samples written out, with the sensor's own deviation or else that of all.
+    fn observed(&self, sigma_k: Option<f64>, has_file: bool) -> Read<Observation> {
+        let Some(samples) = self.samples else {
+            let name = self.name;
+            let column = if has_file { format!("a column \"{name}_K\" in the file or ") } else { String::new() };
+            let expected = format!("expected {column}`samples = [[\"0 s\", \"300 K\"]]`");
+            return Err(self.written.fault(format!("sensor {name:?} has no samples: {expected}")));
+        };
+        let sigma_k = self.sigma_k.or(sigma_k);
+        let sigma_k = sigma_k.ok_or_else(|| samples.fault("observations written out need a `sigma`"))?;
         let (times_s, temperatures_k): (Vec<f64>, _) =
-            corners(written, Dimension::Temperature, false)?.into_iter().unzip();
-        Ok(Observation { sensor, sigma_k: vec![sigma_k; times_s.len()], times_s, temperatures_k })
-    }))?);
-    all(found.into_iter().map(|observation| within(observation, duration_s, written)))
+            corners(samples, Dimension::Temperature, false)?.into_iter().unzip();
+        let sigma_k = vec![sigma_k; times_s.len()];
+        Ok(Observation { sensor: self.sensor, times_s, temperatures_k, sigma_k, window_s: None })
+    }
+
+    /// The observation with the sensor's own window, within which one sample lies at least.
+    fn trusted(&self, observation: Observation) -> Read<Observation> {
+        let Some((written, (start_s, end_s))) = self.window else { return Ok(observation) };
+        let times_s = &observation.times_s;
+        if times_s.iter().any(|time_s| (start_s..=end_s).contains(time_s)) {
+            return Ok(Observation { window_s: Some((start_s, end_s)), ..observation });
+        }
+        Err(written.fault(format!(
+            "window from {start_s} s to {end_s} s holds no sample of {:?}, which has {} from {} s to {} s",
+            self.name,
+            times_s.len(),
+            times_s[0],
+            times_s[times_s.len() - 1]
+        )))
+    }
+}
+
+fn sigma(written: Written<'_>) -> Read<f64> {
+    written.positive(Dimension::TemperatureDifference)
 }
 
 /// The sensor of a name; the first one stands in where the sensors themselves are at fault.
@@ -57,13 +120,14 @@ fn sensor(name: &str, sensors: Option<&[Sensor]>) -> Result<usize, String> {
     found.ok_or_else(|| format!("no sensor {name:?} to observe{}", suggestion(name, known)))
 }
 
-/// The columns of a CSV: `TC1_K` and, where the case gives no sigma of its own, `TC1_sigma_K`.
+/// The columns of a CSV: `TC1_K` and, where neither the sensor nor the case is given a sigma, `TC1_sigma_K`.
 fn measured(
     file: Written<'_>,
     folder: &Folder<'_>,
     sensors: Option<&[Sensor]>,
     sigma_k: Option<f64>,
-) -> Read<Vec<Observation>> {
+    own: &[Own<'_>],
+) -> Read<Vec<(String, Observation)>> {
     let faults = file.faults();
     let sheet = folder.sheet(file)?;
     let columns: Vec<(usize, &str)> = sheet.stems().collect();
@@ -78,7 +142,8 @@ fn measured(
         let sensor = sensor(stem, sensors).map_err(|message| sheet.fault(column, faults, message))?;
         let series = sheet.series(column, Dimension::Temperature, false, faults)?;
         let spread = columns.iter().find(|(_, other)| other.strip_suffix("_sigma") == Some(stem));
-        let sigma_k = match (sigma_k, spread) {
+        let own_k = own.iter().find(|own| own.name == stem).and_then(|own| own.sigma_k);
+        let sigma_k = match (own_k.or(sigma_k), spread) {
             (Some(sigma_k), _) => vec![sigma_k; series.len()],
             (None, Some(&(spread, _))) => {
                 let sigmas = sheet.series(spread, Dimension::TemperatureDifference, false, faults)?;
@@ -100,7 +165,7 @@ fn measured(
             }
         };
         let (times_s, temperatures_k) = series.into_iter().unzip();
-        Ok(Observation { sensor, times_s, temperatures_k, sigma_k })
+        Ok((stem.to_owned(), Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None }))
     }));
     unmatched.and(read)
 }

@@ -1,6 +1,7 @@
 //! What a case file may say, and what is said of one that is wrong.
 
 mod correlation;
+mod observed;
 mod reacting;
 mod states;
 

@@ -63,14 +63,15 @@ fn fit(
         (true, false) => "as Figures 30 and 31 of the paper".to_owned(),
         (false, _) => cited(if outcome.factors.len() > 2 { 8 } else { 21 }),
     };
-    let (from, to) = fitted.window_s;
+    let (from, to) = case.window_s(sensor);
     let (before, after) = (&fitted.before, &fitted.after);
-    let layers = vec![
-        Layer::Window { name: "fitted window".to_owned(), from, to },
+    let mut layers: Vec<Layer> =
+        misfit.map(|_| Layer::Window { name: "fitted window".to_owned(), from, to }).into_iter().collect();
+    layers.extend([
         line("nominal".to_owned(), Ink::Guide, Stroke::Dashed, &before.instants_s, &before.temperatures_k[sensor]),
         line("estimated".to_owned(), Ink::Series(0), Stroke::Solid, &after.instants_s, &after.temperatures_k[sensor]),
         measured("measured".to_owned(), Ink::Measured, seen),
-    ];
+    ]);
     let said = match misfit {
         Some((before, after)) => format!(
             "Between {} and {} the prediction is off by {} (root mean square) with the nominal factors and by {} with \
@@ -173,18 +174,29 @@ fn descent(case: &Case, outcome: &Estimated) -> Figure {
 fn residuals(story: &Story, case: &Case, outcome: &Estimated, fitted: &Fitted) -> Figure {
     let is_fitted = |seen: &&Observation| fitted.sensors.contains(&seen.sensor);
     let shown: Vec<&Observation> = case.observations.iter().filter(is_fitted).collect();
-    let mut layers = Vec::new();
-    if let Some(seen) = shown.first() {
+    let band = |name: String, ink: Ink, seen: &Observation| {
         let both: Vec<f64> = seen.sigma_k.iter().map(|sigma| 2.0 * sigma).collect();
-        layers.push(Layer::Band {
-            name: "± 2 σ measured".to_owned(),
-            ink: Ink::Guide,
+        Layer::Band {
+            name,
+            ink,
             opacity: 0.2,
             x: super::thinned(&seen.times_s),
             low: super::thinned(&both).iter().map(|bound| -bound).collect(),
             high: super::thinned(&both),
-        });
-    }
+        }
+    };
+    // Readings that are doubted alike have one band, others each their own, or a fit would seem to fail of the finest.
+    let mut layers: Vec<Layer> = match shown.first() {
+        Some(first) if shown.iter().all(|seen| seen.sigma_k == first.sigma_k) => {
+            vec![band("± 2 σ measured".to_owned(), Ink::Guide, first)]
+        }
+        _ => {
+            let own = |seen: &&Observation| {
+                band(format!("± 2 σ, {}", case.sensors[seen.sensor].name), Ink::Series(seen.sensor), seen)
+            };
+            shown.iter().map(own).collect()
+        }
+    };
     for (seen, (times_s, residuals_k)) in shown.iter().zip(&fitted.residuals) {
         let name = case.sensors[seen.sensor].name.clone();
         layers.push(line(name, Ink::Series(seen.sensor), Stroke::Solid, times_s, residuals_k));
@@ -204,7 +216,7 @@ fn residuals(story: &Story, case: &Case, outcome: &Estimated, fitted: &Fitted) -
             words::counted(outcome.samples, "sample"),
             words::significant(outcome.effective_samples, 2),
         ),
-        x: time(case).within(fitted.window_s.0, fitted.window_s.1),
+        x: time(case).within(case.trusted_s().0, case.trusted_s().1),
         y: Axis::linear("Measured less predicted, K"),
         layers,
     }

@@ -113,11 +113,11 @@ fn measured(name: String, ink: Ink, observation: &Observation) -> Layer {
     }
 }
 
-/// The trusted window, where the case gives one that leaves something out.
-fn window(case: &Case) -> Option<Layer> {
-    let (from, to) = case.estimate.window_s?;
+/// The trusted window of a sensor, where that leaves something out; `whose` follows its name.
+fn window(case: &Case, sensor: usize, whose: &str) -> Option<Layer> {
+    let (from, to) = case.window_s(sensor);
     let is_part = from > 0.0 || to < case.exposure.duration_s;
-    is_part.then(|| Layer::Window { name: "trusted window".to_owned(), from, to })
+    is_part.then(|| Layer::Window { name: format!("trusted window{whose}"), from, to })
 }
 
 /// At most a thousand points of a curve, evenly picked and the last one always: a screen shows no more.

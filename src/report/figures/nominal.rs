@@ -13,7 +13,7 @@ pub(super) fn figures(case: &Case, nominal: &Nominal) -> Vec<Figure> {
 }
 
 fn against_measurement(case: &Case, nominal: &Nominal) -> Figure {
-    let mut layers: Vec<Layer> = window(case).into_iter().collect();
+    let mut layers = windows(case);
     for (index, sensor) in case.sensors.iter().enumerate() {
         let name = format!("{} predicted", sensor.name);
         layers.push(line(name, Ink::Series(index), Stroke::Solid, &nominal.instants_s, &nominal.temperatures_k[index]));
@@ -49,6 +49,20 @@ fn against_measurement(case: &Case, nominal: &Nominal) -> Figure {
         y: temperature(),
         layers,
     }
+}
+
+/// The trusted windows that leave something out, each once, and of whose readings where there are several.
+fn windows(case: &Case) -> Vec<Layer> {
+    let mut found: Vec<(usize, Vec<&str>)> = Vec::new();
+    for seen in &case.observations {
+        let name = case.sensors[seen.sensor].name.as_str();
+        match found.iter_mut().find(|(other, _)| case.window_s(*other) == case.window_s(seen.sensor)) {
+            Some((_, names)) => names.push(name),
+            None => found.push((seen.sensor, vec![name])),
+        }
+    }
+    let whose = |names: &[&str]| if found.len() > 1 { format!(" of {}", words::listed(names)) } else { String::new() };
+    found.iter().filter_map(|(sensor, names)| window(case, *sensor, &whose(names))).collect()
 }
 
 /// The heat flux or the temperature that drives the hot face, where it changes with time.

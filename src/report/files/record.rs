@@ -4,6 +4,7 @@ mod asked;
 mod causes;
 mod estimated;
 mod history;
+mod observed;
 mod posterior;
 
 use super::super::{ReportError, Story, findings, precision_words, reduction};
@@ -16,6 +17,7 @@ use asked::{RecoveryRecord, SizingRecord};
 use causes::Due;
 use estimated::EstimatedRecord;
 use history::HistoryRecord;
+use observed::ObservedRecord;
 use posterior::PosteriorRecord;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -36,6 +38,8 @@ struct Record<'a> {
     /// s.
     seconds: Seconds,
     sensors: Named<'a, PeakRecord>,
+    /// Case → sensor → what its observation counts for.
+    observed: Named<'a, Named<'a, ObservedRecord>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     gauges: Option<Named<'a, ReadingRecord>>,
     balance: Balance,
@@ -223,6 +227,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
             total: story.seconds.began.elapsed().as_secs_f64(),
         },
         sensors: sensors(story),
+        observed: observed::observed(story),
         gauges: readings.map(|outcome| gauges(&outcome.readings)),
         balance: Balance {
             energy: march.map(|outcome| outcome.balance.residual()),

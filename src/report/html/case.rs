@@ -1,13 +1,13 @@
 //! The case as it was marched, and how.
 
-use super::super::{Story, words};
+use super::super::{Story, observed, words};
 use super::table::{list, paragraph, table};
 use crate::case::material::{Mark, Provenance};
 use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasPath, Material, OpenFace, Schedule, Side};
 
-/// Layup, sensors, materials, exposure and factors.
+/// Layup, sensors, what they measured, materials, exposure and factors.
 pub(super) fn described(case: &Case) -> String {
-    layup(case) + &sensors(case) + &materials(case) + &exposure(case) + &factors(case)
+    layup(case) + &sensors(case) + &observations(case) + &materials(case) + &exposure(case) + &factors(case)
 }
 
 fn millimetres(length_m: f64) -> String {
@@ -60,6 +60,30 @@ fn sensors(case: &Case) -> String {
         })
         .collect();
     table("Sensors", &["Sensor", "Depth, mm", "Where", "Lag, s"], &rows)
+}
+
+fn observations(case: &Case) -> String {
+    let rows: Vec<Vec<String>> = (case.observations.iter())
+        .map(|seen| {
+            let (from_s, to_s) = case.window_s(seen.sensor);
+            let whose = if seen.window_s.is_some() { "its own" } else { "that of all" };
+            let (least_k, most_k) = observed::deviations_k(seen);
+            let least = words::misfit(least_k).replace(" K", "");
+            vec![
+                case.sensors[seen.sensor].name.clone(),
+                words::count(seen.times_s.len()),
+                format!("{} to {}", words::grouped(from_s, 1), words::grouped(to_s, 1)),
+                whose.to_owned(),
+                if least_k == most_k {
+                    least
+                } else {
+                    format!("{least} to {}", words::misfit(most_k).replace(" K", ""))
+                },
+            ]
+        })
+        .collect();
+    let head = ["Sensor", "Samples", "Trusted, s", "Window", "± (1 σ), K"];
+    if rows.is_empty() { String::new() } else { table("Observations and what they count for", &head, &rows) }
 }
 
 fn materials(case: &Case) -> String {

@@ -17,11 +17,13 @@
 //! as the last; one in proportion to the rise would doubt the face most. Errors of a model come from its properties and
 //! boundaries, of which factors are the list that the analyst made, and grow as their effects do: nothing at a held face, more
 //! with depth, nothing before heat arrives. So ε reads: what the model lacks is worth as much as an error of its factors by ε of
-//! what they are doubted by, which changes with time and cannot be fitted away. What none of the factors resembles is beyond
+//! what they are doubted by, which changes with time and cannot be fitted away. Gains are slopes, and where a temperature has hardly left
+//! the coldest that it meets a slope reaches below: a draw ends there. A discrepancy that multiplies the rise would too, but has no
+//! sense where a rise passes zero, in a layup that cools below its start. What none of the factors resembles is beyond
 //! it, and beyond any discrepancy that is carried from one sensor to another.
 
 use super::super::estimate::Estimated;
-use super::super::sensitivity::sensitivity;
+use super::super::sensitivity::{Sensitivity, sensitivity};
 use super::super::thermocouples::Sample;
 use crate::case::Case;
 use crate::chance::Numbers;
@@ -83,7 +85,7 @@ impl Discrepancy {
 }
 
 /// What one standard deviation of every factor of a case, together, moves each sensor at each instant about the estimate,
-/// K: sensor × instant.
+/// K: sensor × instant; and the members that it took.
 ///
 /// # Errors
 /// When the device fails.
@@ -92,22 +94,23 @@ pub(super) fn gains_k(
     which: usize,
     found: &Estimated,
     march: &mut dyn March,
-) -> Result<Vec<Vec<f64>>, MarchError> {
+) -> Result<(Vec<Vec<f64>>, usize), MarchError> {
     let mut case = case.clone();
     for (estimand, &value) in found.factors.iter().zip(&found.values) {
         if let Some(place) = estimand.places[which] {
             case.factors[place].nominal = value;
         }
     }
-    let derivatives_k = sensitivity(&case, plan, march, None)?.derivatives_k;
+    let Sensitivity { derivatives_k, marches, .. } = sensitivity(&case, plan, march, None)?;
     let deviations: Vec<f64> = case.factors.iter().map(|factor| factor.deviation(case.estimate.bounds)).collect();
     let gain_k = |sensor: usize, instant: usize| {
         let moved_k = |(of_factor, deviation): (&Vec<Vec<f64>>, &f64)| deviation * of_factor[sensor][instant];
         let moves_k = derivatives_k.iter().zip(&deviations).map(moved_k).filter(|moved_k| moved_k.is_finite());
         moves_k.map(|moved_k| moved_k * moved_k).sum::<f64>().sqrt()
     };
-    let sensors = 0..case.sensors.len();
-    Ok(sensors.map(|sensor| (0..plan.instants_s.len()).map(|instant| gain_k(sensor, instant)).collect()).collect())
+    let instants = plan.instants_s.len();
+    let of = |sensor: usize| (0..instants).map(|instant| gain_k(sensor, instant)).collect();
+    Ok(((0..case.sensors.len()).map(of).collect(), marches))
 }
 
 #[cfg(test)]

@@ -79,6 +79,7 @@ pub(super) fn predict(
     let (mut parameters, mut discrepancy) = (Tally::new(&reference, &[]), Tally::new(&reference, &[]));
     let (sensors, instants) = (case.sensors.len(), plan.instants_s.len());
     let highest_k = |trace: &[f64]| trace.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let coldest_k = case.exposure.coldest_k();
     let mut failed = 0;
     march_all(march, plan, &ensemble, &mut |traces| {
         let is_there: Vec<bool> = traces.arrivals.iter().map(|arrival| *arrival == Arrival::Done).collect();
@@ -94,7 +95,10 @@ pub(super) fn predict(
                 let stream = DISCREPANCIES | (asked.which as u64) << 48 | (sensor as u64) << 32 | draw;
                 let mut numbers = Numbers::of(seed, stream);
                 let off_k = asked.discrepancy.drawn_k(&asked.gains_k[sensor], &plan.instants_s, &mut numbers);
-                let trace: Vec<f64> = traces.trace(member, sensor).iter().zip(&off_k).map(|(t, off)| t + off).collect();
+                // Whatever the model lacks, it is not what would make heat flow up: where a march ends a hair above its surroundings, half
+                // of the normal draws would.
+                let doubted_k = |(t, off): (&f64, &f64)| (t + off).max(coldest_k.min(*t));
+                let trace: Vec<f64> = traces.trace(member, sensor).iter().zip(&off_k).map(doubted_k).collect();
                 peaks_k.push(highest_k(&trace));
                 doubted.extend(trace);
             }

@@ -1,0 +1,33 @@
+//! What each thermocouple counts for: from when to when, and how firmly.
+
+use super::{Story, words};
+use crate::case::Observation;
+
+/// What the sensors count for that judge, where they do not count alike: windows of their own, and standard deviations.
+pub(super) fn apart(story: &Story) -> Option<String> {
+    let judges = || story.cases().flat_map(|case| case.judges().map(move |seen| (case, seen)));
+    // Error bars that differ from sample to sample are in the table: only what was stated of a sensor is told here.
+    let stated_k = |seen: &Observation| Some(deviations_k(seen)).filter(|(least, most)| least == most).map(|(k, _)| k);
+    let mut all_k = judges().filter_map(|(_, seen)| stated_k(seen));
+    let first_k = all_k.next();
+    let is_weighed = all_k.any(|sigma_k| Some(sigma_k) != first_k);
+    let said = judges().filter_map(|(case, seen)| {
+        let window = seen.window_s.map(window);
+        let sigma = stated_k(seen).filter(|_| is_weighed).map(|sigma_k| format!("± {}", words::misfit(sigma_k)));
+        let said: Vec<String> = window.into_iter().chain(sigma).collect();
+        (!said.is_empty()).then(|| format!("{} {}", story.sensor(case, seen.sensor), said.join(", ")))
+    });
+    let said: Vec<String> = said.collect();
+    (!said.is_empty()).then(|| format!("What sensors count for: {}.", said.join("; ")))
+}
+
+/// `from 0 s to 80 s`.
+pub(super) fn window((from_s, to_s): (f64, f64)) -> String {
+    format!("from {} to {}", words::seconds(from_s), words::seconds(to_s))
+}
+
+/// The least and the largest standard deviation of a sensor's samples, K.
+pub(super) fn deviations_k(seen: &Observation) -> (f64, f64) {
+    let each = || seen.sigma_k.iter().copied();
+    (each().fold(f64::INFINITY, f64::min), each().fold(0.0, f64::max))
+}
