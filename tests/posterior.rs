@@ -6,7 +6,7 @@ use bondline::ensemble::Ensemble;
 use bondline::march::{Backend, March, MarchError, Precision, cpu::Cpu};
 use bondline::plan::Plan;
 use bondline::study::estimate::{Estimated, Search, estimate};
-use bondline::study::posterior::{Posterior, PosteriorError, Walkers, posterior};
+use bondline::study::posterior::{Band, Posterior, PosteriorError, Walkers, posterior};
 use bondline::study::twin::{Noise, twin};
 use bondline::traces::Traces;
 use std::ops::Range;
@@ -163,6 +163,20 @@ fn a_posterior_tells_as_many_members_as_were_marched_with_derivatives_told_and_b
         drawn.marches
     });
     assert_eq!(told[1] - told[0], 2 * case.factors.len(), "a stencil has two members a factor beside its middle");
+}
+
+/// Two depths of a real board were measured. Fitted to the upper alone, the lower is as unseen as the third, and can be looked at.
+#[test]
+fn of_a_real_board_the_band_holds_the_measured_thermocouple_that_was_not_fitted() {
+    let mut case = coarse("kaowool");
+    case.resolution.largest_step_s = 5.0;
+    case.estimate.sensors = vec![0];
+    let unseen = &drawn(&case, &[]).1.predicted[0].sensors[1];
+    let (_, held) = unseen.held.expect("TC2 is observed");
+    let widest_k = |band: &Band| band.low_k.iter().zip(&band.high_k).map(|(low, high)| high - low).fold(0.0, f64::max);
+    let [by_factors_k, with_all_k] = [&unseen.parameters, &unseen.discrepancy].map(widest_k);
+    assert!(held > 0.95, "the band holds {held}");
+    assert!(with_all_k > 1.5 * by_factors_k && with_all_k < 200.0, "{by_factors_k} K and {with_all_k} K wide");
 }
 
 #[test]

@@ -113,11 +113,11 @@ fn measured(name: String, ink: Ink, observation: &Observation) -> Layer {
     }
 }
 
-/// The trusted window of a sensor, where that leaves something out; `whose` follows its name.
-fn window(case: &Case, sensor: usize, whose: &str) -> Option<Layer> {
+/// The trusted window of a sensor, by this name, where it leaves something out.
+fn window(case: &Case, sensor: usize, name: &str) -> Option<Layer> {
     let (from, to) = case.window_s(sensor);
     let is_part = from > 0.0 || to < case.exposure.duration_s;
-    is_part.then(|| Layer::Window { name: format!("trusted window{whose}"), from, to })
+    is_part.then(|| Layer::Window { name: name.to_owned(), from, to })
 }
 
 /// At most a thousand points of a curve, evenly picked and the last one always: a screen shows no more.

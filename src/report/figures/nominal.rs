@@ -1,7 +1,7 @@
 //! The nominal march against what was measured (Figures 6 and 7 of the paper), and what drove it.
 
 use super::super::figure::{Axis, Figure, Ink, Layer, Stroke};
-use super::super::words;
+use super::super::{observed, words};
 use super::{driven_by_temperature, line, measured, temperature, time, window};
 use crate::case::{Case, Face, Schedule};
 use crate::study::nominal::Nominal;
@@ -35,6 +35,11 @@ fn against_measurement(case: &Case, nominal: &Nominal) -> Figure {
     } else {
         "Dots are measured, their bars two standard deviations; not every sample is drawn."
     };
+    let own = case.observations.iter().filter_map(|seen| {
+        let window = observed::window(seen.window_s?);
+        Some(format!(" {} is trusted {window}.", case.sensors[seen.sensor].name))
+    });
+    let own: String = own.collect();
     let number = match (driven_by_temperature(case), case.id.contains("2330")) {
         (true, _) => String::new(),
         (false, true) => "as Figure 7 of the paper".to_owned(),
@@ -44,25 +49,22 @@ fn against_measurement(case: &Case, nominal: &Nominal) -> Figure {
         id: "nominal".to_owned(),
         number,
         title: "Nominal prediction".to_owned(),
-        caption: format!("{}. {compared}", words::listed(&peaks)),
+        caption: format!("{}. {compared}{own}", words::listed(&peaks)),
         x: time(case),
         y: temperature(),
         layers,
     }
 }
 
-/// The trusted windows that leave something out, each once, and of whose readings where there are several.
+/// The window of all and those that sensors have of their own, where they leave something out.
 fn windows(case: &Case) -> Vec<Layer> {
-    let mut found: Vec<(usize, Vec<&str>)> = Vec::new();
-    for seen in &case.observations {
-        let name = case.sensors[seen.sensor].name.as_str();
-        match found.iter_mut().find(|(other, _)| case.window_s(*other) == case.window_s(seen.sensor)) {
-            Some((_, names)) => names.push(name),
-            None => found.push((seen.sensor, vec![name])),
-        }
-    }
-    let whose = |names: &[&str]| if found.len() > 1 { format!(" of {}", words::listed(names)) } else { String::new() };
-    found.iter().filter_map(|(sensor, names)| window(case, *sensor, &whose(names))).collect()
+    let (own, others): (Vec<_>, Vec<_>) = case.observations.iter().partition(|seen| seen.window_s.is_some());
+    let of_all = others.first().and_then(|seen| window(case, seen.sensor, "trusted window"));
+    let own = own.into_iter().filter_map(|seen| {
+        let name = &case.sensors[seen.sensor].name;
+        window(case, seen.sensor, &format!("{name} trusted"))
+    });
+    of_all.into_iter().chain(own).collect()
 }
 
 /// The heat flux or the temperature that drives the hot face, where it changes with time.

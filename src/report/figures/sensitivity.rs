@@ -44,7 +44,7 @@ pub(super) fn figures(case: &Case, outcome: &Sensitivity) -> Vec<Figure> {
 
 fn curves(case: &Case, outcome: &Sensitivity, sensor: usize) -> Figure {
     let name = &case.sensors[sensor].name;
-    let mut layers: Vec<Layer> = window(case, sensor, "").into_iter().collect();
+    let mut layers: Vec<Layer> = window(case, sensor, "trusted window").into_iter().collect();
     let (mut strongest, mut largest_k) = (None, 0.0);
     for (index, factor) in case.factors.iter().enumerate() {
         let per_percent: Vec<f64> =

@@ -31,7 +31,7 @@ fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor:
         low: thinned(low),
         high: thinned(high),
     };
-    let mut layers: Vec<Layer> = window(case, sensor, "").into_iter().collect();
+    let mut layers: Vec<Layer> = window(case, sensor, "trusted window").into_iter().collect();
     layers.push(band("95 % of members", 0.18, low, high));
     layers.push(band("50 % of members", 0.38, quarter, three_quarters));
     layers.push(line("median".to_owned(), Ink::Series(0), Stroke::Solid, times, median));
@@ -106,7 +106,7 @@ fn indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> 
     let curve = |factor: usize, of: fn(&Likely) -> f64| -> Vec<f64> {
         causes.iter().map(|causes| 100.0 * of(&causes.total[factor])).collect()
     };
-    let mut layers: Vec<Layer> = window(case, sensor, "").into_iter().collect();
+    let mut layers: Vec<Layer> = window(case, sensor, "trusted window").into_iter().collect();
     let matters = |factor: &usize| curve(*factor, |index| index.value).into_iter().any(|percent| percent > 2.0);
     for factor in (0..case.factors.len()).filter(matters) {
         let stroke = if factor % 2 == 0 { Stroke::Solid } else { Stroke::Dashed };

@@ -296,12 +296,16 @@ pub(super) fn method(story: &Story) -> String {
              not explain is told. Correlations of ranks are Spearman's, and with the others taken out partial ones.",
         );
     }
-    if story.sensitivity.is_some() {
-        out += &paragraph(
-            "Sensitivity: derivatives by central differences about the nominal factors. The condition number is that \
-             of the sensitivities weighted by the measurement and scaled to unit columns; standard errors are those \
-             of linear least squares (Beck & Arnold, Parameter Estimation in Engineering and Science, 1977).",
-        );
+    if let Some(outcome) = story.sensitivity {
+        let found = match outcome.step {
+            None => "those of the march itself, marched beside it,",
+            Some(_) => "by central differences",
+        };
+        out += &paragraph(&format!(
+            "Sensitivity: derivatives {found} about the nominal factors. The condition number is that of the sensitivities \
+             weighted by the measurement and scaled to unit columns; standard errors are those of linear least squares (Beck & \
+             Arnold, Parameter Estimation in Engineering and Science, 1977).",
+        ));
     }
     if story.estimated.is_some() {
         out += &paragraph(
