@@ -95,8 +95,8 @@ pub(super) fn predict(
                 let stream = DISCREPANCIES | (asked.which as u64) << 48 | (sensor as u64) << 32 | draw;
                 let mut numbers = Numbers::of(seed, stream);
                 let off_k = asked.discrepancy.drawn_k(&asked.gains_k[sensor], &plan.instants_s, &mut numbers);
-                // Whatever the model lacks, it is not what would make heat flow up: where a march ends a hair above its surroundings, half
-                // of the normal draws would.
+                // Whatever the model lacks, heat does not flow up: where a temperature is hardly above the coldest that it meets, normal
+                // draws would reach below.
                 let doubted_k = |(t, off): (&f64, &f64)| (t + off).max(coldest_k.min(*t));
                 let trace: Vec<f64> = traces.trace(member, sensor).iter().zip(&off_k).map(doubted_k).collect();
                 peaks_k.push(highest_k(&trace));
