@@ -1,5 +1,8 @@
 """A layup as its peers march it: the cells, steps and tables of bondline's own plan, as `cargo bench --bench plan` prints them.
 
+bondline marches at two resolutions and takes from both what they say of a third (src/march/extrapolated.rs): a reading is the sum of the finer
+one's times 4/3 and the coarser one's times −1/3, and each layup here carries its share.
+
 Conduction with k(T, P), c_p(T) and contacts; a hot face that is heated by a flux schedule, with hot-wall correction and ε(T); an insulated
 back. That is what `lcat-2259` needs; whatever else a plan may hold is refused.
 """
@@ -10,6 +13,8 @@ import json
 import numpy as np
 
 STEFAN_BOLTZMANN = 5.670374419e-8
+# Of so many resolutions, the finest first.
+SHARES = {1: [1.0], 2: [4 / 3, -1 / 3]}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -33,15 +38,22 @@ class Stretch:
         return len(self.table) > 3
 
 
+def layups(path, resolutions=2):
+    """Of a plan: the finer resolution, then the coarser."""
+    with open(path, encoding="utf-8") as file:
+        plan = json.load(file)
+    return [Layup(plan, march, share) for march, share in zip(plan["marches"], SHARES[resolutions])]
+
+
 class Layup:
-    def __init__(self, path):
-        with open(path, encoding="utf-8") as file:
-            plan = json.load(file)
-        refuse(plan)
-        self.factors, self.sensors = plan["factors"], plan["sensor_names"]
-        self.times_s, self.instants_s = np.array(plan["times_s"]), np.array(plan["instants_s"])
-        # The steps at whose start the sensors are read.
-        self.instants = np.array(plan["instant_steps"])
+    def __init__(self, case, plan, share):
+        refuse(case["case"], plan)
+        self.share = share
+        self.times_s, self.instants_s = np.array(plan["times_s"]), np.array(case["instants_s"])
+        # The steps at whose start the sensors are read, and what each instant is read from: instant × tap.
+        self.records = np.array(plan["record_steps"])
+        taps = np.array(plan["taps"])
+        self.taps, self.weights = taps[..., 0].astype(int), taps[..., 1]
         cells, plies = columns(plan["cells"]), columns(plan["plies"])
         self.width_m, self.above_m, self.below_m = cells["width_m"], cells["above_m"], cells["below_m"]
         self.start_k = cells["start_k"]
@@ -67,6 +79,15 @@ class Layup:
         self.places = places["cell"].astype(int)
         self.sides = [(sensors[side] * sensors[f"{side}_m"]) for side in ("above", "below")]
         self.share_below = sensors["below"]
+
+    def read(self, xp, records):
+        """From … × record × sensor to … × instant × sensor."""
+        return (xp.take(records, self.taps, axis=-2) * self.weights[..., None]).sum(axis=-2)
+
+    @property
+    def shape(self):
+        """Of a member's traces: instant × sensor."""
+        return len(self.instants_s), len(self.places)
 
     @property
     def cells(self):
@@ -104,7 +125,7 @@ def stretches(plan, plies, tables):
     return found
 
 
-def refuse(plan):
+def refuse(case, plan):
     """Whatever these peers do not march."""
     faces, drives, plies = columns(plan["faces"]), columns(plan["drives"]), columns(plan["plies"])
     face = np.array(plan["tables"])[plan["face_table"] :][: plan["table_nodes"] * plan["face_columns"]]
@@ -117,8 +138,9 @@ def refuse(plan):
         "radiant heating or a heated back": drives["radiant_w_m2"].any() or drives["flux_w_m2"].reshape(-1, 4)[:, 2:].any(),
         "a back face that radiates": emissivity.any(),
         "factors on thickness, contacts or depths": plan["has_depths"] or plies["thickness"].any() or plies["contact"].any(),
+        "thermocouples that lag": columns(plan["beads"])["start"].any(),
         "factors on heating": columns(plan["scalings"])["heating"].any(),
     }
     for what, is_there in beyond.items():
         if is_there:
-            raise SystemExit(f"{plan['case']}: the peers do not march {what}")
+            raise SystemExit(f"{case}: the peers do not march {what}")

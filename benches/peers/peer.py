@@ -15,14 +15,13 @@ import time
 
 import numpy as np
 
-from layup import Layup
+from layup import layups
 
 
 def serve(prepare):
-    """Answer requests. `prepare` takes layup, columns and further arguments to a function from a number of members to what gets ready for
-    that many: a function that marches the first so many members and gives their traces, member × instant × sensor, K."""
-    layup, columns = Layup(sys.argv[1]), np.load(sys.argv[2])
-    of, note = prepare(layup, columns, *sys.argv[3:])
+    """Answer requests. `prepare` takes the layups of all resolutions, columns and further arguments to a function from a number of members to what
+    gets ready for that many: a function that marches the first so many members and gives their traces, member × instant × sensor, K."""
+    of, note = prepare(layups(sys.argv[1]), np.load(sys.argv[2]), *sys.argv[3:])
     answer({"note": note})
     for line in sys.stdin:
         request = json.loads(line)

@@ -1,15 +1,16 @@
 //! A case's plan as JSON: the cells, steps and tables that peers march too, so that nothing is copied by hand.
 //!
-//! `cargo bench --bench plan -- CASE [NAME=VALUE ...]`; what is set is what `--set` of the command takes. Rows are flat, in
-//! the order of their fields, whose names stand beside them.
+//! `cargo bench --bench plan -- CASE [NAME=VALUE ...]`; what is set is what `--set` of the command takes. As bondline marches at two resolutions,
+//! `marches` has both, the finer one first. Rows are flat, in the order of their fields, whose names stand beside them.
 
 #[path = "../common/mod.rs"]
 #[expect(dead_code, reason = "only where the cases lie is shared with the benches that keep time")]
 mod common;
 
+use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::plan::layout::{
-    Bulk, Cell, Conduction, Drive, FACE_COLUMNS, Face, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES,
+    Bead, Bulk, Cell, Conduction, Drive, FACE_COLUMNS, Face, NO_INSTANT, Place, Ply, Scaling, Sensor, TABLE_NODES,
     TABLE_STEP_K,
 };
 use serde_json::{Value, json};
@@ -22,42 +23,59 @@ fn main() {
     let sets: Vec<_> =
         sets.iter().map(|set| halves(set).unwrap_or_else(|| panic!("{set:?} is no NAME=VALUE"))).collect();
     let case = common::case_with(id, &sets);
-    let plan = Plan::new(&case);
-    let rows = &plan.rows;
-    let read = (0..plan.instants.len()).filter(|&step| plan.instants[step] != NO_INSTANT);
+    let plan = pilot(&case).unwrap_or_else(|error| panic!("{error}"));
     println!(
         "{}",
         json!({
             "case": case.id,
             "factors": case.factors.iter().map(|factor| &factor.name).collect::<Vec<_>>(),
             "sensor_names": case.sensors.iter().map(|sensor| &sensor.name).collect::<Vec<_>>(),
-            "times_s": plan.times_s,
             "instants_s": plan.instants_s,
-            "instant_steps": read.collect::<Vec<_>>(),
-            "cells": table(Cell::<f64>::FIELDS, &rows.cells, Cell::flatten),
-            "plies": table(Ply::<u32>::FIELDS, &plan.plies, Ply::flatten),
-            "conductions": table(Conduction::<u32>::FIELDS, &plan.conductions, Conduction::flatten),
-            "bulks": table(Bulk::<f64>::FIELDS, &rows.bulks, Bulk::flatten),
-            "contacts_m2_k_w": rows.contacts_m2_k_w,
-            "faces": table(Face::<f64>::FIELDS, &rows.faces, Face::flatten),
-            "scalings": table(Scaling::<u32>::FIELDS, &plan.scalings, Scaling::flatten),
-            "drives": table(Drive::<f64>::FIELDS, &rows.drives, Drive::flatten),
-            "sensors": table(Sensor::<f64>::FIELDS, &rows.sensors, Sensor::flatten),
-            "places": table(Place::<u32>::FIELDS, &plan.places, Place::flatten),
-            "parts": plan.parts,
-            "levels": plan.levels,
-            "states": plan.states,
-            "has_gas": plan.gas.is_some(),
-            "has_holder": plan.has_holder,
-            "has_depths": plan.has_depths,
-            "table_nodes": TABLE_NODES,
-            "table_step_k": TABLE_STEP_K,
-            "table_columns": plan.table_columns(),
-            "face_table": plan.face_table(),
-            "face_columns": FACE_COLUMNS,
-            "tables": rows.tables,
+            "marches": std::iter::once(&plan).chain(plan.coarse.as_deref()).map(march).collect::<Vec<_>>(),
         })
     );
+}
+
+/// One resolution of a plan.
+fn march(plan: &Plan) -> Value {
+    let rows = &plan.rows;
+    let recorded = (0..plan.instants.len()).filter(|&step| plan.instants[step] != NO_INSTANT);
+    json!({
+        "times_s": plan.times_s,
+        "record_steps": recorded.collect::<Vec<_>>(),
+        "taps": taps(plan),
+        "cells": table(Cell::<f64>::FIELDS, &rows.cells, Cell::flatten),
+        "plies": table(Ply::<u32>::FIELDS, &plan.plies, Ply::flatten),
+        "conductions": table(Conduction::<u32>::FIELDS, &plan.conductions, Conduction::flatten),
+        "bulks": table(Bulk::<f64>::FIELDS, &rows.bulks, Bulk::flatten),
+        "contacts_m2_k_w": rows.contacts_m2_k_w,
+        "faces": table(Face::<f64>::FIELDS, &rows.faces, Face::flatten),
+        "scalings": table(Scaling::<u32>::FIELDS, &plan.scalings, Scaling::flatten),
+        "drives": table(Drive::<f64>::FIELDS, &rows.drives, Drive::flatten),
+        "sensors": table(Sensor::<f64>::FIELDS, &rows.sensors, Sensor::flatten),
+        "places": table(Place::<u32>::FIELDS, &plan.places, Place::flatten),
+        "beads": table(Bead::<f64>::FIELDS, &rows.beads, Bead::flatten),
+        "parts": plan.parts,
+        "levels": plan.levels,
+        "states": plan.states,
+        "has_gas": plan.gas.is_some(),
+        "has_holder": plan.has_holder,
+        "has_depths": plan.has_depths,
+        "table_nodes": TABLE_NODES,
+        "table_step_k": TABLE_STEP_K,
+        "table_columns": plan.table_columns(),
+        "face_table": plan.face_table(),
+        "face_columns": FACE_COLUMNS,
+        "tables": rows.tables,
+    })
+}
+
+/// The records that each instant is read from, with their weights.
+fn taps(plan: &Plan) -> Vec<Vec<(usize, f64)>> {
+    match &plan.readout {
+        Some(readout) => readout.taps().iter().map(|taps| taps.to_vec()).collect(),
+        None => (0..plan.records).map(|record| vec![(record, 1.0)]).collect(),
+    }
 }
 
 /// Rows under the names of their columns.

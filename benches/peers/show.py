@@ -55,7 +55,8 @@ def beside(own, other, key):
 def plot(results):
     pyplot.rcParams |= {"svg.hashsalt": "bondline", "font.size": 9}
     figure, panels = pyplot.subplots(1, 3, figsize=(11, 3.8))
-    names = list(results["told"])
+    # Of bondline the processor time of the whole command is known.
+    names = [COMMAND, *(name for name in results["told"] if name != MARCH)]
     times = results["times"]
     over_members = {name: [(int(n), statistics.median(t[name]["processor_s"])) for n, t in times.items() if not t[name]["from"]] for name in names}
     series = [("members", f"{results['cells']} cells, {results['steps']} steps", over_members)]
@@ -64,7 +65,7 @@ def plot(results):
         for place, name in enumerate(names):
             if lines.get(name):
                 panel.loglog(*zip(*lines[name]), marker="o", markersize=3, linewidth=1.2, color=f"C{place}", label=name)
-        xs, ys = zip(*lines[MARCH])
+        xs, ys = zip(*lines[COMMAND])
         panel.loglog([xs[0], xs[-1]], [ys[-1] * 0.4 * xs[0] / xs[-1], ys[-1] * 0.4], "k:", linewidth=0.8, label="linear")
         panel.set(xlabel=axis, title=title, ylabel="processor time, s" if axis == "members" else None)
         panel.grid(True, which="major", linewidth=0.3)

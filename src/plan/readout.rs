@@ -4,7 +4,7 @@
 //! cubic through the two steps before it and the two after, none of them beyond a corner of a schedule, where slopes jump.
 
 /// Steps that a reading is taken from, at most.
-const TAPS: usize = 4;
+pub const TAPS: usize = 4;
 
 /// What each instant is read from: records and their weights, the same for all members.
 #[derive(Clone, Debug)]
@@ -32,6 +32,11 @@ impl Readout {
             weights(times_s, (last + 1).saturating_sub(TAPS).max(begin)..last + 1, instant_s)
         });
         Self { taps: taps.collect() }
+    }
+
+    /// The records that each instant is read from, with their weights, which add up to one.
+    pub fn taps(&self) -> &[[(usize, f64); TAPS]] {
+        &self.taps
     }
 
     /// The instants that are read.

@@ -1,0 +1,108 @@
+//! What competes: a method, and what it makes of a second, coarser march.
+
+use crate::layup::Layup;
+use crate::methods::{Method, Steps, march};
+use bondline::plan::Plan;
+use bondline::plan::layout::NO_INSTANT;
+
+/// What the second march has, of which a third of the difference is taken off.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Second {
+    /// There is none.
+    None,
+    /// Half the cells, the same steps: errors in space are taken off.
+    SameSteps,
+    /// Half the cells and half the steps: errors in time too, where they fall with the square of the steps.
+    HalfSteps,
+}
+
+/// Whether the second march has half the cells, or the same so that all errors are those in time.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Space {
+    Halved,
+    Held,
+}
+
+pub(crate) struct Candidate {
+    pub method: Method,
+    pub second: Second,
+    /// By which its error falls with its steps.
+    pub order: f64,
+}
+
+impl Candidate {
+    pub(crate) fn title(&self, space: Space) -> String {
+        let name = self.method.name();
+        match (self.second, space) {
+            (Second::None, _) | (Second::SameSteps, Space::Held) => name,
+            (Second::HalfSteps, Space::Held) => format!("{name}, half the steps"),
+            (Second::SameSteps, Space::Halved) => format!("{name}, half the cells"),
+            (Second::HalfSteps, Space::Halved) => format!("{name}, half of both"),
+        }
+    }
+
+    /// Whether it is another than that without a second march.
+    pub(crate) fn differs(&self, space: Space) -> bool {
+        self.method != Method::Pair || self.second != Second::SameSteps || space == Space::Halved
+    }
+
+    /// Sensor × instant of a member at a plan, K.
+    pub(crate) fn readings(&self, plan: &Plan, space: Space, columns: &[f64]) -> Vec<f64> {
+        let fine = readings(self.method, plan, plan, columns);
+        let Some((cells, steps)) = self.second(plan, space) else { return fine };
+        let coarse = readings(self.method, cells, steps, columns);
+        fine.iter().zip(coarse).map(|(fine, coarse)| fine + (fine - coarse) / 3.0).collect()
+    }
+
+    /// Cell-steps of a member.
+    pub(crate) fn work(&self, plan: &Plan, space: Space) -> f64 {
+        let second = self.second(plan, space).map_or(0, |(cells, steps)| cells.cells() * steps.steps());
+        (plan.cells() * plan.steps() + second) as f64
+    }
+
+    /// The plans of the cells and of the steps of the second march.
+    fn second<'a>(&self, plan: &'a Plan, space: Space) -> Option<(&'a Plan, &'a Plan)> {
+        let coarse = plan.coarse.as_deref().expect("a plan that is cut has a coarser one");
+        let cells = if space == Space::Held { plan } else { coarse };
+        match self.second {
+            Second::HalfSteps => Some((cells, coarse)),
+            Second::SameSteps if space == Space::Halved => Some((cells, plan)),
+            _ => None,
+        }
+    }
+}
+
+/// Sensor × instant of a member, K, on the cells of one plan and by the steps of another.
+pub(crate) fn readings(method: Method, cells: &Plan, steps: &Plan, columns: &[f64]) -> Vec<f64> {
+    let layup = Layup::new(cells, |column| columns[column as usize]);
+    let sensors = cells.places.len();
+    let mut records = vec![Vec::with_capacity(steps.records); sensors];
+    march(method, &layup, &Steps::of(steps), |step, temperatures| {
+        if steps.instants[step] != NO_INSTANT {
+            records.iter_mut().enumerate().for_each(|(sensor, of)| of.push(layup.read(temperatures, sensor)));
+        }
+    });
+    let Some(readout) = &steps.readout else { return records.concat() };
+    let mut readings = Vec::with_capacity(sensors * readout.len());
+    records.iter().for_each(|records| readout.read(records, &mut readings));
+    readings
+}
+
+/// The largest difference, K; without end where one is no number.
+pub(crate) fn worst_k(one: &[f64], other: &[f64]) -> f64 {
+    let off = one.iter().zip(other).map(|(a, b)| (a - b).abs());
+    off.map(|off| if off.is_nan() { f64::INFINITY } else { off }).fold(0.0, f64::max)
+}
+
+/// How far below the coldest start any cell goes after any step, K: nothing cools a layup below its surroundings, so it is an error of sign.
+/// Without end where a temperature is no number.
+pub(crate) fn below_k(method: Method, plan: &Plan, columns: &[f64]) -> f64 {
+    let layup = Layup::new(plan, |column| columns[column as usize]);
+    let start_k = plan.rows.cells.iter().map(|cell| cell.start_k).fold(f64::INFINITY, f64::min);
+    let mut coldest_k = start_k;
+    march(method, &layup, &Steps::of(plan), |_, temperatures: &[f64]| {
+        let seen_k = temperatures.iter().map(|&k| if k.is_nan() { f64::NEG_INFINITY } else { k });
+        coldest_k = seen_k.fold(coldest_k, f64::min);
+    });
+    start_k - coldest_k
+}

@@ -1,0 +1,249 @@
+//! A member between steps: a system of ordinary differential equations, `C(T) dT/dt = F(T, t)`, one a cell.
+//!
+//! Tables, conductances, faces and readings are those of `bondline::physics`, on cells of one plan and the schedule of another. What
+//! `lcat-2259` does not need is left out: accounts of heat, a second word of temperature, gas, held faces; the back face is insulated.
+
+use bondline::physics::Real;
+use bondline::physics::faces::{FaceFlux, FaceScale, STEFAN_BOLTZMANN, face_flux, face_scale};
+use bondline::physics::material::{
+    PlyScale, StateScale, conductance_across, conductance_within, flux_slope, gain_across, ply_scale, solid,
+    state_scale,
+};
+use bondline::physics::table::spot;
+use bondline::plan::Plan;
+use bondline::plan::layout::{Drive, FACE_COLUMNS, TABLE_STEP_K};
+
+pub(crate) struct Layup<'a, R> {
+    plan: &'a Plan,
+    plies: Vec<(PlyScale<R>, StateScale<R>)>,
+    contacts_m2_k_w: Vec<R>,
+    hot: FaceScale<R>,
+    /// The ply of each cell over or under a sensor.
+    ply_of: Vec<usize>,
+}
+
+/// What moves a member at some temperatures.
+pub(crate) struct Evaluation<R> {
+    conductivities: Vec<R>,
+    slopes: Vec<R>,
+    conductances: Vec<R>,
+    /// Heat capacity of each cell (J/m²/K) and its slope by the cell's temperature.
+    pub capacities: Vec<R>,
+    pub capacity_slopes: Vec<R>,
+    /// Net heat flux into each cell, W/m².
+    pub net: Vec<R>,
+    /// Slope of the flux under a cell by its own temperature, and less that by the temperature of the next.
+    pub by_upper: Vec<R>,
+    pub by_lower: Vec<R>,
+    pub hot: FaceFlux<R>,
+}
+
+/// Which slopes an evaluation tells.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Slopes {
+    None,
+    /// Those of the fluxes as the march takes them: smooth, without the emissivity's, never negative.
+    Fluxes,
+    /// All of them, exact, those of heat capacities too.
+    All,
+}
+
+impl<R: Real> Evaluation<R> {
+    pub(crate) fn new(cells: usize) -> Self {
+        let zero = R::constant(0.0);
+        let none = || vec![zero; cells];
+        Self {
+            conductivities: none(),
+            slopes: none(),
+            conductances: none(),
+            capacities: none(),
+            capacity_slopes: none(),
+            net: none(),
+            by_upper: none(),
+            by_lower: none(),
+            hot: FaceFlux { flux: zero, slope: zero },
+        }
+    }
+}
+
+impl<'a, R: Real<Scalar = f64>> Layup<'a, R> {
+    /// On the cells of a plan, as a member's columns scale it; column 0 is one.
+    #[inline(always)]
+    pub(crate) fn new(plan: &'a Plan, column: impl Fn(u32) -> R + Copy) -> Self {
+        let rows = &plan.rows;
+        let ply = |(ply, &bulk)| {
+            let ply: &bondline::plan::layout::Ply<u32> = ply;
+            let state = ply.first_state as usize;
+            let scale = ply_scale(ply, bulk, rows.substances[state], column);
+            (scale, state_scale(&plan.conductions[state], scale, column))
+        };
+        let contacts = rows.contacts_m2_k_w.iter().zip(&plan.plies);
+        Self {
+            plan,
+            plies: plan.plies.iter().zip(&rows.bulks).map(ply).collect(),
+            contacts_m2_k_w: contacts.map(|(&contact, ply)| R::of(contact) / column(ply.contact)).collect(),
+            hot: face_scale(&plan.scalings[0], column),
+            ply_of: (0..plan.plies.len())
+                .flat_map(|p| vec![p; (plan.plies[p].end_cell - plan.plies[p].first_cell) as usize])
+                .collect(),
+        }
+    }
+
+    pub(crate) fn cells(&self) -> usize {
+        self.plan.cells()
+    }
+
+    pub(crate) fn start(&self) -> Vec<R> {
+        self.plan.rows.cells.iter().map(|cell| R::of(cell.start_k)).collect()
+    }
+
+    #[inline(always)]
+    pub(crate) fn evaluate(&self, temperatures: &[R], drive: Drive<f64>, slopes: Slopes, at: &mut Evaluation<R>) {
+        let cells = &self.plan.rows.cells;
+        let (mut above, is_sloped) = (R::constant(0.0), slopes != Slopes::None);
+        for p in 0..self.plies.len() {
+            let (first, end) = (self.plan.plies[p].first_cell as usize, self.plan.plies[p].end_cell as usize);
+            self.properties(p, temperatures, slopes, at);
+            // Cut beforehand, as in the march: looking whether a cell is within a column takes as long as what is done to it.
+            let count = end - first - 1;
+            let (rows, temperatures_here) = (&cells[first..][..count], &temperatures[first..][..count + 1]);
+            let (k, rises) = (&at.conductivities[first..][..count + 1], &at.slopes[first..][..count + 1]);
+            let conductances = &mut at.conductances[first..][..count];
+            let (by_upper, by_lower) = (&mut at.by_upper[first..][..count], &mut at.by_lower[first..][..count]);
+            for i in 0..count {
+                let half_1_m = R::of(rows[i].half_over_next_1_m);
+                conductances[i] = conductance_within(k[i], k[i + 1], half_1_m);
+                if is_sloped {
+                    let drop = temperatures_here[i] - temperatures_here[i + 1];
+                    let of = [conductances[i], half_1_m, half_1_m, drop];
+                    [by_upper[i], by_lower[i]] = inclined(of, [rises[i], rises[i + 1]], slopes);
+                }
+            }
+            if p > 0 {
+                let i = first - 1;
+                let (below_m, above_m) = (R::of(cells[i].below_m), R::of(cells[i + 1].above_m));
+                let (k, next) = (at.conductivities[i], at.conductivities[i + 1]);
+                at.conductances[i] = conductance_across(k, below_m, next, above_m, self.contacts_m2_k_w[p - 1]);
+                if is_sloped {
+                    let (conductance, drop) = (at.conductances[i], temperatures[i] - temperatures[i + 1]);
+                    let [above, below] =
+                        [gain_across(conductance, k, below_m), gain_across(conductance, next, above_m)];
+                    [at.by_upper[i], at.by_lower[i]] =
+                        inclined([conductance, above, below, drop], [at.slopes[i], at.slopes[i + 1]], slopes);
+                }
+            }
+        }
+        at.hot = self.heated(temperatures[0], drive, slopes);
+        above = above + at.hot.flux;
+        let last = temperatures.len() - 1;
+        let (net, conductances, temperatures) =
+            (&mut at.net[..=last], &at.conductances[..last], &temperatures[..=last]);
+        for i in 0..last {
+            let below = conductances[i] * (temperatures[i] - temperatures[i + 1]);
+            net[i] = above - below;
+            above = below;
+        }
+        net[last] = above;
+    }
+
+    /// Conductivities and heat capacities of the cells of a ply. Exact slopes are the rises of the tables from node to node.
+    #[inline(always)]
+    fn properties(&self, p: usize, temperatures: &[R], slopes: Slopes, at: &mut Evaluation<R>) {
+        let (plan, ply, (bulk, state)) = (self.plan, &self.plan.plies[p], self.plies[p]);
+        let (block, columns) = (&plan.rows.tables[ply.table as usize..], plan.table_columns());
+        let range = ply.first_cell as usize..ply.end_cell as usize;
+        let (rows, temperatures) = (&plan.rows.cells[range.clone()], &temperatures[range.clone()]);
+        let conductivities = &mut at.conductivities[range.clone()][..rows.len()];
+        let inclines = &mut at.slopes[range.clone()][..rows.len()];
+        let capacities = &mut at.capacities[range.clone()][..rows.len()];
+        let capacity_slopes = &mut at.capacity_slopes[range][..rows.len()];
+        let per_node = R::constant(1.0 / TABLE_STEP_K);
+        for i in 0..rows.len() {
+            let here = spot(temperatures[i]);
+            let row = here.row.row(block, columns);
+            let at_spot = |value: R, rise: R| value + here.share * rise;
+            let [solid, solid_rise, capacity, capacity_rise] = R::four(row, 0);
+            let mut conductivity = state.solid * at_spot(solid, solid_rise);
+            let mut rise = state.solid * solid_rise;
+            let mut slope = R::constant(0.0);
+            if slopes == Slopes::Fluxes {
+                let [value, rise, ..] = R::four(row, 1);
+                slope = state.solid * at_spot(value, rise);
+            }
+            if plan.parts > 1 {
+                let [value, radiative_rise, radiative_slope, slope_rise] = R::four(row, 2);
+                conductivity = conductivity + state.radiative * at_spot(value, radiative_rise);
+                rise = rise + state.radiative * radiative_rise;
+                slope = slope + state.radiative * at_spot(radiative_slope, slope_rise);
+            }
+            let mass_kg_m2 = R::of(rows[i].width_m) * bulk.density_kg_m3;
+            conductivities[i] = conductivity;
+            capacities[i] = mass_kg_m2 * at_spot(capacity, capacity_rise);
+            if slopes == Slopes::All {
+                inclines[i] = rise * per_node;
+                capacity_slopes[i] = mass_kg_m2 * capacity_rise * per_node;
+            } else {
+                inclines[i] = slope;
+            }
+        }
+    }
+
+    /// Heat through the hot face at its temperature, with the slope that the march takes, or all of it.
+    #[inline(always)]
+    pub(crate) fn heated(&self, temperature_k: R, drive: Drive<f64>, slopes: Slopes) -> FaceFlux<R> {
+        let here = spot(temperature_k);
+        let (table, face, none) = (&self.plan.rows.tables, self.plan.rows.faces[0], R::constant(0.0));
+        let row = here.row.row(&table[self.plan.face_table()..], FACE_COLUMNS);
+        let [[enthalpy, enthalpy_rise, slope, slope_rise], [emissivity, emissivity_rise, ..]] =
+            [0, 1].map(|four| R::four(row, four));
+        let per_node = R::constant(1.0 / TABLE_STEP_K);
+        let smooth = slope + here.share * slope_rise;
+        let slope = if slopes == Slopes::All { enthalpy_rise * per_node } else { smooth };
+        let (enthalpy, emissivity) = (enthalpy + here.share * enthalpy_rise, emissivity + here.share * emissivity_rise);
+        let mut found = face_flux(drive, face, self.hot, temperature_k, emissivity, enthalpy, slope, none);
+        if slopes == Slopes::All {
+            let (square, surroundings) = (temperature_k * temperature_k, R::of(drive.surroundings_k));
+            let surroundings_square = surroundings * surroundings;
+            let radiance =
+                R::constant(STEFAN_BOLTZMANN) * (surroundings_square * surroundings_square - square * square);
+            let scale = self.hot.exchange * self.hot.emissivity;
+            found.slope = found.slope + scale * emissivity_rise * per_node * radiance;
+        }
+        found
+    }
+
+    #[inline(always)]
+    fn conductivity(&self, temperatures: &[R], i: usize) -> R {
+        let (plan, p) = (self.plan, self.ply_of[i]);
+        let block = &plan.rows.tables[plan.plies[p].table as usize..];
+        solid(block, spot(temperatures[i]), plan.table_columns(), 0, plan.parts, self.plies[p].1, false).conductivity
+    }
+
+    /// What a sensor reads, K: see `physics::reading`.
+    #[inline(always)]
+    pub(crate) fn read(&self, temperatures: &[R], sensor: usize) -> R {
+        let (plan, i) = (self.plan, self.plan.places[sensor].cell as usize);
+        let row = plan.rows.sensors[sensor];
+        let (k, next) = (self.conductivity(temperatures, i), self.conductivity(temperatures, i + 1));
+        let drop = temperatures[i] - temperatures[i + 1];
+        let (below_m, above_m) = (plan.rows.cells[i].below_m, plan.rows.cells[i + 1].above_m);
+        let contact = self.contacts_m2_k_w[self.ply_of[i]];
+        let flux = conductance_across(k, R::of(below_m), next, R::of(above_m), contact) * drop;
+        let to_face = flux * R::of(row.above_m) / k;
+        let from_face = drop - flux * R::of(row.below_m) / next;
+        temperatures[i] - (R::of(row.above) * to_face + R::of(row.below) * from_face)
+    }
+}
+
+/// The slopes of the flux under a cell, by its temperature and less that by the next one's, from its conductance, what that gains by the conductivities
+/// above and below and the drop over it, and how these conductivities rise: exact, or never negative as the march takes them.
+#[inline(always)]
+fn inclined<R: Real>([conductance, above_1_m, below_1_m, drop]: [R; 4], rises: [R; 2], slopes: Slopes) -> [R; 2] {
+    if slopes == Slopes::All {
+        [conductance + above_1_m * rises[0] * drop, conductance - below_1_m * rises[1] * drop]
+    } else {
+        let none = R::constant(0.0);
+        let by_upper = flux_slope(conductance, above_1_m, rises[0], drop, none);
+        [by_upper, flux_slope(conductance, below_1_m, rises[1], -drop, none)]
+    }
+}

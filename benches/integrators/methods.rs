@@ -1,0 +1,305 @@
+//! Ways to go from one step to the next, all linearly implicit: one tridiagonal matrix a step, factored once, no iteration.
+
+use crate::layup::{Evaluation, Layup, Slopes};
+use bondline::physics::Real;
+use bondline::physics::tridiagonal::{factorise, substitute};
+use bondline::plan::Plan;
+use bondline::plan::layout::Drive;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Method {
+    /// That of src/physics/step.rs.
+    Pair,
+    Rodas3,
+    Rodas,
+    /// Of second or third order.
+    Bdf(usize),
+}
+
+impl Method {
+    pub(crate) fn name(self) -> String {
+        match self {
+            Self::Pair => "pair".to_owned(),
+            Self::Rodas3 => "RODAS3".to_owned(),
+            Self::Rodas => "RODAS".to_owned(),
+            Self::Bdf(order) => format!("BDF{order}"),
+        }
+    }
+}
+
+/// A Rosenbrock method, in the unknowns `Uᵢ` that need no product with the Jacobian (Hairer & Wanner 1996, IV.7.25), times heat capacities:
+///
+/// ```text
+/// (C/(γΔt) + F C'/C − K) Uᵢ = C/Cᵢ Fᵢ + C/Δt Σ cᵢⱼ Uⱼ + γᵢ r,    Fᵢ at T + Σ aᵢⱼ Uⱼ and t + αᵢ Δt
+/// T' = T + Σ mⱼ Uⱼ
+/// ```
+struct Rosenbrock<const S: usize> {
+    gamma: f64,
+    a: [[f64; S]; S],
+    c: [[f64; S]; S],
+    m: [f64; S],
+    alpha: [f64; S],
+    gammas: [f64; S],
+    /// Whether C' is in the matrix; a W-method keeps its order without.
+    is_exact: bool,
+}
+
+const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+
+const PAIR: Rosenbrock<2> = Rosenbrock {
+    gamma: GAMMA,
+    a: [[0.0; 2], [1.0 / GAMMA, 0.0]],
+    c: [[0.0; 2], [-2.0 / GAMMA, 0.0]],
+    m: [1.5 / GAMMA, 0.5 / GAMMA],
+    alpha: [0.0, 1.0],
+    gammas: [GAMMA, -GAMMA],
+    is_exact: false,
+};
+
+/// Third order, L-stable, stiffly accurate; its second stage is where the first is (Sandu et al., Atmos. Environ. 31, 1997).
+const RODAS3: Rosenbrock<4> = Rosenbrock {
+    gamma: 0.5,
+    a: [[0.0; 4], [0.0; 4], [2.0, 0.0, 0.0, 0.0], [2.0, 0.0, 1.0, 0.0]],
+    c: [[0.0; 4], [4.0, 0.0, 0.0, 0.0], [1.0, -1.0, 0.0, 0.0], [1.0, -1.0, -8.0 / 3.0, 0.0]],
+    m: [2.0, 0.0, 1.0, 1.0],
+    alpha: [0.0, 0.0, 1.0, 1.0],
+    gammas: [0.5, 1.5, 0.0, 0.0],
+    is_exact: true,
+};
+
+/// Fourth order, L-stable, stiffly accurate (Hairer & Wanner, Solving Ordinary Differential Equations II, 1996, RODAS).
+const RODAS: Rosenbrock<6> = Rosenbrock {
+    gamma: 0.25,
+    a: [
+        [0.0; 6],
+        [1.544, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.946_678_528_081_582_6, 0.255_701_169_898_328_4, 0.0, 0.0, 0.0, 0.0],
+        [3.314_825_187_068_521, 2.896_124_015_972_201, 0.998_641_913_997_781_7, 0.0, 0.0, 0.0],
+        [1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895, 0.0, 0.0],
+        [1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895, 1.0, 0.0],
+    ],
+    c: [
+        [0.0; 6],
+        [-5.6688, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [-2.430_093_356_833_875, -0.206_359_915_709_191_5, 0.0, 0.0, 0.0, 0.0],
+        [-0.107_352_905_815_137_5, -9.594_562_251_023_355, -20.470_286_148_096_16, 0.0, 0.0, 0.0],
+        [7.496_443_313_967_647, -10.246_804_314_643_52, -33.999_903_528_199_05, 11.708_908_932_061_6, 0.0, 0.0],
+        [
+            8.083_246_795_921_522,
+            -7.981_132_988_064_893,
+            -31.521_594_328_743_71,
+            16.319_305_431_231_36,
+            -6.058_818_238_834_054,
+            0.0,
+        ],
+    ],
+    m: [1.221_224_509_226_641, 6.019_134_481_288_629, 12.537_083_329_320_87, -0.687_886_036_105_895, 1.0, 1.0],
+    alpha: [0.0, 0.386, 0.21, 0.63, 1.0, 1.0],
+    gammas: [0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0],
+    is_exact: true,
+};
+
+/// Most stages, and most earlier temperatures that a step looks back to.
+const STAGES: usize = 6;
+const BACK: usize = 3;
+
+/// The steps of a plan, and which of them begin where the schedule has a corner.
+pub(crate) struct Steps<'a> {
+    plan: &'a Plan,
+    is_corner: Vec<bool>,
+}
+
+impl<'a> Steps<'a> {
+    pub(crate) fn of(plan: &'a Plan) -> Self {
+        let (drives, lengths_s) = (&plan.rows.drives, &plan.rows.lengths_s);
+        let slope = |step: usize| (drives[4 * step + 1].flux_w_m2 - drives[4 * step].flux_w_m2) / lengths_s[step];
+        let steepest = (0..plan.steps()).map(|step| slope(step).abs()).fold(0.0, f64::max);
+        let bends = |step: usize| (slope(step) - slope(step - 1)).abs() > 1e-6 * steepest;
+        Self { plan, is_corner: (0..plan.steps()).map(|step| step == 0 || bends(step)).collect() }
+    }
+
+    /// The drive at a share of a step.
+    fn drive(&self, step: usize, share: f64) -> Drive<f64> {
+        let [start, end] = [0, 1].map(|end| self.plan.rows.drives[4 * step + end]);
+        // The flux is all that changes here.
+        Drive { flux_w_m2: start.flux_w_m2 + share * (end.flux_w_m2 - start.flux_w_m2), ..start }
+    }
+}
+
+/// A member, or lanes of them, on its way.
+struct Way<'a, R> {
+    layup: &'a Layup<'a, R>,
+    steps: &'a Steps<'a>,
+    temperatures: Vec<R>,
+    staged: Vec<R>,
+    /// Temperatures at the ends of the steps before, the latest first.
+    earlier: [Vec<R>; BACK],
+    unknowns: [Vec<R>; STAGES],
+    capacities: Vec<R>,
+    at: Evaluation<R>,
+    lower: Vec<R>,
+    diagonal: Vec<R>,
+    upper: Vec<R>,
+}
+
+/// March over all steps, and `note` the temperatures at the start and after each.
+#[inline(always)]
+pub(crate) fn march<R: Real<Scalar = f64>>(
+    method: Method,
+    layup: &Layup<'_, R>,
+    steps: &Steps<'_>,
+    mut note: impl FnMut(usize, &[R]),
+) {
+    let none = || vec![R::constant(0.0); layup.cells()];
+    let mut way = Way {
+        layup,
+        steps,
+        temperatures: layup.start(),
+        staged: none(),
+        earlier: [(); BACK].map(|()| none()),
+        unknowns: [(); STAGES].map(|()| none()),
+        capacities: none(),
+        at: Evaluation::new(layup.cells()),
+        lower: none(),
+        diagonal: none(),
+        upper: none(),
+    };
+    note(0, &way.temperatures);
+    let mut since_corner = 0;
+    for step in 0..steps.plan.steps() {
+        if steps.is_corner[step] {
+            since_corner = 0;
+        }
+        match method {
+            Method::Pair => way.rosenbrock(&PAIR, step),
+            Method::Rodas3 => way.rosenbrock(&RODAS3, step),
+            Method::Rodas => way.rosenbrock(&RODAS, step),
+            Method::Bdf(order) => {
+                way.earlier.rotate_right(1);
+                way.earlier[0].copy_from_slice(&way.temperatures);
+                // Nothing looks back beyond a corner, where slopes jump.
+                if since_corner + 1 < order { way.rosenbrock(&PAIR, step) } else { way.backward(order, step) }
+            }
+        }
+        since_corner += 1;
+        note(step + 1, &way.temperatures);
+    }
+}
+
+impl<R: Real<Scalar = f64>> Way<'_, R> {
+    #[inline(always)]
+    fn rosenbrock<const S: usize>(&mut self, method: &Rosenbrock<S>, step: usize) {
+        let per_length = 1.0 / self.steps.plan.rows.lengths_s[step];
+        let slopes = if method.is_exact { Slopes::All } else { Slopes::Fluxes };
+        self.layup.evaluate(&self.temperatures, self.steps.drive(step, 0.0), slopes, &mut self.at);
+        self.capacities.copy_from_slice(&self.at.capacities);
+        let own = R::constant(per_length / method.gamma);
+        let cells = self.diagonal.len();
+        let (diagonal, capacities) = (&mut self.diagonal[..], &self.capacities[..cells]);
+        let (net, rises) = (&self.at.net[..cells], &self.at.capacity_slopes[..cells]);
+        for i in 0..cells {
+            diagonal[i] = capacities[i] * own;
+            if method.is_exact {
+                diagonal[i] = diagonal[i] + net[i] * rises[i] / capacities[i];
+            }
+        }
+        self.factorise();
+        let driven =
+            self.layup.heated(self.temperatures[0], self.steps.drive(step, 1.0), Slopes::None).flux - self.at.hot.flux;
+        for stage in 0..S {
+            if method.a[stage] != [0.0; S] {
+                combine(&mut self.staged, &self.temperatures, &self.unknowns[..stage], &method.a[stage]);
+                let drive = self.steps.drive(step, method.alpha[stage]);
+                self.layup.evaluate(&self.staged, drive, Slopes::None, &mut self.at);
+            }
+            let (before, here) = self.unknowns.split_at_mut(stage);
+            let side = &mut here[0][..];
+            if stage == 0 {
+                side.copy_from_slice(&self.at.net);
+            } else {
+                let weights = method.c[stage].map(|c| c * per_length);
+                let none = R::constant(0.0);
+                side.fill(none);
+                add(side, before, &weights);
+                let net = &self.at.net[..side.len()];
+                let (now, start) = (&self.at.capacities[..side.len()], &self.capacities[..side.len()]);
+                for i in 0..side.len() {
+                    side[i] = start[i] * (net[i] / now[i] + side[i]);
+                }
+            }
+            side[0] = side[0] + R::constant(method.gammas[stage]) * driven;
+            substitute(&self.lower, &self.diagonal, &self.upper, side);
+        }
+        add(&mut self.temperatures, &self.unknowns[..S], &method.m);
+    }
+
+    /// A step backwards in differences: the slope at its end is that of the polynomial through it and the ends of some steps before. One step of
+    /// Newton's from where the polynomial through those leads; the error of that falls with twice its order.
+    #[inline(always)]
+    fn backward(&mut self, order: usize, step: usize) {
+        let time_s = |back: usize| self.steps.plan.times_s[step + 1 - back];
+        let (mut ahead, mut slope) = ([0.0; BACK], [0.0; BACK]);
+        let mut own = 0.0;
+        for j in 1..=order {
+            let others = || (1..=order).filter(move |&other| other != j);
+            let leads = others().map(|other| (time_s(0) - time_s(other)) / (time_s(j) - time_s(other)));
+            ahead[j - 1] = leads.product();
+            slope[j - 1] = ahead[j - 1] / (time_s(j) - time_s(0));
+            own += 1.0 / (time_s(0) - time_s(j));
+        }
+        let earlier = &self.earlier[..order];
+        self.staged.fill(R::constant(0.0));
+        add(&mut self.staged, earlier, &ahead);
+        self.layup.evaluate(&self.staged, self.steps.drive(step, 1.0), Slopes::All, &mut self.at);
+        let [side, rates, ..] = &mut self.unknowns;
+        rates.fill(R::constant(0.0));
+        add(rates, earlier, &slope);
+        add(rates, std::slice::from_ref(&self.staged), &[own]);
+        let (diagonal, cells, own) = (&mut self.diagonal[..], side.len(), R::constant(own));
+        let (net, rates) = (&self.at.net[..cells], &rates[..cells]);
+        let (capacities, rises) = (&self.at.capacities[..cells], &self.at.capacity_slopes[..cells]);
+        for i in 0..cells {
+            side[i] = net[i] - capacities[i] * rates[i];
+            diagonal[i] = capacities[i] * own + rises[i] * rates[i];
+        }
+        self.factorise();
+        substitute(&self.lower, &self.diagonal, &self.upper, &mut self.unknowns[0]);
+        combine(&mut self.temperatures, &self.staged, &self.unknowns[..1], &[1.0]);
+    }
+
+    /// Take the slopes of the net fluxes from what each cell has of its own on the diagonal, and factor that matrix.
+    #[inline(always)]
+    fn factorise(&mut self) {
+        let cells = self.diagonal.len();
+        let (lower, upper) = (&mut self.lower[..cells], &mut self.upper[..cells]);
+        let diagonal = &mut self.diagonal[..cells];
+        // Nothing flows out of the back: slopes under the last cell are never written.
+        let (leaving, coming) = (&self.at.by_upper[..cells], &self.at.by_lower[..cells]);
+        let (mut arriving, mut returned) = (R::constant(0.0), -self.at.hot.slope);
+        for i in 0..cells {
+            diagonal[i] = diagonal[i] + (returned + leaving[i]);
+            lower[i] = -arriving;
+            upper[i] = -coming[i];
+            (arriving, returned) = (leaving[i], coming[i]);
+        }
+        factorise(&mut self.lower, &mut self.diagonal, &mut self.upper);
+    }
+}
+
+/// Base plus a sum of columns, each times its weight.
+#[inline(always)]
+fn combine<R: Real>(sum: &mut [R], base: &[R], columns: &[Vec<R>], weights: &[f64]) {
+    sum.copy_from_slice(base);
+    add(sum, columns, weights);
+}
+
+/// Add columns, each times its weight; of none nothing.
+#[inline(always)]
+fn add<R: Real>(sum: &mut [R], columns: &[Vec<R>], weights: &[f64]) {
+    for (column, &weight) in columns.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
+        let (weight, column) = (R::constant(weight), &column[..sum.len()]);
+        for i in 0..sum.len() {
+            sum[i] = sum[i] + weight * column[i];
+        }
+    }
+}
