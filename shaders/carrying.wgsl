@@ -6,8 +6,7 @@ var<private> stage_heat: real;
 var<private> gas_j_kg: Column;
 var<private> gas_rises: Column;
 
-fn gas_at(cell: u32, at: Spot) {
-    let here = gas_segment(at);
+fn gas_at(cell: u32, here: Segment) {
     gas_j_kg[cell] = value(here, 0u);
     gas_rises[cell] = value(here, 1u);
 }
@@ -21,9 +20,9 @@ fn gas_capacity(cell: u32) -> real {
     return pores[cell].storage * pressures[cell].high * gas_rises[cell];
 }
 
-fn gas_work(cell: u32) -> real {
+fn gas_work(p: u32, cell: u32) -> real {
     let temperature_k = temperatures[cell].high + first[cell];
-    return temperature_k / value(gas_segment(spot(temperature_k)), 2u);
+    return temperature_k / value(gas_of(p, row_of(p, spot(temperature_k))), 2u);
 }
 
 fn gas_gained(p: u32, cell: u32) -> real {
@@ -31,10 +30,10 @@ fn gas_gained(p: u32, cell: u32) -> real {
         return 0.0;
     }
     let now_kg_m2 = pores[cell].storage * pressures[cell].high;
-    let now_j_kg = gas_j_kg[cell] - gas_work(cell);
+    let now_j_kg = gas_j_kg[cell] - gas_work(p, cell);
     let then_kg_m2 = first_storage(p, cell) * drives[0].pressure_pa;
     let start_k = cells[cell].start_k;
-    let then = gas_segment(spot(start_k));
+    let then = gas_of(p, row_of(p, spot(start_k)));
     let then_j_kg = value(then, 0u) - start_k / value(then, 2u);
     lost_and_stored[1] = lost_and_stored[1] + keep(now_kg_m2 - then_kg_m2);
     return now_kg_m2 * now_j_kg - then_kg_m2 * then_j_kg;
@@ -42,7 +41,7 @@ fn gas_gained(p: u32, cell: u32) -> real {
 
 fn first_storage(p: u32, cell: u32) -> real {
     let start_k = cells[cell].start_k;
-    let molar = value(gas_segment(spot(start_k)), 2u);
+    let molar = value(gas_of(p, row_of(p, spot(start_k))), 2u);
     let virgin = substances[plies[p].first_state];
     let volume_m = cells[cell].width_m * ply_scales[p].thickness;
     return volume_m * virgin.porosity * (molar / start_k);
@@ -55,9 +54,9 @@ fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
         let ply = plies[p];
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
             if ply.end_reaction > ply.first_reaction {
-                second[i] = second[i] - absorbed[i];
+                second[i] = second[i] - absorbed_at(i, stage);
                 if UNHINDERED {
-                    let leaves = made[i] * gas_j_kg[i];
+                    let leaves = made_at(i, stage) * gas_j_kg[i];
                     out = out + leaves;
                     if i == 0u {
                         drawn[0] = drawn[0] + leaves;
@@ -68,7 +67,7 @@ fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
                 }
             }
             if DARCY {
-                let swept = pores[i].storage * gas_work(i) * pressure_rates[i];
+                let swept = pores[i].storage * gas_work(p, i) * pressure_rates[i];
                 second[i] = second[i] + swept;
             }
         }

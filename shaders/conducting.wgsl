@@ -3,11 +3,6 @@
 fn properties(step: u32, stage: u32) {
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
-        if GAS {
-            for (var i = ply.first_cell; i < ply.end_cell; i++) {
-                gas_at(i, spot(temperatures[i].high + first[i]));
-            }
-        }
         if ply.states > 1u || LEVELS > 1u {
             for (var i = ply.first_cell; i < ply.end_cell; i++) {
                 blend(p, i, spot(temperatures[i].high + first[i]), step, stage);
@@ -48,10 +43,14 @@ fn properties(step: u32, stage: u32) {
 fn plain(p: u32, stage: u32) {
     let ply = plies[p];
     for (var i = ply.first_cell; i < ply.end_cell; i++) {
-        let here = solid(spot(temperatures[i].high + first[i]), ply.table, state_scales[ply.first_state], stage == 0u);
+        let row = row_of(p, spot(temperatures[i].high + first[i]));
+        let here = solid(row, state_scales[ply.first_state], stage == 0u);
         conductivities[i] = here.conductivity;
         slopes[i] = here.slope;
         evaluated[i] = cells[i].width_m * (ply_scales[p].density_kg_m3 * here.heat_capacity);
+        if GAS {
+            gas_at(i, gas_of(p, row));
+        }
     }
 }
 

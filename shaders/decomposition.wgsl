@@ -35,19 +35,19 @@ fn logarithm_over_one(x: real) -> real {
 
 fn consumed(reactant: real, exposure: real, order: real) -> real {
     if order == 1.0 {
-        return reactant * decay(exposure);
+        return decay(exposure);
     }
     if order == 2.0 {
         let gone = exposure * reactant;
-        return reactant * (gone / (1.0 + gone));
+        return gone / (1.0 + gone);
     }
     if order == 3.0 {
         let gone = 2.0 * exposure * reactant * reactant;
         let root = sqrt(1.0 + gone);
-        return reactant * (gone / (root * (root + 1.0)));
+        return gone / (root * (root + 1.0));
     }
     let above = order - 1.0;
     let gone = above * exposure * power(reactant, above);
     let decay = logarithm_over_one(gone) / above;
-    return reactant * decay * mean_decay(decay);
+    return decay * mean_decay(decay);
 }

@@ -45,7 +45,7 @@ fn flow(step: u32, stage: u32) {
         let ply = plies[p];
         for (var up = 0u; up < ply.end_cell - ply.first_cell; up++) {
             let i = ply.end_cell - 1u - up;
-            let here = made[i];
+            let here = made_at(i, stage);
             flows[i] = carries * risen;
             risen = risen + here;
         }
@@ -72,7 +72,7 @@ fn porous(p: u32, i: u32) -> Porous {
     let ply = plies[p];
     let temperature_k = temperatures[i].high + first[i];
     let at = spot(temperature_k);
-    let gas = gas_segment(at);
+    let gas = gas_of(p, row_of(p, at));
     let molar_kg_k_j = value(gas, 2u);
     let viscosity_pa_s = value(gas, 3u);
     var phases = phases_of(p, i, 0.0);

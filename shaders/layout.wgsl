@@ -50,6 +50,8 @@ struct Sensor {
 
 struct Place {
     cell: u32,
+    ply_above: u32,
+    ply_below: u32,
     depth: u32,
     node_above: u32,
     steps_above: u32,
@@ -66,6 +68,7 @@ struct Ply {
     first_cell: u32,
     end_cell: u32,
     table: u32,
+    columns: u32,
     states: u32,
     first_state: u32,
     first_reaction: u32,

@@ -9,6 +9,7 @@ struct PlyScale {
     activation: real,
     pyrolysis_heat: real,
     loss: real,
+    per_loss: real,
     permeability: real,
     holder_w_m3_k: real,
 }
@@ -28,7 +29,7 @@ fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
     let thickness = column(ply.thickness);
     let density = bulk.density_kg_m3 * column(ply.density);
     let remains = char.remains;
-    let lost = max(1.0 - remains, real(1e-6));
+    let loss = (1.0 - column(ply.char_yield) * remains) / max(1.0 - remains, real(1e-6));
     return PlyScale(
         density * column(ply.heat_capacity) * thickness,
         column(ply.heat_capacity),
@@ -37,7 +38,8 @@ fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
         column(ply.kinetics),
         column(ply.activation),
         column(ply.pyrolysis_heat),
-        (1.0 - column(ply.char_yield) * remains) / lost,
+        loss,
+        1.0 / max(loss * (1.0 - remains), real(1e-6)),
         column(ply.permeability) / thickness,
         bulk.holder_w_m3_k * column(ply.holder) * thickness,
     );
@@ -67,8 +69,7 @@ struct Solid {
     heat_capacity: real,
 }
 
-fn solid(spot: Spot, block: u32, scale: StateScale, with_slope: bool) -> Solid {
-    let here = segment(spot, COLUMNS, block);
+fn solid(here: Segment, scale: StateScale, with_slope: bool) -> Solid {
     var conductivity = scale.solid * value(here, 0u);
     var slope = real(0.0);
     if with_slope {

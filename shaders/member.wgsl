@@ -29,10 +29,6 @@ var<private> first: Column;
 var<private> second: Column;
 
 const LAST_CELL = CELLS - 1u;
-// Where a state's block and the faces' and the gas's tables begin.
-const BLOCK = LEVELS * TABLE_NODES * COLUMNS;
-const FACE_TABLE = SUBSTANCES * BLOCK;
-const GAS_TABLE = FACE_TABLE + TABLE_NODES * FACE_COLUMNS;
 
 // What does not change over the march.
 fn scale() {
@@ -77,30 +73,35 @@ fn hold(step: u32) {
     }
 }
 
-fn read_sensor(sensor: u32) -> Pair {
-    let i = places[sensor].cell;
-    let nominal = reading(
-        temperatures[i],
-        temperatures[i + 1u],
-        conductivities[i],
-        conductivities[i + 1u],
-        conductances[i],
-        sensors[sensor],
-    );
+fn read_sensor(sensor: u32, step: u32) -> Pair {
+    let place = places[sensor];
+    let i = place.cell;
+    let ply = place.ply_above;
+    let conductivity = conductivity_now(ply, i, step);
+    let next = conductivity_now(place.ply_below, i + 1u, step);
+    var conductance = conductances[i];
+    if REACTS {
+        if place.ply_above == place.ply_below {
+            conductance = conductance_within(conductivity, next, cells[i].half_over_next_1_m);
+        } else {
+            conductance =
+                conductance_across(conductivity, cells[i].below_m, next, cells[i + 1u].above_m, contact_scales[ply]);
+        }
+    }
+    let nominal = reading(temperatures[i], temperatures[i + 1u], conductivity, next, conductance, sensors[sensor]);
     if DEPTHS == 1u {
-        return Pair(nominal.high, nominal.low + displaced(sensor));
+        let flux = conductance * difference(temperatures[i], temperatures[i + 1u]);
+        return Pair(nominal.high, nominal.low + displaced(sensor, flux / conductivity, flux / next));
     }
     return nominal;
 }
 
-fn displaced(sensor: u32) -> real {
+fn displaced(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> real {
     let place = places[sensor];
     let row = sensors[sensor];
-    let i = place.cell;
     let shift_m = row.depth_m * (column(place.depth) - 1.0);
-    let flux = conductances[i] * difference(temperatures[i], temperatures[i + 1u]);
     var start_m = row.below_m;
-    var rise = -(flux / conductivities[i + 1u] * covered(shift_m, 0.0, start_m));
+    var rise = -(fall_below_k_m * covered(shift_m, 0.0, start_m));
     for (var step = 0u; step < place.steps_below; step++) {
         let j = place.node_below + step;
         let length_m = cells[j].below_m + cells[j + 1u].above_m;
@@ -109,7 +110,7 @@ fn displaced(sensor: u32) -> real {
         start_m = start_m + length_m;
     }
     start_m = row.above_m;
-    rise = rise + flux / conductivities[i] * covered(-shift_m, 0.0, start_m);
+    rise = rise + fall_above_k_m * covered(-shift_m, 0.0, start_m);
     for (var step = 0u; step < place.steps_above; step++) {
         let j = place.node_above - step;
         let length_m = cells[j - 1u].below_m + cells[j].above_m;
@@ -122,7 +123,7 @@ fn displaced(sensor: u32) -> real {
 
 fn look(step: u32) {
     for (var s = 0u; s < run.sensors; s++) {
-        let now = read_sensor(s);
+        let now = read_sensor(s, step);
         if step == 0u {
             beads_now[s] = now;
         } else {
@@ -175,15 +176,15 @@ fn gained(p: u32, i: u32) -> real {
     let now = spot(temperatures[i].high);
     let then = spot(cells[i].start_k);
     if ply.states == 1u {
-        let now_j_kg = integral(segment(now, COLUMNS, ply.table), 1u);
-        let then_j_kg = integral(segment(then, COLUMNS, ply.table), 1u);
+        let now_j_kg = integral(row_of(p, now), 1u);
+        let then_j_kg = integral(row_of(p, then), 1u);
         return keep(now_j_kg - then_j_kg) * ply_scales[p].density_kg_m3 * width_m + gas_gained(p, i);
     }
     let phases = phases_of(p, i, 0.0);
     let mass_kg_m2 = ply_scales[p].mass_kg_m3 * width_m;
     let lost_kg_m2 = mass_kg_m2 * (1.0 - mass_left(p, phases));
     lost_and_stored[0] = lost_and_stored[0] + lost_kg_m2;
-    let then_j_kg = enthalpy_of(p, 0u, then);
-    let now_j_kg = solid_enthalpy(p, phases, now);
+    let then_j_kg = enthalpy_of(p, 0u, row_of(p, then));
+    let now_j_kg = solid_enthalpy(p, phases, row_of(p, now));
     return keep(now_j_kg - then_j_kg) * mass_kg_m2 + gas_gained(p, i);
 }

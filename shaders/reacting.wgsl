@@ -55,8 +55,7 @@ fn weights_of(ply: u32, phases: Phases, per_density: real) -> Phases {
 }
 
 fn converted(ply: u32, density: real) -> real {
-    let last = plies[ply].states - 1u;
-    return (1.0 - density) / max(1.0 - remains_of(ply, last), real(1e-6));
+    return (1.0 - density) * ply_scales[ply].per_loss;
 }
 
 fn stretch_of(ply: u32, density: real) -> real {
@@ -75,51 +74,77 @@ fn face_emissivity(face: u32, ply: u32, cell: u32, at: Spot) -> real {
     return sum;
 }
 
-fn block_of(ply: u32, state: u32) -> u32 {
-    return plies[ply].table + state * BLOCK;
+fn row_of(ply: u32, at: Spot) -> Segment {
+    return segment(at, plies[ply].columns, plies[ply].table);
 }
 
-fn enthalpy_of(ply: u32, state: u32, at: Spot) -> real {
-    let here = segment(at, COLUMNS, block_of(ply, state));
-    let risen = integral(here, 1u);
+fn state_of(state: u32, row: Segment) -> Segment {
+    return beyond(row, state * PROPERTIES);
+}
+
+fn gas_of(ply: u32, row: Segment) -> Segment {
+    return state_of(plies[ply].states, row);
+}
+
+fn enthalpy_of(ply: u32, state: u32, here: Segment) -> real {
+    let risen = integral(state_of(state, here), 1u);
     let row = plies[ply].first_state + state;
     return ply_scales[ply].heat_capacity * risen + substances[row].formation_j_kg;
 }
 
 fn blend(p: u32, i: u32, at: Spot, step: u32, stage: u32) {
-    var phases = phases_of(p, i, lead_s);
+    let level_here = level_of(i, step, stage);
+    let row = row_of(p, levelled(at, level_here)[0]);
+    let here = mixture(p, i, at, row, level_here, lead_s, stage == 0u);
+    conductivities[i] = here.conductivity;
+    slopes[i] = here.slope;
+    evaluated[i] = cells[i].width_m * here.heat_capacity;
+    if GAS {
+        gas_at(i, gas_of(p, row));
+    }
+}
+
+fn mixture(p: u32, i: u32, at: Spot, row: Segment, level_here: Level, lead: real, with_slope: bool) -> Solid {
+    var phases = phases_of(p, i, lead);
     let density = mass_left(p, phases);
     let stretch = stretch_of(p, density);
     let inverse = 1.0 / (density * stretch);
     var weights = weights_of(p, phases, inverse * stretch);
     let per_stretch = inverse * density;
-    let level_here = pressure_level(i, step, stage);
     var conducts = real(0.0);
     var slope = real(0.0);
     var stores = real(0.0);
     for (var state = 0u; state < plies[p].states; state++) {
-        let block = block_of(p, state);
         let scale = state_scales[plies[p].first_state + state];
-        var here: Solid;
+        var here = solid(state_of(state, row), scale, with_slope);
         if LEVELS > 1u {
-            let spots = levelled(at, level_here);
-            here = solid(spots[0], block, scale, stage == 0u);
-            let more = solid(spots[1], block, scale, stage == 0u);
+            let over = row_of(p, levelled(at, level_here)[1]);
+            let more = solid(state_of(state, over), scale, with_slope);
             here.conductivity = here.conductivity + level_here.share * (more.conductivity - here.conductivity);
             here.slope = here.slope + level_here.share * (more.slope - here.slope);
-        } else {
-            here = solid(at, block, scale, stage == 0u);
         }
         conducts = conducts + weights[state] * here.conductivity;
         slope = slope + weights[state] * here.slope;
         stores = stores + phases[state] * remains_of(p, state) * (ply_scales[p].density_kg_m3 * here.heat_capacity);
     }
-    conductivities[i] = conducts * per_stretch;
-    slopes[i] = slope * per_stretch;
-    evaluated[i] = cells[i].width_m * stores;
+    return Solid(conducts * per_stretch, slope * per_stretch, stores);
 }
 
-fn pressure_level(i: u32, step: u32, stage: u32) -> Level {
+fn conductivity_now(p: u32, i: u32, step: u32) -> real {
+    let ply = plies[p];
+    if ply.end_reaction == ply.first_reaction {
+        return conductivities[i];
+    }
+    let at = spot(temperatures[i].high);
+    let level_here = level_of(i, step, 0u);
+    let row = row_of(p, levelled(at, level_here)[0]);
+    return mixture(p, i, at, row, level_here, 0.0, false).conductivity;
+}
+
+fn level_of(i: u32, step: u32, stage: u32) -> Level {
+    if LEVELS == 1u {
+        return Level(0u, 0.0);
+    }
     var pressure_pa = drives[4u * step + stage].pressure_pa;
     if DARCY {
         pressure_pa = pressures[i].high;
@@ -130,21 +155,13 @@ fn pressure_level(i: u32, step: u32, stage: u32) -> Level {
     return Level(under, way - real(under));
 }
 
-fn solid_enthalpy(ply: u32, phases: Phases, at: Spot) -> real {
+fn solid_enthalpy(ply: u32, phases: Phases, here: Segment) -> real {
     var each = phases;
     var sum = real(0.0);
     for (var state = 0u; state < plies[ply].states; state++) {
-        sum = sum + each[state] * remains_of(ply, state) * enthalpy_of(ply, state, at);
+        sum = sum + each[state] * remains_of(ply, state) * enthalpy_of(ply, state, here);
     }
     return sum;
-}
-
-fn gas_segment(at: Spot) -> Segment {
-    return segment(at, GAS_COLUMNS, GAS_TABLE);
-}
-
-fn gas_enthalpy_at(at: Spot) -> real {
-    return value(gas_segment(at), 0u);
 }
 
 fn react(step: u32, stage: u32) {
@@ -157,18 +174,16 @@ fn react(step: u32, stage: u32) {
     let length_s = lengths[step];
     let lead = keep(real(GAMMA)) * length_s;
     lead_s = select(-lead, lead, stage == 0u);
+    if stage == 0u {
+        return;
+    }
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
         if ply.end_reaction == ply.first_reaction {
             continue;
         }
         for (var i = ply.first_cell; i < ply.end_cell; i++) {
-            if stage == 0u {
-                made[i] = made_mean[i];
-                absorbed[i] = absorbed_mean[i];
-            } else {
-                react_cell(p, i, ply.first_reaction, ply.end_reaction, length_s);
-            }
+            react_cell(p, i, ply.first_reaction, ply.end_reaction, length_s);
         }
     }
 }
@@ -176,12 +191,12 @@ fn react(step: u32, stage: u32) {
 fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: real) {
     let scale = ply_scales[p];
     let temperature_k = temperatures[i].high + 0.5 * first[i];
-    let at = spot(temperature_k);
-    let gas_here_j_kg = gas_enthalpy_at(at);
+    let here = row_of(p, spot(temperature_k));
+    let gas_here_j_kg = value(gas_of(p, here), 0u);
     let absolute = bulks[p].absolute;
     var held_j_kg: Phases;
     for (var state = 0u; state < plies[p].states; state++) {
-        held_j_kg[state] = remains_of(p, state) * enthalpy_of(p, state, at);
+        held_j_kg[state] = remains_of(p, state) * enthalpy_of(p, state, here);
     }
     let per_kelvin = 1.0 / temperature_k;
     let per_length = 1.0 / length_s;
@@ -197,12 +212,17 @@ fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: 
         let reaction = reactions[j];
         let steepness = reaction.activation_k * steepness_k;
         let exposure = length_s * rate(reaction, temperature_k, scale.kinetics, steepness);
-        let chained = reaction.chained;
-        let ahead = 1.0 + chained * (before - 1.0);
         let done = advancements[place];
+        var ahead = real(1.0);
+        var entering = real(0.0);
+        if reaction.chained == 1.0 {
+            ahead = before;
+            entering = 0.5 * fed;
+        }
         let left = keep(keep(ahead - done.high) - done.low);
-        let reactant = max(left + chained * 0.5 * fed, 0.0);
-        let spent = consumed(reactant, exposure, reaction.order);
+        let reactant = max(left + entering, 0.0);
+        let used = consumed(reactant, exposure, reaction.order);
+        let spent = reactant * used;
         before = done.high;
         fed = spent;
         advancements[place] = advanced(done, spent);
@@ -214,20 +234,27 @@ fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: 
         let risen = gas * gas_here_j_kg - spent * (reaction.share * lost);
         let of_reaction = gas * reaction.heat_j_kg;
         let heat_taken = scale.pyrolysis_heat * (of_reaction + absolute * (risen - of_reaction));
-        let spared = (reactant - spent) / max(reactant, 1e-30);
         gas_made = gas_made + gas;
         heat_absorbed = heat_absorbed + heat_taken;
         heat_given = heat_given + keep(risen - heat_taken);
-        rises = rises + heat_taken * (spared * steepness);
+        rises = rises + heat_taken * ((1.0 - used) * steepness);
     }
     let flux_kg_m2_s = scale.mass_kg_m3 * cells[i].width_m * per_length;
     take_stage(i, flux_kg_m2_s * gas_made, flux_kg_m2_s * heat_absorbed, 2.0 * (flux_kg_m2_s * heat_given));
     restraints[i] = max(flux_kg_m2_s * (rises * per_kelvin), 0.0);
 }
 
+fn made_at(i: u32, stage: u32) -> real {
+    return select(made[i], made_mean[i], stage == 0u);
+}
+
+fn absorbed_at(i: u32, stage: u32) -> real {
+    return select(absorbed[i], absorbed_mean[i], stage == 0u);
+}
+
 fn take_stage(i: u32, gas_made: real, heat_absorbed: real, heat_given: real) {
-    made[i] = 2.0 * gas_made - made[i];
-    absorbed[i] = 2.0 * heat_absorbed - absorbed[i];
+    made[i] = 2.0 * gas_made - made_mean[i];
+    absorbed[i] = 2.0 * heat_absorbed - absorbed_mean[i];
     made_mean[i] = gas_made;
     absorbed_mean[i] = heat_absorbed;
     given = given + heat_given;

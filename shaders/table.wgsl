@@ -21,6 +21,10 @@ fn segment(spot: Spot, columns: u32, offset: u32) -> Segment {
     return Segment(offset + columns * spot.row, spot.share);
 }
 
+fn beyond(segment: Segment, properties: u32) -> Segment {
+    return Segment(segment.first + 2u * properties, segment.share);
+}
+
 fn value(segment: Segment, property: u32) -> real {
     let under = two(segment, property);
     return under[0] + segment.share * under[1];

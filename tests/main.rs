@@ -10,6 +10,7 @@ mod parity; // whole marches of every shipped case: device, lanes, one at a time
 mod pilot; // cells and steps for an error that was asked for, and what two resolutions say of a third
 mod posterior; // posteriors beside linear intervals and profiles; bands beside what was not fitted
 mod properties; // truths of heat that no case may break, and what a seed promises
+mod readings; // what sensors read beside plies that decompose
 mod reduction; // which factors are left to estimate, beside what the paper left
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod shaders; // naga: kernels, layouts, twins of names, the loop budget

@@ -106,11 +106,20 @@ fn apart_k(one: &Traces, other: &Traces) -> f64 {
 /// A plan with every conductivity off by a share of itself.
 fn spoiled(plan: &Plan, share: f64) -> Plan {
     let mut plan = plan.clone();
-    let (columns, end) = (plan.table_columns(), plan.face_table());
-    for row in plan.rows.tables[..end].chunks_exact_mut(columns) {
-        // Solid, radiative and of gas, each with its rise.
-        for place in [0, 1, 8, 9, 12, 13].into_iter().filter(|&place| place < columns) {
-            row[place] *= 1.0 + share;
+    let columns = 2 * plan.properties();
+    // Plies of one material share their tables, which come one after the other.
+    let mut plies: Vec<_> =
+        plan.plies.iter().map(|ply| (ply.table as usize, ply.columns as usize, ply.states)).collect();
+    plies.dedup();
+    for (table, width, states) in plies {
+        let end = table + plan.levels * TABLE_NODES * width;
+        for row in plan.rows.tables[table..end].chunks_exact_mut(width) {
+            for state in row[..columns * states as usize].chunks_exact_mut(columns) {
+                // Solid, radiative and of gas, each with its rise.
+                for place in [0, 1, 8, 9, 12, 13].into_iter().filter(|&place| place < columns) {
+                    state[place] *= 1.0 + share;
+                }
+            }
         }
     }
     plan
@@ -122,7 +131,7 @@ fn spoiled_in_the_last_bit(plan: &Plan, temperature_k: f64) -> Plan {
     let mut plan = plan.clone();
     let node = (temperature_k / TABLE_STEP_K) as usize;
     for level in 0..plan.levels {
-        let place = plan.plies[0].table as usize + (level * TABLE_NODES + node) * plan.table_columns();
+        let place = (plan.plies[0].table + (level * TABLE_NODES + node) as u32 * plan.plies[0].columns) as usize;
         plan.rows.tables[place] = f64::from((plan.rows.tables[place] as f32).next_up());
     }
     plan

@@ -12,11 +12,11 @@ use bondline::physics::faces::{FaceScale, face_flux};
 use bondline::physics::holder::flux_sideways;
 use bondline::physics::material::{StateScale, conductance_across, conductance_within, flux_slope, gain_across, solid};
 use bondline::physics::reading::{covered, followed, reading};
-use bondline::physics::table::{integral, segment, spot, value};
+use bondline::physics::table::{beyond, integral, segment, spot, value};
 use bondline::physics::tridiagonal::{factorise, substitute};
 use bondline::plan::layout::{
-    AIR_PROPERTIES, Bead, Drive, FACE_COLUMNS, Face, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, Reaction, STATES_MAX,
-    Sensor, TABLE_NODES, TABLE_STEP_K,
+    AIR_PROPERTIES, Bead, Drive, FACE_COLUMNS, Face, GAUGES, HEATS, NO_INSTANT, Reaction, STATES_MAX, Sensor,
+    TABLE_NODES, TABLE_STEP_K,
 };
 use bytemuck::Pod;
 
@@ -65,10 +65,10 @@ where
         ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
         ("AIR_PROPERTIES", AIR_PROPERTIES as u32),
-        ("COLUMNS", COLUMNS as u32),
+        ("PROPERTIES", COLUMNS as u32 / 2),
+        ("FACE_TABLE", 0),
         ("FACE_COLUMNS", FACE_COLUMNS as u32),
         ("STATES_MAX", STATES_MAX as u32),
-        ("GAS_COLUMNS", GAS_COLUMNS as u32),
         ("GAUGES", GAUGES as u32),
         ("SUBSTANCES", 1),
         ("STATES", 1),
@@ -79,7 +79,7 @@ where
     ] {
         text += &format!("const {name} = {value}u;\n");
     }
-    for name in ["GAS", "UNHINDERED", "QUASI_STEADY", "DARCY", "BACK_IS_OPEN"] {
+    for name in ["REACTS", "GAS", "UNHINDERED", "QUASI_STEADY", "DARCY", "BACK_IS_OPEN"] {
         text += &format!("const {name} = false;\n");
     }
     text += &format!("const MIDDLE_PA = 1e5;\nconst TABLE_STEP_K = {TABLE_STEP_K:?};\n");
@@ -164,23 +164,24 @@ fn probes<'a, W: Real<Scalar = W> + 'a>() -> Vec<Probe<'a, W>> {
         },
         Probe {
             body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.share; y[2] = value(segment(s, 8u, 3u), 1u);
-                   y[3] = integral(segment(s, 8u, 3u), 1u);",
+                   y[3] = integral(segment(s, 8u, 3u), 1u); y[4] = value(beyond(segment(s, 16u, 0u), 4u), 3u);",
             inputs: vec![(-50.0, 4500.0)],
-            outputs: 4,
+            outputs: 5,
             twin: &|x, tables, y| {
                 let s = spot(x[0]);
                 let seen = segment(tables, s, 8, 3);
-                put(y, &[s.row, s.share, value(seen, 1), integral(seen, 1)]);
+                let further = beyond(segment(tables, s, 16, 0), 4);
+                put(y, &[s.row, s.share, value(seen, 1), integral(seen, 1), value(further, 3)]);
             },
         },
         Probe {
-            body: "let s = spot(x[0]); let here = solid(s, 0u, StateScale(x[1], x[2], x[3]), true);
+            body: "let here = solid(segment(spot(x[0]), 16u, 0u), StateScale(x[1], x[2], x[3]), true);
                    y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5)],
             outputs: 3,
             twin: &|x, tables, y| {
                 let scale = StateScale { solid: x[1], gas: x[2], radiative: x[3] };
-                let here = solid(tables, spot(x[0]), COLUMNS, 0, 3, scale, true);
+                let here = solid(segment(tables, spot(x[0]), COLUMNS, 0), 3, scale, true);
                 put(y, &[here.conductivity, here.heat_capacity, here.slope]);
             },
         },

@@ -9,7 +9,7 @@ use bondline::physics::material::{
     PlyScale, StateScale, conductance_across, conductance_within, flux_slope, gain_across, ply_scale, solid,
     state_scale,
 };
-use bondline::physics::table::spot;
+use bondline::physics::table::{segment, spot};
 use bondline::plan::Plan;
 use bondline::plan::layout::{Drive, FACE_COLUMNS, TABLE_STEP_K};
 
@@ -150,7 +150,7 @@ impl<'a, R: Real<Scalar = f64>> Layup<'a, R> {
     #[inline(always)]
     fn properties(&self, p: usize, temperatures: &[R], slopes: Slopes, at: &mut Evaluation<R>) {
         let (plan, ply, (bulk, state)) = (self.plan, &self.plan.plies[p], self.plies[p]);
-        let (block, columns) = (&plan.rows.tables[ply.table as usize..], plan.table_columns());
+        let (block, columns) = (&plan.rows.tables[ply.table as usize..], ply.columns as usize);
         let range = ply.first_cell as usize..ply.end_cell as usize;
         let (rows, temperatures) = (&plan.rows.cells[range.clone()], &temperatures[range.clone()]);
         let conductivities = &mut at.conductivities[range.clone()][..rows.len()];
@@ -215,8 +215,9 @@ impl<'a, R: Real<Scalar = f64>> Layup<'a, R> {
     #[inline(always)]
     fn conductivity(&self, temperatures: &[R], i: usize) -> R {
         let (plan, p) = (self.plan, self.ply_of[i]);
-        let block = &plan.rows.tables[plan.plies[p].table as usize..];
-        solid(block, spot(temperatures[i]), plan.table_columns(), 0, plan.parts, self.plies[p].1, false).conductivity
+        let ply = &plan.plies[p];
+        let row = segment(&plan.rows.tables, spot(temperatures[i]), ply.columns as usize, ply.table as usize);
+        solid(row, plan.parts, self.plies[p].1, false).conductivity
     }
 
     /// What a sensor reads, K: see `physics::reading`.

@@ -63,7 +63,7 @@ fn march(plan: &Plan) -> Value {
         "has_depths": plan.has_depths,
         "table_nodes": TABLE_NODES,
         "table_step_k": TABLE_STEP_K,
-        "table_columns": plan.table_columns(),
+        "table_columns": 2 * plan.properties(),
         "face_table": plan.face_table(),
         "face_columns": FACE_COLUMNS,
         "tables": rows.tables,

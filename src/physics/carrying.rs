@@ -8,17 +8,15 @@ use super::compensated::{advanced, keep};
 use super::faces::FaceFlux;
 use super::member::{Ends, Member};
 use super::step::GAMMA;
-use super::table::{Spot, spot, value};
+use super::table::{Segment, spot, value};
 use crate::plan::GasPath;
 
 impl<R: Real> Member<'_, R> {
     /// Enthalpy of the gas in a cell and its slope.
     #[inline(always)]
-    pub(super) fn gas_at(&mut self, cell: usize, at: Spot<R>) {
-        let here = self.gas_segment(at);
-        let (enthalpy_j_kg, rise_j_kg_k) = (value(here, 0), value(here, 1));
-        self.gas_j_kg[cell] = enthalpy_j_kg;
-        self.gas_rises[cell] = rise_j_kg_k;
+    pub(super) fn gas_at(&mut self, cell: usize, here: Segment<'_, R>) {
+        self.gas_j_kg[cell] = value(here, 0);
+        self.gas_rises[cell] = value(here, 1);
     }
 
     /// Half the heat that gas under a cell carries per kelvin of the cell and of the next, W/m²/K.
@@ -36,9 +34,9 @@ impl<R: Real> Member<'_, R> {
 
     /// Pressure over density of the gas in a cell, J/kg.
     #[inline(always)]
-    pub(super) fn gas_work(&self, cell: usize) -> R {
+    pub(super) fn gas_work(&self, p: usize, cell: usize) -> R {
         let temperature_k = self.temperatures[cell].high + self.first[cell];
-        temperature_k / value(self.gas_segment(spot(temperature_k)), 2)
+        temperature_k / value(self.gas_of(p, self.row_of(p, spot(temperature_k))), 2)
     }
 
     /// Heat that the gas of a cell holds over that at the start, J/m²; its mass is noted too.
@@ -49,10 +47,10 @@ impl<R: Real> Member<'_, R> {
             return zero;
         }
         let now_kg_m2 = self.pores[cell].storage * self.pressures[cell].high;
-        let now_j_kg = self.gas_j_kg[cell] - self.gas_work(cell);
+        let now_j_kg = self.gas_j_kg[cell] - self.gas_work(p, cell);
         let then_kg_m2 = self.first_storage(p, cell) * R::of(self.rows.drives[0].pressure_pa);
         let start_k = R::of(self.rows.cells[cell].start_k);
-        let then = self.gas_segment(spot(start_k));
+        let then = self.gas_of(p, self.row_of(p, spot(start_k)));
         let then_j_kg = value(then, 0) - start_k / value(then, 2);
         self.lost_and_stored[1] = self.lost_and_stored[1] + keep(now_kg_m2 - then_kg_m2);
         now_kg_m2 * now_j_kg - then_kg_m2 * then_j_kg
@@ -62,7 +60,7 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     fn first_storage(&self, p: usize, cell: usize) -> R {
         let start_k = R::of(self.rows.cells[cell].start_k);
-        let molar = value(self.gas_segment(spot(start_k)), 2);
+        let molar = value(self.gas_of(p, self.row_of(p, spot(start_k))), 2);
         let virgin = self.rows.substances[self.plan.plies[p].first_state as usize];
         let volume_m = R::of(self.rows.cells[cell].width_m) * self.plies[p].thickness;
         volume_m * R::of(virgin.porosity) * (molar / start_k)
@@ -81,9 +79,9 @@ impl<R: Real> Member<'_, R> {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 if ply.end_reaction > ply.first_reaction {
-                    self.second[i] = self.second[i] - self.absorbed[i];
+                    self.second[i] = self.second[i] - self.absorbed_at(i, stage);
                     if is_unhindered {
-                        let leaves = self.made[i] * self.gas_j_kg[i];
+                        let leaves = self.made_at(i, stage) * self.gas_j_kg[i];
                         out = out + leaves;
                         if i == 0 {
                             drawn[0] = drawn[0] + leaves;
@@ -94,7 +92,7 @@ impl<R: Real> Member<'_, R> {
                     }
                 }
                 if is_darcy {
-                    let swept = self.pores[i].storage * self.gas_work(i) * self.pressure_rates[i];
+                    let swept = self.pores[i].storage * self.gas_work(p, i) * self.pressure_rates[i];
                     self.second[i] = self.second[i] + swept;
                 }
             }

@@ -18,11 +18,6 @@ impl<R: Real> Member<'_, R> {
         let rows = self.rows;
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
-            if self.plan.gas.is_some() {
-                for i in ply.first_cell as usize..ply.end_cell as usize {
-                    self.gas_at(i, spot(self.temperatures[i].high + self.first[i]));
-                }
-            }
             if ply.states > 1 || self.plan.levels > 1 {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
                     self.blend(p, i, spot(self.temperatures[i].high + self.first[i]), step, stage);
@@ -68,19 +63,27 @@ impl<R: Real> Member<'_, R> {
     fn plain(&mut self, p: usize, stage: usize) {
         let (plan, ply, density_kg_m3) = (self.plan, self.plan.plies[p], self.plies[p].density_kg_m3);
         let scale = self.states[ply.first_state as usize];
-        let (block, columns, with_slope) = (&self.rows.tables[ply.table as usize..], plan.table_columns(), stage == 0);
+        let (table, columns) = (&self.rows.tables[ply.table as usize..], ply.columns as usize);
+        let with_slope = stage == 0;
         let cells = ply.first_cell as usize..ply.end_cell as usize;
         let rows = &self.rows.cells[cells.clone()];
         let temperatures = &self.temperatures[cells.clone()][..rows.len()];
         let first = &self.first[cells.clone()][..rows.len()];
         let conductivities = &mut self.conductivities[cells.clone()][..rows.len()];
         let slopes = &mut self.slopes[cells.clone()][..rows.len()];
-        let evaluated = &mut self.evaluated[cells][..rows.len()];
+        let evaluated = &mut self.evaluated[cells.clone()][..rows.len()];
         for i in 0..rows.len() {
-            let here = solid(block, spot(temperatures[i].high + first[i]), columns, 0, plan.parts, scale, with_slope);
+            let row = segment(table, spot(temperatures[i].high + first[i]), columns, 0);
+            let here = solid(row, plan.parts, scale, with_slope);
             conductivities[i] = here.conductivity;
             slopes[i] = here.slope;
             evaluated[i] = R::of(rows[i].width_m) * (density_kg_m3 * here.heat_capacity);
+        }
+        if plan.gas.is_some() {
+            for i in cells {
+                let at = spot(self.temperatures[i].high + self.first[i]);
+                self.gas_at(i, self.gas_of(p, self.row_of(p, at)));
+            }
         }
     }
 

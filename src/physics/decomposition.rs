@@ -42,25 +42,25 @@ pub fn logarithm_over_one<R: Real>(x: R) -> R {
     small + is_large * keep(large - small)
 }
 
-/// What a reaction uses up of its reactant while the integral of its rate constant grows to `exposure`. Never more
-/// than there is. The common orders have forms without a logarithm.
+/// The share of its reactant that a reaction uses up while the integral of its rate constant grows to `exposure`, never
+/// more than one. The common orders have forms without a logarithm.
 #[inline(always)]
 pub fn consumed<R: Real>(reactant: R, exposure: R, order: R::Scalar) -> R {
     let one = R::constant(1.0);
     if order == R::scalar(1.0) {
-        return reactant * decay(exposure);
+        return decay(exposure);
     }
     if order == R::scalar(2.0) {
         let gone = exposure * reactant;
-        return reactant * (gone / (one + gone));
+        return gone / (one + gone);
     }
     if order == R::scalar(3.0) {
         let gone = R::constant(2.0) * exposure * reactant * reactant;
         let root = (one + gone).sqrt();
-        return reactant * (gone / (root * (root + one)));
+        return gone / (root * (root + one));
     }
     let above = R::of(order) - one;
     let gone = above * exposure * power(reactant, above);
     let decay = logarithm_over_one(gone) / above;
-    reactant * decay * mean_decay(decay)
+    decay * mean_decay(decay)
 }

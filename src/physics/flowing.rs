@@ -51,7 +51,7 @@ impl<R: Real> Member<'_, R> {
             let ply = self.plan.plies[p];
             for up in 0..(ply.end_cell - ply.first_cell) as usize {
                 let i = ply.end_cell as usize - 1 - up;
-                let here = self.made[i];
+                let here = self.made_at(i, stage);
                 self.flows[i] = carries * risen;
                 risen = risen + here;
             }
@@ -86,7 +86,7 @@ impl<R: Real> Member<'_, R> {
         let ply = &self.plan.plies[p];
         let temperature_k = self.temperatures[i].high + self.first[i];
         let at = spot(temperature_k);
-        let gas = self.gas_segment(at);
+        let gas = self.gas_of(p, self.row_of(p, at));
         let (molar_kg_k_j, viscosity_pa_s) = (value(gas, 2), value(gas, 3));
         let phases = self.phases_of(p, i, R::constant(0.0));
         let stretch = self.stretch_of(p, self.mass_left(p, phases));

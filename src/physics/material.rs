@@ -2,7 +2,7 @@
 
 use super::Real;
 use super::compensated::keep;
-use super::table::{Spot, segment, value};
+use super::table::{Segment, Spot, value};
 use crate::plan::layout::{Bulk, Conduction, Ply, Substance, TABLE_NODES};
 
 /// What one member's factors make of a ply. A thickness factor f stretches the ply; on the unstretched
@@ -21,6 +21,8 @@ pub struct PlyScale<R> {
     pub pyrolysis_heat: R,
     /// Of what is lost, so that the char is as much more as its yield.
     pub loss: R,
+    /// One over the share of the mass that is lost when all has reacted.
+    pub per_loss: R,
     pub permeability: R,
     /// Conductance to the holder in a volume of the unstretched grid, W/m³/K.
     pub holder_w_m3_k: R,
@@ -55,7 +57,8 @@ pub fn ply_scale<R: Real>(
     let one = R::constant(1.0);
     let remains = R::of(char.remains);
     // Of an inert ply nothing is lost, and its factor divides nothing by nothing.
-    let lost = (one - remains).max(R::constant(1e-6));
+    let least = R::constant(1e-6);
+    let loss = (one - column(ply.char_yield) * remains) / (one - remains).max(least);
     PlyScale {
         density_kg_m3: density * column(ply.heat_capacity) * thickness,
         heat_capacity: column(ply.heat_capacity),
@@ -64,7 +67,8 @@ pub fn ply_scale<R: Real>(
         kinetics: column(ply.kinetics),
         activation: column(ply.activation),
         pyrolysis_heat: column(ply.pyrolysis_heat),
-        loss: (one - column(ply.char_yield) * remains) / lost,
+        loss,
+        per_loss: one / (loss * (one - remains)).max(least),
         permeability: column(ply.permeability) / thickness,
         holder_w_m3_k: R::of(bulk.holder_w_m3_k) * column(ply.holder) * thickness,
     }
@@ -88,7 +92,7 @@ pub fn remaining<R: Real>(scale: PlyScale<R>, substance: Substance<R::Scalar>) -
     keep(one - scale.loss * (one - R::of(substance.remains)))
 }
 
-/// The spot in the block of the level under a pressure, and in that of the next.
+/// The spot in the rows of the level under a pressure, and in those of the next.
 #[inline(always)]
 pub fn levelled<R: Real>(spot: Spot<R>, level: Level<R>) -> [Spot<R>; 2] {
     let nodes = R::constant(TABLE_NODES as f64);
@@ -105,18 +109,9 @@ pub struct Solid<R> {
     pub heat_capacity: R,
 }
 
-/// A state of a ply by its block of tables; the slope on demand, and else nothing.
+/// A state of a ply by its properties in tables; the slope on demand, and else nothing.
 #[inline(always)]
-pub fn solid<R: Real>(
-    table: &[R::Scalar],
-    spot: Spot<R>,
-    columns: usize,
-    block: usize,
-    parts: usize,
-    scale: StateScale<R>,
-    with_slope: bool,
-) -> Solid<R> {
-    let here = segment(table, spot, columns, block);
+pub fn solid<R: Real>(here: Segment<'_, R>, parts: usize, scale: StateScale<R>, with_slope: bool) -> Solid<R> {
     let mut conductivity = scale.solid * value(here, 0);
     let mut slope = R::constant(0.0);
     if with_slope {

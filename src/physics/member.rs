@@ -4,9 +4,11 @@ use super::Real;
 use super::compensated::{Pair, advanced, difference, keep};
 use super::faces::{FaceFlux, FaceScale, face_scale};
 use super::gas::Porous;
-use super::material::{PlyScale, StateScale, ply_scale, remaining, state_scale};
+use super::material::{
+    PlyScale, StateScale, conductance_across, conductance_within, ply_scale, remaining, state_scale,
+};
 use super::reading::{covered, followed, reading};
-use super::table::{integral, segment, spot};
+use super::table::{integral, spot};
 use crate::plan::layout::{HEATS, Ply};
 use crate::plan::{GasPath, Plan, Rows};
 
@@ -50,7 +52,7 @@ pub struct Member<'a, R: Real> {
     pub(super) paces: Vec<R>,
     /// From where a step stands with its advancements to where a stage sees them, s.
     pub(super) lead_s: R,
-    /// Gas that a cell makes (kg/m²/s) and heat that its reactions take up (W/m²): at a stage, and the last step's mean.
+    /// Gas that a cell makes (kg/m²/s) and heat that its reactions take up (W/m²): at the second stage, and the last step's mean.
     pub(super) made: Vec<R>,
     pub(super) absorbed: Vec<R>,
     pub(super) made_mean: Vec<R>,
@@ -222,33 +224,40 @@ impl<'a, R: Real> Member<'a, R> {
 
     /// The temperature at a sensor's place.
     #[inline(always)]
-    pub(super) fn read_sensor(&self, sensor: usize) -> Pair<R> {
-        let i = self.plan.places[sensor].cell as usize;
-        let nominal = reading(
-            self.temperatures[i],
-            self.temperatures[i + 1],
-            self.conductivities[i],
-            self.conductivities[i + 1],
-            self.conductances[i],
-            self.rows.sensors[sensor],
-        );
+    pub(super) fn read_sensor(&self, sensor: usize, step: usize) -> Pair<R> {
+        let (place, cells) = (self.plan.places[sensor], &self.rows.cells);
+        let (i, ply) = (place.cell as usize, place.ply_above as usize);
+        let conductivity = self.conductivity_now(ply, i, step);
+        let next = self.conductivity_now(place.ply_below as usize, i + 1, step);
+        let mut conductance = self.conductances[i];
+        if self.plan.reactions > 0 {
+            conductance = if place.ply_above == place.ply_below {
+                conductance_within(conductivity, next, R::of(cells[i].half_over_next_1_m))
+            } else {
+                let (below_m, above_m) = (R::of(cells[i].below_m), R::of(cells[i + 1].above_m));
+                conductance_across(conductivity, below_m, next, above_m, self.contacts_m2_k_w[ply])
+            };
+        }
+        let (here, below) = (self.temperatures[i], self.temperatures[i + 1]);
+        let nominal = reading(here, below, conductivity, next, conductance, self.rows.sensors[sensor]);
         if self.plan.has_depths {
-            return Pair { high: nominal.high, low: nominal.low + self.displaced(sensor) };
+            let flux = conductance * difference(here, below);
+            let displaced = self.displaced(sensor, flux / conductivity, flux / next);
+            return Pair { high: nominal.high, low: nominal.low + displaced };
         }
         nominal
     }
 
     /// What a sensor reads more as it lies deeper than nominal, K: along straight lines from its face to the nearest
-    /// node and on from node to node, on the side that it is shifted to.
+    /// node, given how much temperature falls there over and under the face (K/m), and on from node to node, on the side that it
+    /// is shifted to.
     #[inline(always)]
-    pub(super) fn displaced(&self, sensor: usize) -> R {
+    fn displaced(&self, sensor: usize, fall_above_k_m: R, fall_below_k_m: R) -> R {
         let (place, row, cells) = (self.plan.places[sensor], self.rows.sensors[sensor], &self.rows.cells);
-        let i = place.cell as usize;
         let zero = R::constant(0.0);
         let shift_m = self.shifts_m[sensor];
-        let flux = self.conductances[i] * difference(self.temperatures[i], self.temperatures[i + 1]);
         let mut start_m = R::of(row.below_m);
-        let mut rise = -(flux / self.conductivities[i + 1] * covered(shift_m, zero, start_m));
+        let mut rise = -(fall_below_k_m * covered(shift_m, zero, start_m));
         for step in 0..place.steps_below as usize {
             let j = place.node_below as usize + step;
             let length_m = R::of(cells[j].below_m) + R::of(cells[j + 1].above_m);
@@ -257,7 +266,7 @@ impl<'a, R: Real> Member<'a, R> {
             start_m = start_m + length_m;
         }
         start_m = R::of(row.above_m);
-        rise = rise + flux / self.conductivities[i] * covered(-shift_m, zero, start_m);
+        rise = rise + fall_above_k_m * covered(-shift_m, zero, start_m);
         for step in 0..place.steps_above as usize {
             let j = place.node_above as usize - step;
             let length_m = R::of(cells[j - 1].below_m) + R::of(cells[j].above_m);
@@ -273,7 +282,7 @@ impl<'a, R: Real> Member<'a, R> {
     pub(super) fn look(&mut self, step: usize) {
         let sensors = self.beads.len();
         for sensor in 0..sensors {
-            let now = self.read_sensor(sensor);
+            let now = self.read_sensor(sensor, step);
             if step == 0 {
                 self.beads[sensor] = now;
             } else {
@@ -314,19 +323,15 @@ impl<'a, R: Real> Member<'a, R> {
         let now = spot(self.temperatures[i].high);
         let then = spot(R::of(rows.cells[i].start_k));
         if ply.states == 1 {
-            let held = |at| {
-                let here = segment(&rows.tables, at, self.plan.table_columns(), ply.table as usize);
-                integral(here, 1)
-            };
-            let (now_j_kg, then_j_kg): (R, R) = (held(now), held(then));
+            let [now_j_kg, then_j_kg] = [now, then].map(|at| integral(self.row_of(p, at), 1));
             return keep(now_j_kg - then_j_kg) * self.plies[p].density_kg_m3 * width_m + self.gas_gained(p, i);
         }
         let phases = self.phases_of(p, i, R::constant(0.0));
         let mass_kg_m2 = self.plies[p].mass_kg_m3 * width_m;
         let lost_kg_m2 = mass_kg_m2 * (R::constant(1.0) - self.mass_left(p, phases));
         self.lost_and_stored[0] = self.lost_and_stored[0] + lost_kg_m2;
-        let then_j_kg = self.enthalpy_of(p, 0, then);
-        let now_j_kg = self.solid_enthalpy(p, phases, now);
+        let then_j_kg = self.enthalpy_of(p, 0, self.row_of(p, then));
+        let now_j_kg = self.solid_enthalpy(p, phases, self.row_of(p, now));
         keep(now_j_kg - then_j_kg) * mass_kg_m2 + self.gas_gained(p, i)
     }
 

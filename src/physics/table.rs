@@ -18,17 +18,24 @@ pub fn spot<R: Real>(temperature_k: R) -> Spot<R> {
     Spot { row, share: position - row }
 }
 
-/// The row of a table under a spot: all that its properties are read from there.
+/// The row of a table under a spot, from one of its properties on: all that they are read from.
 #[derive(Clone, Copy)]
 pub struct Segment<'a, R: Real> {
     row: R::Row<'a>,
+    first_four: usize,
     share: R,
 }
 
 /// The row under a spot in a table of `columns` columns, two a property, that begins at `offset`.
 #[inline(always)]
 pub fn segment<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> Segment<'_, R> {
-    Segment { row: spot.row.row(&table[offset..], columns), share: spot.share }
+    Segment { row: spot.row.row(&table[offset..], columns), first_four: 0, share: spot.share }
+}
+
+/// The same row from as many properties further on, an even number.
+#[inline(always)]
+pub fn beyond<R: Real>(segment: Segment<'_, R>, properties: usize) -> Segment<'_, R> {
+    Segment { first_four: segment.first_four + 2 * properties / ABREAST, ..segment }
 }
 
 /// The value of one property.
@@ -51,6 +58,6 @@ pub fn integral<R: Real>(segment: Segment<'_, R>, property: usize) -> R {
 #[inline(always)]
 fn two<R: Real>(segment: Segment<'_, R>, property: usize) -> [R; 2] {
     let column = 2 * property;
-    let four = R::four(segment.row, column / ABREAST);
+    let four = R::four(segment.row, segment.first_four + column / ABREAST);
     [four[column % ABREAST], four[column % ABREAST + 1]]
 }

@@ -74,7 +74,7 @@ impl Grid {
             top_m = bottom_m;
         }
         join(&mut cells, case, &faces_m);
-        let sensors = case.sensors.iter().map(|sensor| place(&cells, &faces_m, sensor, case)).collect();
+        let sensors = case.sensors.iter().map(|sensor| place(&cells, &plies, &faces_m, sensor, case)).collect();
         Self { cells, plies, sensors }
     }
 }
@@ -143,7 +143,13 @@ fn join(cells: &mut [Cell<f64>], case: &Case, faces_m: &[f64]) {
 }
 
 /// The face nearest a sensor's depth, and how to read it: a node on an outer face, else one side of the face or both.
-fn place(cells: &[Cell<f64>], faces_m: &[f64], sensor: &case::Sensor, case: &Case) -> (Place<u32>, Sensor<f64>) {
+fn place(
+    cells: &[Cell<f64>],
+    plies: &[(usize, usize)],
+    faces_m: &[f64],
+    sensor: &case::Sensor,
+    case: &Case,
+) -> (Place<u32>, Sensor<f64>) {
     let depth_m = sensor.depth_m;
     let close_m = 1e-6 * (case.layup.back_m() - case.layup.origin_m);
     let face = faces_m
@@ -172,8 +178,11 @@ fn place(cells: &[Cell<f64>], faces_m: &[f64], sensor: &case::Sensor, case: &Cas
     let (low, high) = depth.map_or((1.0, 1.0), |depth| case.factors[depth].widest());
     let upwards = (1..=node_above).rev().map(|i| cells[i - 1].below_m + cells[i].above_m);
     let downwards = (node_below..last).map(|i| cells[i].below_m + cells[i + 1].above_m);
+    let ply_of = |cell| plies.partition_point(|&(_, end)| end <= cell) as u32;
     let place = Place {
         cell: cell as u32,
+        ply_above: ply_of(cell),
+        ply_below: ply_of(cell + 1),
         depth: depth.map_or(0, |depth| depth as u32 + 1),
         node_above: node_above as u32,
         steps_above: steps(above_m, (1.0 - low) * depth_m, upwards),

@@ -83,9 +83,9 @@ row! {
 }
 
 row! {
-    /// Where a sensor lies: the cell over its face, and the column that scales its depth. Where one does, the nearest
+    /// Where a sensor lies: the cell over its face, the plies of that and of the next, and the column that scales its depth. Where one does, the nearest
     /// nodes above and below the face, and how many steps from node to node its bounds may take it on either side.
-    Place { cell, depth, node_above, steps_above, node_below, steps_below }
+    Place { cell, ply_above, ply_below, depth, node_above, steps_above, node_below, steps_below }
 }
 
 row! {
@@ -98,8 +98,9 @@ row! {
     Ply {
         first_cell,
         end_cell,
-        /// Where its block begins in the tables: a block a state, a level of pressure.
+        /// Where its tables begin, and how many columns a row of them has: those of every state, then those of the gas.
         table,
+        columns,
         /// Virgin and residues; their rows begin at `first_state`.
         states,
         first_state,
@@ -204,7 +205,7 @@ pub const ABREAST: usize = 4;
 pub const AIR_PROPERTIES: usize = 2;
 /// Columns of that block.
 pub const FACE_COLUMNS: usize = 2 * (AIR_PROPERTIES + 2 * STATES_MAX);
-/// Columns of the gas's block of tables: enthalpy (J/kg), its slope (J/kg/K), molar mass over the gas constant
+/// Columns of the gas at the end of a row: enthalpy (J/kg), its slope (J/kg/K), molar mass over the gas constant
 /// (kg K/J) and viscosity (Pa s).
 pub const GAS_COLUMNS: usize = 2 * 4;
 /// Most states of a ply.

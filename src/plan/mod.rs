@@ -104,9 +104,10 @@ pub struct Rows<S> {
     /// end of the march.
     pub drives: Vec<Drive<S>>,
     pub lengths_s: Vec<S>,
-    /// Ply × state × level × node × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI, and where the
-    /// conductivity is in parts, the first of which is then the solid one, × (radiative, its slope, gas, its slope); then the
-    /// faces' block and the gas's. Each property with by how much it rises to the next node.
+    /// Ply × level × node × state × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI, and where the
+    /// conductivity is in parts, the first of which is then the solid one, × (radiative, its slope, gas, its slope); in each row
+    /// what all states are like is followed by what the gas is like, where there is one. Plies of one material share their
+    /// tables. Then the faces' table. Each property with by how much it rises to the next node.
     pub tables: Vec<S>,
     pub sensors: Vec<Sensor<S>>,
     /// Step × sensor.
@@ -163,6 +164,7 @@ impl Plan {
         let (levels, middle_pa) = tables::levels(case);
         let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
         let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
+        let (tables, places_of_tables) = tables::tables(case, parts, levels);
         let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
         let rows = Rows {
             bulks: case.layup.plies.iter().map(|ply| bulk(&ply.material, holder_w_m3_k)).collect(),
@@ -172,7 +174,7 @@ impl Plan {
             faces: [face(&case.exposure.hot_face), face(&case.exposure.back_face)],
             drives: drives(&case.exposure, &clock.times_s),
             lengths_s: clock.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
-            tables: tables::tables(case, parts, levels),
+            tables,
             sensors,
             beads: beads(case, &clock),
             cells: grid.cells,
@@ -183,7 +185,7 @@ impl Plan {
             instants,
             records,
             readout: clock.readout,
-            plies: plies(case, &grid.plies, levels * TABLE_NODES * tables::columns(parts)),
+            plies: plies(case, &grid.plies, &places_of_tables, parts),
             conductions,
             scalings: scalings(case),
             has_depths: places.iter().any(|place| place.depth > 0),
@@ -213,19 +215,14 @@ impl Plan {
         self.rows.cells.len()
     }
 
-    /// Columns of a ply's table.
-    pub fn table_columns(&self) -> usize {
-        tables::columns(self.parts)
+    /// Properties of a state in a row of a ply's tables.
+    pub fn properties(&self) -> usize {
+        tables::properties(self.parts)
     }
 
     /// Where the faces' table begins.
     pub fn face_table(&self) -> usize {
-        self.rows.substances.len() * self.levels * TABLE_NODES * self.table_columns()
-    }
-
-    /// Where the gas's table begins.
-    pub fn gas_table(&self) -> usize {
-        self.face_table() + TABLE_NODES * FACE_COLUMNS
+        self.rows.tables.len() - TABLE_NODES * FACE_COLUMNS
     }
 
     /// Gauges read at every instant: all, or none where there is no gas.

@@ -5,17 +5,18 @@ use super::{column, column_of_state, tables};
 use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Material, Mixing, Pores, Property, PyrolysisHeat, Sequence, Table};
 
-/// `block` is how many numbers the tables of a state have.
-pub(super) fn plies(case: &Case, cells: &[(usize, usize)], block: usize) -> Vec<Ply<u32>> {
+/// Of each ply its cells are given, and where its tables begin.
+pub(super) fn plies(case: &Case, cells: &[(usize, usize)], tables: &[usize], parts: usize) -> Vec<Ply<u32>> {
     let (mut state, mut reaction) = (0, 0);
-    let rows = case.layup.plies.iter().zip(cells);
-    rows.map(|(ply, &(first, end))| {
+    let rows = case.layup.plies.iter().zip(cells).zip(tables);
+    rows.map(|((ply, &(first, end)), &table)| {
         let of = |property| column(case, &ply.name, property);
         let (states, reactions) = (states(&ply.material), paths(&ply.material).len());
         let row = Ply {
             first_cell: first as u32,
             end_cell: end as u32,
-            table: (state * block) as u32,
+            table: table as u32,
+            columns: tables::columns(case, &ply.material, parts) as u32,
             states: states as u32,
             first_state: state as u32,
             first_reaction: reaction as u32,

@@ -4,34 +4,49 @@ use super::COLD_WALL_K;
 use super::layout::{FACE_COLUMNS, GAS_COLUMNS, LEVELS_MAX, STATES_MAX, TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
 use crate::case::air::air_enthalpy_j_kg;
 use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
-use crate::case::{Case, Conductivity, Emissivity, Face, GasPath, Ply, Table};
+use crate::case::{Case, Conductivity, Emissivity, Face, GasPath, Material, Ply, Table};
 
-/// All blocks, in the order in which [`super::Plan`] finds them.
-pub(super) fn tables(case: &Case, parts: usize, levels: usize) -> Vec<f64> {
+/// All tables, the faces' last, and where those of each ply begin.
+pub(super) fn tables(case: &Case, parts: usize, levels: usize) -> (Vec<f64>, Vec<usize>) {
     let (_, middle_pa) = self::levels(case);
     let pressures_pa: Vec<f64> = match levels {
         1 => vec![case.exposure.pressure_pa.after(0.0)],
         _ => (0..levels).map(|level| level_pa(level, levels, middle_pa)).collect(),
     };
-    let mut words = vec![];
-    for ply in &case.layup.plies {
-        let residues = ply.material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
-        let states = std::iter::once((&ply.material.conductivity, &ply.material.heat_capacity))
-            .chain(residues.map(|residue| (&residue.conductivity, &residue.heat_capacity)));
-        for (conductivity, heat_capacity) in states {
+    let plies = &case.layup.plies;
+    let (mut words, mut places) = (vec![], Vec::with_capacity(plies.len()));
+    for ply in plies {
+        let alike = plies[..places.len()].iter().position(|before| before.material == ply.material);
+        places.push(alike.map_or(words.len(), |before| places[before]));
+        if alike.is_none() {
             for &pressure_pa in &pressures_pa {
-                words.extend(solid_table(conductivity, heat_capacity, pressure_pa, parts));
+                let states = states(&ply.material);
+                let solid = states.flat_map(|(conductivity, heat_capacity)| {
+                    solid_properties(conductivity, heat_capacity, pressure_pa, parts)
+                });
+                words.extend(interleaved(&solid.chain(gas_properties(case)).collect::<Vec<_>>()));
             }
         }
     }
     words.extend(face_table(case));
-    words.extend(gas_table(case));
-    words
+    (words, places)
 }
 
-/// Columns of a ply's table: four more properties where its conductivity is in parts.
-pub(super) fn columns(parts: usize) -> usize {
-    if parts > 1 { 2 * 8 } else { 2 * 4 }
+/// What each state of a material conducts and stores.
+fn states(material: &Material) -> impl Iterator<Item = (&Conductivity, &Table)> {
+    let residues = material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
+    std::iter::once((&material.conductivity, &material.heat_capacity))
+        .chain(residues.map(|residue| (&residue.conductivity, &residue.heat_capacity)))
+}
+
+/// Properties of a state: four more where its conductivity is in parts.
+pub(super) fn properties(parts: usize) -> usize {
+    if parts > 1 { 8 } else { 4 }
+}
+
+/// Columns of a row of a ply's tables.
+pub(super) fn columns(case: &Case, material: &Material, parts: usize) -> usize {
+    2 * properties(parts) * states(material).count() + if case.gas.is_some() { GAS_COLUMNS } else { 0 }
 }
 
 /// How many levels of pressure a case needs, and the pressure half-way up, Pa.
@@ -79,8 +94,13 @@ fn slopes(column: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// A ply's block of tables. Enthalpy is the exact integral of the resampled heat capacity.
-fn solid_table(conductivity: &Conductivity, heat_capacity: &Table, pressure_pa: f64, parts: usize) -> Vec<f64> {
+/// Properties of a state node by node. Enthalpy is the exact integral of the resampled heat capacity.
+fn solid_properties(
+    conductivity: &Conductivity,
+    heat_capacity: &Table,
+    pressure_pa: f64,
+    parts: usize,
+) -> Vec<Vec<f64>> {
     let heat_capacities: Vec<f64> = nodes().map(|temperature_k| heat_capacity.at(temperature_k)).collect();
     let mut conductivities = [(); 3].map(|()| Vec::with_capacity(TABLE_NODES));
     for temperature_k in nodes() {
@@ -101,7 +121,7 @@ fn solid_table(conductivity: &Conductivity, heat_capacity: &Table, pressure_pa: 
     if parts > 1 {
         columns.extend([radiative, radiative_slope, gas, gas_slope]);
     }
-    interleaved(&columns)
+    columns
 }
 
 /// The integral of a heat capacity from the first node to every node, exact for the straight lines between.
@@ -167,13 +187,13 @@ fn emissivities(face: &Face, ply: Option<&Ply>, state: usize) -> Vec<f64> {
 
 /// Enthalpy of the gas that flows, its slope, its molar mass over the gas constant, its viscosity; nothing where no gas
 /// flows.
-fn gas_table(case: &Case) -> Vec<f64> {
+fn gas_properties(case: &Case) -> Vec<Vec<f64>> {
     let Some(flow) = &case.gas else { return vec![] };
     let read = |table: &Table, scale: f64| nodes().map(|temperature_k| scale * table.at(temperature_k)).collect();
     let enthalpies: Vec<f64> = read(&flow.gas.enthalpy, 1.0);
     let rises = slopes(&enthalpies);
     let columns =
-        [enthalpies, rises, read(&flow.gas.molar_mass, 1.0 / GAS_CONSTANT_J_MOL_K), read(&flow.gas.viscosity, 1.0)];
+        vec![enthalpies, rises, read(&flow.gas.molar_mass, 1.0 / GAS_CONSTANT_J_MOL_K), read(&flow.gas.viscosity, 1.0)];
     debug_assert_eq!(2 * columns.len(), GAS_COLUMNS, "the layout says how many columns there are");
-    interleaved(&columns)
+    columns
 }

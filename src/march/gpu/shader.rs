@@ -6,7 +6,7 @@
 
 use crate::march::Precision;
 use crate::plan::layout::{
-    AIR_PROPERTIES, FACE_COLUMNS, GAS_COLUMNS, GAUGES, HEATS, NO_INSTANT, Ply, STATES_MAX, TABLE_NODES, TABLE_STEP_K,
+    AIR_PROPERTIES, FACE_COLUMNS, GAUGES, HEATS, NO_INSTANT, Ply, STATES_MAX, TABLE_NODES, TABLE_STEP_K,
 };
 use crate::plan::{GasPath, Plan};
 use std::fmt::Write;
@@ -73,10 +73,10 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
         ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
         ("AIR_PROPERTIES", AIR_PROPERTIES as u32),
-        ("COLUMNS", plan.table_columns() as u32),
+        ("PROPERTIES", plan.properties() as u32),
+        ("FACE_TABLE", plan.face_table() as u32),
         ("FACE_COLUMNS", FACE_COLUMNS as u32),
         ("STATES_MAX", STATES_MAX as u32),
-        ("GAS_COLUMNS", GAS_COLUMNS as u32),
         ("GAUGES", GAUGES as u32),
         ("NO_INSTANT", NO_INSTANT),
         ("WORKGROUP", WORKGROUP),
@@ -90,6 +90,7 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
     }
     let has = |path| plan.gas == Some(path);
     let is = [
+        ("REACTS", plan.reactions > 0),
         ("GAS", plan.gas.is_some()),
         ("UNHINDERED", has(GasPath::Unhindered)),
         ("QUASI_STEADY", has(GasPath::QuasiSteady)),
@@ -141,8 +142,8 @@ fn gas_turns(plan: &Plan) -> (u32, u32) {
     // Volumes, density, weights, properties.
     let (blended, face) = each(&|states, reactions| reactions + 3 * states + 3);
     let blended = if plan.states > 1 || plan.levels > 1 { 2 * blended } else { 0 };
-    // Either stage sees both faces, and the schedules of both are looked ahead.
-    let faces = 6 * face;
+    // Either stage sees both faces, and the schedules of both are looked ahead; a sensor sees the cells on both sides.
+    let faces = (6 + 2 * plan.places.len() as u32) * face;
     if plan.gas.is_none() {
         return (blended + faces, 0);
     }

@@ -32,8 +32,9 @@ impl<'a, T> Rows<'a, T> {
     /// Where four numbers stand in the first row of the table.
     #[inline(always)]
     fn place(&self, four: usize) -> usize {
-        let place = ABREAST * four;
-        assert!(place + ABREAST <= self.columns, "the columns from {place} on, of {}", self.columns);
+        // A copy of the number, as a message that borrowed it would keep all of this in memory.
+        let (place, columns) = (ABREAST * four, self.columns);
+        assert!(place + ABREAST <= columns, "the columns from {place} on, of {columns}");
         place
     }
 }

@@ -1,0 +1,37 @@
+//! What sensors beside plies that decompose read.
+
+use bondline::case::{Case, Resolution};
+use bondline::ensemble::Ensemble;
+use bondline::march::cpu::Reference;
+use bondline::march::{March, Precision};
+use bondline::plan::Plan;
+
+/// Largest differences from one march to the next, of steps ever finer, and the orders at which they fall.
+fn orders(marches: &[Vec<f64>]) -> Vec<f64> {
+    let apart = |pair: &[Vec<f64>]| pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let differences: Vec<f64> = marches.windows(2).map(apart).collect();
+    differences.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect()
+}
+
+/// Stages see the composition of another instant than the one at hand. Read with that, `lcat-2259-pyrolysis` fell at 1.2 between its
+/// cloth and its insulator.
+#[test]
+fn what_is_read_between_cloth_and_insulator_that_chars_is_of_second_order_in_the_step() {
+    let mut case = Case::load("cases/lcat-2259-pyrolysis".as_ref()).expect("a shipped case loads");
+    case.resolution = Resolution { cells: 40, ..Resolution::default() };
+    let nominal = Ensemble::nominal(&case.factors);
+    let marched = |cuts: usize| {
+        let traces = Reference(Precision::F64).march(&Plan::finer(&case, 1, cuts), &nominal, 0..1);
+        traces.expect("the processor does not fail").temperatures_k
+    };
+    let cuts = [2, 4, 8, 16];
+    let marches = cuts.map(marched);
+    for order in orders(&marches) {
+        assert!((1.85..2.3).contains(&order), "of order {order:.2}");
+    }
+    let mut late = marches.clone();
+    for (march, cuts) in late.iter_mut().zip(cuts) {
+        march.iter_mut().for_each(|temperature_k| *temperature_k += 10.0 / cuts as f64);
+    }
+    assert!(orders(&late).iter().all(|order| *order < 1.5), "an error of the first order passes");
+}
