@@ -8,7 +8,7 @@ use super::material::{conductance_across, conductance_within, flux_slope, gain_a
 use super::member::{Ends, Member};
 use super::table::{segment, spot, value};
 use crate::plan::GasPath;
-use crate::plan::layout::{Drive, FACE_COLUMNS};
+use crate::plan::layout::{Drive, FACE_COLUMNS, GAS_COLUMNS};
 
 impl<R: Real> Member<'_, R> {
     /// Conductivity, heat capacity and conductance of every cell at `T + Δ₁`; at the first stage also the slopes
@@ -63,7 +63,9 @@ impl<R: Real> Member<'_, R> {
     fn plain(&mut self, p: usize, stage: usize) {
         let (plan, ply, density_kg_m3) = (self.plan, self.plan.plies[p], self.plies[p].density_kg_m3);
         let scale = self.states[ply.first_state as usize];
-        let (table, columns) = (&self.rows.tables[ply.table as usize..], ply.columns as usize);
+        // The row's columns, told in numbers that are known beforehand: each read would be checked against the ply's.
+        let columns = 2 * plan.properties() + if plan.gas.is_some() { GAS_COLUMNS } else { 0 };
+        let table = &self.rows.tables[ply.table as usize..];
         let with_slope = stage == 0;
         let cells = ply.first_cell as usize..ply.end_cell as usize;
         let rows = &self.rows.cells[cells.clone()];
