@@ -19,7 +19,8 @@ fn properties(step: u32, stage: u32) {
             conductances[i] =
                 conductance_within(conductivities[i], conductivities[i + 1u], cells[i].half_over_next_1_m);
             if stage == 0u {
-                incline(i, cells[i].half_over_next_1_m, cells[i].half_over_next_1_m);
+                let half_over_next_1_m = cells[i].half_over_next_1_m;
+                incline(i, slopes[i] * half_over_next_1_m, slopes[i + 1u] * half_over_next_1_m);
             }
         }
         if p > 0u {
@@ -34,7 +35,7 @@ fn properties(step: u32, stage: u32) {
             if stage == 0u {
                 let above = gain_across(conductances[i], conductivities[i], cells[i].below_m);
                 let below = gain_across(conductances[i], conductivities[i + 1u], cells[i + 1u].above_m);
-                incline(i, above, below);
+                incline(i, above * slopes[i], below * slopes[i + 1u]);
             }
         }
     }
@@ -54,14 +55,14 @@ fn plain(p: u32, stage: u32) {
     }
 }
 
-fn incline(i: u32, above_1_m: real, below_1_m: real) {
+fn incline(i: u32, above_w_m2_k2: real, below_w_m2_k2: real) {
     let drop = difference(temperatures[i], temperatures[i + 1u]);
     var carried: array<real, 2>;
     if GAS {
         carried = carried_slopes(i);
     }
-    lower[i] = flux_slope(conductances[i], above_1_m, slopes[i], drop, carried[0]);
-    upper[i] = flux_slope(conductances[i], below_1_m, slopes[i + 1u], -drop, carried[1]);
+    lower[i] = flux_slope(conductances[i], above_w_m2_k2, drop, carried[0]);
+    upper[i] = flux_slope(conductances[i], below_w_m2_k2, -drop, carried[1]);
 }
 
 fn staged(cell: u32) -> Pair {

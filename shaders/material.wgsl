@@ -104,6 +104,6 @@ fn gain_across(conductance: real, conductivity: real, length_m: real) -> real {
     return share * share * length_m;
 }
 
-fn flux_slope(conductance: real, gain_1_m: real, conductivity_slope: real, drop: real, carried: real) -> real {
-    return max((conductance + gain_1_m * conductivity_slope * drop) + carried, 0.0);
+fn flux_slope(conductance: real, gain_w_m2_k2: real, drop: real, carried: real) -> real {
+    return max((conductance + gain_w_m2_k2 * drop) + carried, 0.0);
 }

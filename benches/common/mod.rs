@@ -90,6 +90,13 @@ impl March for Timed {
         self.seconds += began.elapsed().as_secs_f64();
         traces
     }
+
+    fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
+        let began = Instant::now();
+        let traces = self.march.tangents(plan, points, factors);
+        self.seconds += began.elapsed().as_secs_f64();
+        traces
+    }
 }
 
 /// The shortest of some timings, s, and by what share of it the longest was longer. Other work on the machine

@@ -66,7 +66,7 @@ impl<R: Real> Evaluation<R> {
     }
 }
 
-impl<'a, R: Real<Scalar = f64>> Layup<'a, R> {
+impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
     /// On the cells of a plan, as a member's columns scale it; column 0 is one.
     #[inline(always)]
     pub(crate) fn new(plan: &'a Plan, column: impl Fn(u32) -> R + Copy) -> Self {
@@ -111,25 +111,24 @@ impl<'a, R: Real<Scalar = f64>> Layup<'a, R> {
             let conductances = &mut at.conductances[first..][..count];
             let (by_upper, by_lower) = (&mut at.by_upper[first..][..count], &mut at.by_lower[first..][..count]);
             for i in 0..count {
-                let half_1_m = R::of(rows[i].half_over_next_1_m);
+                let half_1_m = R::still(rows[i].half_over_next_1_m);
                 conductances[i] = conductance_within(k[i], k[i + 1], half_1_m);
                 if is_sloped {
                     let drop = temperatures_here[i] - temperatures_here[i + 1];
-                    let of = [conductances[i], half_1_m, half_1_m, drop];
-                    [by_upper[i], by_lower[i]] = inclined(of, [rises[i], rises[i + 1]], slopes);
+                    let gains = [rises[i] * half_1_m, rises[i + 1] * half_1_m];
+                    [by_upper[i], by_lower[i]] = inclined(conductances[i], drop, gains, slopes);
                 }
             }
             if p > 0 {
                 let i = first - 1;
-                let (below_m, above_m) = (R::of(cells[i].below_m), R::of(cells[i + 1].above_m));
+                let (below_m, above_m) = (R::still(cells[i].below_m), R::still(cells[i + 1].above_m));
                 let (k, next) = (at.conductivities[i], at.conductivities[i + 1]);
                 at.conductances[i] = conductance_across(k, below_m, next, above_m, self.contacts_m2_k_w[p - 1]);
                 if is_sloped {
                     let (conductance, drop) = (at.conductances[i], temperatures[i] - temperatures[i + 1]);
-                    let [above, below] =
-                        [gain_across(conductance, k, below_m), gain_across(conductance, next, above_m)];
-                    [at.by_upper[i], at.by_lower[i]] =
-                        inclined([conductance, above, below, drop], [at.slopes[i], at.slopes[i + 1]], slopes);
+                    let above = gain_across(conductance, k, below_m) * at.slopes[i];
+                    let below = gain_across(conductance, next, above_m) * at.slopes[i + 1];
+                    [at.by_upper[i], at.by_lower[i]] = inclined(conductance, drop, [above, below], slopes);
                 }
             }
         }
@@ -160,7 +159,7 @@ impl<'a, R: Real<Scalar = f64>> Layup<'a, R> {
         let per_node = R::constant(1.0 / TABLE_STEP_K);
         for i in 0..rows.len() {
             let here = spot(temperatures[i]);
-            let row = here.row.row(block, columns);
+            let row = R::row(here.row, block, columns);
             let at_spot = |value: R, rise: R| value + here.share * rise;
             let [solid, solid_rise, capacity, capacity_rise] = R::four(row, 0);
             let mut conductivity = state.solid * at_spot(solid, solid_rise);
@@ -193,7 +192,7 @@ impl<'a, R: Real<Scalar = f64>> Layup<'a, R> {
     pub(crate) fn heated(&self, temperature_k: R, drive: Drive<f64>, slopes: Slopes) -> FaceFlux<R> {
         let here = spot(temperature_k);
         let (table, face, none) = (&self.plan.rows.tables, self.plan.rows.faces[0], R::constant(0.0));
-        let row = here.row.row(&table[self.plan.face_table()..], FACE_COLUMNS);
+        let row = R::row(here.row, &table[self.plan.face_table()..], FACE_COLUMNS);
         let [[enthalpy, enthalpy_rise, slope, slope_rise], [emissivity, emissivity_rise, ..]] =
             [0, 1].map(|four| R::four(row, four));
         let per_node = R::constant(1.0 / TABLE_STEP_K);
@@ -229,22 +228,21 @@ impl<'a, R: Real<Scalar = f64>> Layup<'a, R> {
         let drop = temperatures[i] - temperatures[i + 1];
         let (below_m, above_m) = (plan.rows.cells[i].below_m, plan.rows.cells[i + 1].above_m);
         let contact = self.contacts_m2_k_w[self.ply_of[i]];
-        let flux = conductance_across(k, R::of(below_m), next, R::of(above_m), contact) * drop;
+        let flux = conductance_across(k, R::still(below_m), next, R::still(above_m), contact) * drop;
         let to_face = flux * R::of(row.above_m) / k;
         let from_face = drop - flux * R::of(row.below_m) / next;
         temperatures[i] - (R::of(row.above) * to_face + R::of(row.below) * from_face)
     }
 }
 
-/// The slopes of the flux under a cell, by its temperature and less that by the next one's, from its conductance, what that gains by the conductivities
-/// above and below and the drop over it, and how these conductivities rise: exact, or never negative as the march takes them.
+/// The slopes of the flux under a cell, by its temperature and less that by the next one's, from its conductance, the drop over it and what the
+/// conductance gains by the temperatures above and below: exact, or never negative as the march takes them.
 #[inline(always)]
-fn inclined<R: Real>([conductance, above_1_m, below_1_m, drop]: [R; 4], rises: [R; 2], slopes: Slopes) -> [R; 2] {
+fn inclined<R: Real>(conductance: R, drop: R, gains: [R; 2], slopes: Slopes) -> [R; 2] {
     if slopes == Slopes::All {
-        [conductance + above_1_m * rises[0] * drop, conductance - below_1_m * rises[1] * drop]
+        [conductance + gains[0] * drop, conductance - gains[1] * drop]
     } else {
         let none = R::constant(0.0);
-        let by_upper = flux_slope(conductance, above_1_m, rises[0], drop, none);
-        [by_upper, flux_slope(conductance, below_1_m, rises[1], -drop, none)]
+        [flux_slope(conductance, gains[0], drop, none), flux_slope(conductance, gains[1], -drop, none)]
     }
 }

@@ -144,7 +144,7 @@ struct Way<'a, R> {
 
 /// March over all steps, and `note` the temperatures at the start and after each.
 #[inline(always)]
-pub(crate) fn march<R: Real<Scalar = f64>>(
+pub(crate) fn march<R: Real<Scalar = f64, Still = R>>(
     method: Method,
     layup: &Layup<'_, R>,
     steps: &Steps<'_>,
@@ -186,7 +186,7 @@ pub(crate) fn march<R: Real<Scalar = f64>>(
     }
 }
 
-impl<R: Real<Scalar = f64>> Way<'_, R> {
+impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
     #[inline(always)]
     fn rosenbrock<const S: usize>(&mut self, method: &Rosenbrock<S>, step: usize) {
         let per_length = 1.0 / self.steps.plan.rows.lengths_s[step];

@@ -60,7 +60,7 @@ fn widest(method: Method, plan: &Plan) -> usize {
 }
 
 #[inline(always)]
-fn carry<R: Real<Scalar = f64>>(method: Method, plan: &Plan) -> usize {
+fn carry<R: Real<Scalar = f64, Still = R>>(method: Method, plan: &Plan) -> usize {
     let (sensors, steps) = (plan.places.len(), Steps::of(plan));
     let mut records = vec![R::constant(0.0); sensors * plan.records];
     for group in 0..GROUPS {

@@ -82,6 +82,7 @@ impl Neg for Counted {
 
 impl Real for Counted {
     type Scalar = f64;
+    type Still = Self;
     type Row<'a> = &'a [f64];
     const LANES: usize = 1;
 
@@ -132,8 +133,8 @@ impl Real for Counted {
     fn floor(self, most: u32) -> Self {
         Self(Real::floor(self.0, most))
     }
-    fn row(self, table: &[f64], columns: usize) -> &[f64] {
-        Real::row(self.0, table, columns)
+    fn row(row: Self, table: &[f64], columns: usize) -> &[f64] {
+        <f64 as Real>::row(row.0, table, columns)
     }
     fn four(row: &[f64], four: usize) -> [Self; ABREAST] {
         count(&LOADS);

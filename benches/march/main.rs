@@ -2,16 +2,18 @@
 //!
 //! `cargo bench --bench march [-- MEMBERS]` prints the table; MEMBERS leaves out larger ensembles.
 
+#[path = "../common/alone.rs"]
 mod alone;
 #[path = "../common/mod.rs"]
 mod common;
 mod counted;
 mod peak;
 
-use alone::{lanes_on_one_thread, scalar};
+use alone::OnOneThread;
 use bondline::case::Bounds;
 use bondline::ensemble::{Ensemble, Sampling};
-use bondline::march::march_all;
+use bondline::march::cpu::{Cpu, Reference};
+use bondline::march::{Precision, march_all};
 use bondline::plan::Plan;
 use common::{Carrier, devices, lanes, shortest};
 use counted::Work;
@@ -44,7 +46,10 @@ fn main() {
         work.loads
     );
 
-    let mut carriers = vec![scalar(), lanes_on_one_thread()];
+    // Members one at a time in f64: what all others are held against. Beside them lanes on as many threads, what the vector units alone are worth.
+    let mut carriers = vec![Carrier::new("scalar", Some(1), OnOneThread::new(Reference(Precision::F64)))];
+    let in_lanes = |precision| Carrier::new("lanes", Some(1), OnOneThread::new(Cpu::new(precision)));
+    carriers.extend([Precision::F64, Precision::F32].map(in_lanes));
     carriers.extend(lanes());
     carriers.extend(devices());
     let peaks: Vec<Option<f64>> = carriers.iter().map(peak).collect();

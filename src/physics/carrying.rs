@@ -22,7 +22,7 @@ impl<R: Real> Member<'_, R> {
     /// Half the heat that gas under a cell carries per kelvin of the cell and of the next, W/m²/K.
     #[inline(always)]
     pub(super) fn carried_slopes(&self, cell: usize) -> [R; 2] {
-        let half = R::constant(0.5) * self.flows[cell];
+        let half = self.flows[cell] * R::fixed(0.5);
         [-(half * self.gas_rises[cell]), half * self.gas_rises[cell + 1]]
     }
 
@@ -70,7 +70,7 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     pub(super) fn warm(&mut self, step: usize, stage: usize, ends: Ends<R>) -> Ends<R> {
         let last = self.second.len() - 1;
-        let half = R::constant(0.5);
+        let half = R::fixed(0.5);
         let is_darcy = self.plan.gas == Some(GasPath::Darcy);
         let is_unhindered = self.plan.gas == Some(GasPath::Unhindered);
         let mut out = R::constant(0.0);
@@ -103,10 +103,10 @@ impl<R: Real> Member<'_, R> {
             drawn[0] = drawn[0] + out;
             for i in 0..last {
                 let below = self.gas_j_kg[i + 1];
-                let gained = half * self.flows[i] * (below - above);
+                let gained = self.flows[i] * half * (below - above);
                 self.second[i] = self.second[i] + gained;
                 self.second[i + 1] = self.second[i + 1] + gained;
-                let carried = half * self.flows[i] * (below + above);
+                let carried = self.flows[i] * half * (below + above);
                 if i == 0 {
                     drawn[0] = drawn[0] - carried;
                 }

@@ -31,27 +31,29 @@ impl<R: Real> Member<'_, R> {
                 }
             }
             for i in ply.first_cell as usize..ply.end_cell as usize - 1 {
-                let half_over_next_1_m = R::of(rows.cells[i].half_over_next_1_m);
+                let half_over_next_1_m = R::still(rows.cells[i].half_over_next_1_m);
                 self.conductances[i] =
                     conductance_within(self.conductivities[i], self.conductivities[i + 1], half_over_next_1_m);
                 if stage == 0 {
-                    self.incline(i, half_over_next_1_m, half_over_next_1_m);
+                    let [above, below] = [self.slopes[i], self.slopes[i + 1]].map(|slope| slope * half_over_next_1_m);
+                    self.incline(i, above, below);
                 }
             }
             if p > 0 {
                 let i = ply.first_cell as usize - 1;
                 self.conductances[i] = conductance_across(
                     self.conductivities[i],
-                    R::of(rows.cells[i].below_m),
+                    R::still(rows.cells[i].below_m),
                     self.conductivities[i + 1],
-                    R::of(rows.cells[i + 1].above_m),
+                    R::still(rows.cells[i + 1].above_m),
                     self.contacts_m2_k_w[p - 1],
                 );
                 if stage == 0 {
                     let conductance = self.conductances[i];
-                    let above = gain_across(conductance, self.conductivities[i], R::of(rows.cells[i].below_m));
-                    let below = gain_across(conductance, self.conductivities[i + 1], R::of(rows.cells[i + 1].above_m));
-                    self.incline(i, above, below);
+                    let (below_m, above_m) = (R::still(rows.cells[i].below_m), R::still(rows.cells[i + 1].above_m));
+                    let above = gain_across(conductance, self.conductivities[i], below_m);
+                    let below = gain_across(conductance, self.conductivities[i + 1], above_m);
+                    self.incline(i, above * self.slopes[i], below * self.slopes[i + 1]);
                 }
             }
         }
@@ -79,7 +81,7 @@ impl<R: Real> Member<'_, R> {
             let here = solid(row, plan.parts, scale, with_slope);
             conductivities[i] = here.conductivity;
             slopes[i] = here.slope;
-            evaluated[i] = R::of(rows[i].width_m) * (density_kg_m3 * here.heat_capacity);
+            evaluated[i] = density_kg_m3 * here.heat_capacity * R::still(rows[i].width_m);
         }
         if plan.gas.is_some() {
             for i in cells {
@@ -89,14 +91,14 @@ impl<R: Real> Member<'_, R> {
         }
     }
 
-    /// The slopes of the flux under a cell, from what its conductance gains by the conductivities beside it.
+    /// The slopes of the flux under a cell, from what its conductance gains by the temperatures beside it.
     #[inline(always)]
-    pub(super) fn incline(&mut self, i: usize, above_1_m: R, below_1_m: R) {
+    pub(super) fn incline(&mut self, i: usize, above_w_m2_k2: R, below_w_m2_k2: R) {
         let drop = difference(self.temperatures[i], self.temperatures[i + 1]);
         let zero = R::constant(0.0);
         let [above, below] = if self.plan.gas.is_some() { self.carried_slopes(i) } else { [zero, zero] };
-        self.lower[i] = flux_slope(self.conductances[i], above_1_m, self.slopes[i], drop, above);
-        self.upper[i] = flux_slope(self.conductances[i], below_1_m, self.slopes[i + 1], -drop, below);
+        self.lower[i] = flux_slope(self.conductances[i], above_w_m2_k2, drop, above);
+        self.upper[i] = flux_slope(self.conductances[i], below_w_m2_k2, -drop, below);
     }
 
     /// A cell's temperature at `T + Δ₁`.

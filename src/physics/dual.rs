@@ -19,7 +19,7 @@ pub struct Dual<V, D> {
 impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Dual<V, D> {
     /// A value that changes along no direction.
     #[inline(always)]
-    fn still(value: V) -> Self {
+    fn unchanging(value: V) -> Self {
         Self { value, change: D::constant(0.0) }
     }
 }
@@ -67,8 +67,33 @@ impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Neg for Dual<V, D> {
     }
 }
 
-impl<V: Real<Scalar = V> + PartialOrd, D: Real<Scalar = V>> Real for Dual<V, D> {
+impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Add<V> for Dual<V, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, still: V) -> Self {
+        Self { value: self.value + still, change: self.change }
+    }
+}
+
+impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Sub<V> for Dual<V, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, still: V) -> Self {
+        Self { value: self.value - still, change: self.change }
+    }
+}
+
+impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Mul<V> for Dual<V, D> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, still: V) -> Self {
+        Self { value: self.value * still, change: self.change * D::of(still) }
+    }
+}
+
+impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Real<Scalar = V>> Real for Dual<V, D> {
     type Scalar = V;
+    type Still = V;
     type Row<'a> = V::Row<'a>;
     const LANES: usize = 1 + D::LANES;
 
@@ -78,7 +103,7 @@ impl<V: Real<Scalar = V> + PartialOrd, D: Real<Scalar = V>> Real for Dual<V, D> 
     }
     #[inline(always)]
     fn of(value: V) -> Self {
-        Self::still(value)
+        Self::unchanging(value)
     }
     #[inline(always)]
     fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
@@ -107,19 +132,19 @@ impl<V: Real<Scalar = V> + PartialOrd, D: Real<Scalar = V>> Real for Dual<V, D> 
     }
     #[inline(always)]
     fn reached(self, mark: Self) -> Self {
-        Self::still(self.value.reached(mark.value))
+        Self::unchanging(self.value.reached(mark.value))
     }
     #[inline(always)]
     fn nearest(self) -> Self {
-        Self::still(self.value.nearest())
+        Self::unchanging(self.value.nearest())
     }
     #[inline(always)]
     fn two_to(self) -> Self {
-        Self::still(self.value.two_to())
+        Self::unchanging(self.value.two_to())
     }
     #[inline(always)]
     fn twos(self) -> Self {
-        Self::still(self.value.twos())
+        Self::unchanging(self.value.twos())
     }
     #[inline(always)]
     fn mantissa(self) -> Self {
@@ -127,16 +152,16 @@ impl<V: Real<Scalar = V> + PartialOrd, D: Real<Scalar = V>> Real for Dual<V, D> 
         Self { value, change: self.change * D::of(value / self.value) }
     }
     #[inline(always)]
-    fn floor(self, most: u32) -> Self {
-        Self::still(self.value.floor(most))
+    fn floor(self, most: u32) -> V {
+        self.value.floor(most)
     }
     #[inline(always)]
-    fn row(self, table: &[V], columns: usize) -> V::Row<'_> {
-        self.value.row(table, columns)
+    fn row(row: V, table: &[V], columns: usize) -> V::Row<'_> {
+        V::row(row, table, columns)
     }
     #[inline(always)]
-    fn four(row: V::Row<'_>, four: usize) -> [Self; ABREAST] {
-        V::four(row, four).map(Self::still)
+    fn four(row: V::Row<'_>, four: usize) -> [V; ABREAST] {
+        V::four(row, four)
     }
     #[inline(always)]
     fn within(self, span: f32, lane: impl FnMut(usize)) {

@@ -39,7 +39,7 @@ pub struct Power<R> {
 /// Two terms of the series from the nth on, over the nth power.
 #[inline(always)]
 fn two_terms<R: Real>(n: usize, rest: R) -> R {
-    R::constant(SERIES[n]) + keep(R::constant(SERIES[n + 1]) * rest)
+    keep(rest * R::fixed(SERIES[n + 1])) + R::fixed(SERIES[n])
 }
 
 /// Four terms of the series from the nth on, over the nth power.
@@ -53,12 +53,12 @@ fn four_terms<R: Real>(n: usize, rest: R, square: R) -> R {
 #[inline(always)]
 pub fn power_of_e<R: Real>(x: R) -> Power<R> {
     let bounded = x.max(R::constant(-LARGEST)).min(R::constant(LARGEST));
-    let twos = (bounded * R::constant(LOG2_E)).nearest();
-    let rest = keep(bounded - twos * R::constant(LN_2_HIGH)) - twos * R::constant(LN_2_LOW);
+    let twos = (bounded * R::fixed(LOG2_E)).nearest();
+    let rest = keep(bounded - twos * R::fixed(LN_2_HIGH)) - twos * R::fixed(LN_2_LOW);
     let square = keep(rest * rest);
     let fourth = keep(square * square);
     let low = four_terms(0, rest, square) + keep(four_terms(4, rest, square) * fourth);
-    let high = four_terms(8, rest, square) + keep(R::constant(SERIES[12]) * fourth);
+    let high = four_terms(8, rest, square) + keep(fourth * R::fixed(SERIES[12]));
     let sum = low + keep(high * keep(fourth * fourth));
     Power { two_to: twos.two_to(), part: keep(sum * rest) }
 }
@@ -67,7 +67,7 @@ pub fn power_of_e<R: Real>(x: R) -> Power<R> {
 #[inline(always)]
 pub fn exponential<R: Real>(x: R) -> R {
     let power = power_of_e(x);
-    (power.part + R::constant(1.0)) * power.two_to
+    (power.part + R::fixed(1.0)) * power.two_to
 }
 
 /// `1 − e⁻ˣ`, as exact where x is small.

@@ -44,7 +44,7 @@ impl<R: Real> Member<'_, R> {
             }
             return;
         }
-        let carries = R::constant(if self.plan.gas == Some(GasPath::QuasiSteady) { 1.0 } else { 0.0 });
+        let carries = R::fixed(if self.plan.gas == Some(GasPath::QuasiSteady) { 1.0 } else { 0.0 });
         let mut risen = R::constant(0.0);
         for from_back in 0..self.plies.len() {
             let p = self.plies.len() - 1 - from_back;
@@ -52,7 +52,7 @@ impl<R: Real> Member<'_, R> {
             for up in 0..(ply.end_cell - ply.first_cell) as usize {
                 let i = ply.end_cell as usize - 1 - up;
                 let here = self.made_at(i, stage);
-                self.flows[i] = carries * risen;
+                self.flows[i] = risen * carries;
                 risen = risen + here;
             }
         }
@@ -88,7 +88,7 @@ impl<R: Real> Member<'_, R> {
         let at = spot(temperature_k);
         let gas = self.gas_of(p, self.row_of(p, at));
         let (molar_kg_k_j, viscosity_pa_s) = (value(gas, 2), value(gas, 3));
-        let phases = self.phases_of(p, i, R::constant(0.0));
+        let phases = self.phases_of(p, i, R::fixed(0.0));
         let stretch = self.stretch_of(p, self.mass_left(p, phases));
         let zero = R::constant(0.0);
         let (mut porosity, mut permeability, mut slip, mut inertia) = (zero, zero, zero, zero);

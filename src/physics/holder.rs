@@ -29,7 +29,7 @@ impl<R: Real> Member<'_, R> {
     /// Conductance from the holder to a cell of a ply, W/m²/K.
     #[inline(always)]
     pub(super) fn conductance_sideways(&self, ply: usize, cell: usize) -> R {
-        self.plies[ply].holder_w_m3_k * R::of(self.rows.cells[cell].width_m)
+        self.plies[ply].holder_w_m3_k * R::still(self.rows.cells[cell].width_m)
     }
 
     /// Add to `second` what the cells take up from the holder at `T + Δ₁`; all of it together, W/m².
@@ -54,7 +54,7 @@ impl<R: Real> Member<'_, R> {
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                self.diagonal[i] = self.diagonal[i] + R::constant(GAMMA) * self.conductance_sideways(p, i);
+                self.diagonal[i] = self.diagonal[i] + self.conductance_sideways(p, i) * R::fixed(GAMMA);
             }
         }
     }

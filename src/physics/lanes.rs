@@ -60,6 +60,7 @@ macro_rules! lanes {
 
         impl<S: Abreast> Real for $lanes<S> {
             type Scalar = $real;
+            type Still = Self;
             type Row<'a> = Rows<'a, $real>;
             const LANES: usize = S::$vector::WIDTH;
 
@@ -122,8 +123,8 @@ macro_rules! lanes {
                 Self(self.0.max(S::$vector::zeroes()).min(S::$vector::set1(most as $real)).floor())
             }
             #[inline(always)]
-            fn row(self, table: &[$real], columns: usize) -> Rows<'_, $real> {
-                S::$rows(table, columns, self.0)
+            fn row(row: Self, table: &[$real], columns: usize) -> Rows<'_, $real> {
+                S::$rows(table, columns, row.0)
             }
             #[inline(always)]
             fn four(row: Rows<'_, $real>, four: usize) -> [Self; ABREAST] {

@@ -39,8 +39,8 @@ pub struct StateScale<R> {
 
 /// Where a pressure falls among the levels of the tables: the level under it, and the share of the way to the next.
 #[derive(Clone, Copy)]
-pub struct Level<R> {
-    pub under: R,
+pub struct Level<R: Real> {
+    pub under: R::Still,
     pub share: R,
 }
 
@@ -95,7 +95,7 @@ pub fn remaining<R: Real>(scale: PlyScale<R>, substance: Substance<R::Scalar>) -
 /// The spot in the rows of the level under a pressure, and in those of the next.
 #[inline(always)]
 pub fn levelled<R: Real>(spot: Spot<R>, level: Level<R>) -> [Spot<R>; 2] {
-    let nodes = R::constant(TABLE_NODES as f64);
+    let nodes = R::fixed(TABLE_NODES as f64);
     let under = level.under * nodes + spot.row;
     [Spot { row: under, share: spot.share }, Spot { row: under + nodes, share: spot.share }]
 }
@@ -137,30 +137,36 @@ pub fn solid<R: Real>(here: Segment<'_, R>, parts: usize, scale: StateScale<R>, 
 /// The arithmetic mean makes a conductivity that is linear in temperature exact, and lets a front run into
 /// cold material whose conductivity vanishes; the harmonic mean would stall it.
 #[inline(always)]
-pub fn conductance_within<R: Real>(conductivity: R, next: R, half_over_next_1_m: R) -> R {
+pub fn conductance_within<R: Real>(conductivity: R, next: R, half_over_next_1_m: R::Still) -> R {
     (conductivity + next) * half_over_next_1_m
 }
 
 /// Conductance between nodes on the two sides of an interface, W/m²/K: two half cells and the contact in
 /// series.
 #[inline(always)]
-pub fn conductance_across<R: Real>(conductivity: R, below_m: R, next: R, above_m: R, contact_m2_k_w: R) -> R {
+pub fn conductance_across<R: Real>(
+    conductivity: R,
+    below_m: R::Still,
+    next: R,
+    above_m: R::Still,
+    contact_m2_k_w: R,
+) -> R {
     let both = conductivity * next;
-    both / (below_m * next + above_m * conductivity + contact_m2_k_w * both)
+    both / (next * below_m + conductivity * above_m + contact_m2_k_w * both)
 }
 
 /// What the conductance across an interface gains by a node's conductivity, 1/m: its half cell's share of the
 /// resistance, `G² l/k²`. Within a ply the gain is half over the distance.
 #[inline(always)]
-pub fn gain_across<R: Real>(conductance: R, conductivity: R, length_m: R) -> R {
+pub fn gain_across<R: Real>(conductance: R, conductivity: R, length_m: R::Still) -> R {
     let share = conductance / conductivity;
     share * share * length_m
 }
 
-/// Slope of the flux from a node to its neighbour by the node's temperature, W/m²/K, with the conductivity's
-/// own slope, and with what gas carries: without it a step is second order only while cells are coarse (1.5 beyond), and jumps of
+/// Slope of the flux from a node to its neighbour by the node's temperature, W/m²/K, with what the conductance gains by it
+/// as the conductivity has a slope of its own, and with what gas carries: without it a step is second order only while cells are coarse (1.5 beyond), and jumps of
 /// temperature on fine cells run away. Never negative, so that no pivot vanishes.
 #[inline(always)]
-pub fn flux_slope<R: Real>(conductance: R, gain_1_m: R, conductivity_slope: R, drop: R, carried: R) -> R {
-    ((conductance + gain_1_m * conductivity_slope * drop) + carried).max(R::constant(0.0))
+pub fn flux_slope<R: Real>(conductance: R, gain_w_m2_k2: R, drop: R, carried: R) -> R {
+    ((conductance + gain_w_m2_k2 * drop) + carried).max(R::constant(0.0))
 }

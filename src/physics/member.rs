@@ -51,7 +51,7 @@ pub struct Member<'a, R: Real> {
     pub(super) advancements: Vec<Pair<R>>,
     pub(super) paces: Vec<R>,
     /// From where a step stands with its advancements to where a stage sees them, s.
-    pub(super) lead_s: R,
+    pub(super) lead_s: R::Still,
     /// Gas that a cell makes (kg/m²/s) and heat that its reactions take up (W/m²): at the second stage, and the last step's mean.
     pub(super) made: Vec<R>,
     pub(super) absorbed: Vec<R>,
@@ -169,7 +169,7 @@ impl<'a, R: Real> Member<'a, R> {
             second: vec![zero; cells],
             advancements: vec![none; reactions],
             paces: vec![zero; reactions],
-            lead_s: zero,
+            lead_s: R::fixed(0.0),
             made: vec![zero; flowing],
             absorbed: vec![zero; flowing],
             made_mean: vec![zero; flowing],
@@ -232,9 +232,9 @@ impl<'a, R: Real> Member<'a, R> {
         let mut conductance = self.conductances[i];
         if self.plan.reactions > 0 {
             conductance = if place.ply_above == place.ply_below {
-                conductance_within(conductivity, next, R::of(cells[i].half_over_next_1_m))
+                conductance_within(conductivity, next, R::still(cells[i].half_over_next_1_m))
             } else {
-                let (below_m, above_m) = (R::of(cells[i].below_m), R::of(cells[i + 1].above_m));
+                let (below_m, above_m) = (R::still(cells[i].below_m), R::still(cells[i + 1].above_m));
                 conductance_across(conductivity, below_m, next, above_m, self.contacts_m2_k_w[ply])
             };
         }
@@ -326,7 +326,7 @@ impl<'a, R: Real> Member<'a, R> {
             let [now_j_kg, then_j_kg] = [now, then].map(|at| integral(self.row_of(p, at), 1));
             return keep(now_j_kg - then_j_kg) * self.plies[p].density_kg_m3 * width_m + self.gas_gained(p, i);
         }
-        let phases = self.phases_of(p, i, R::constant(0.0));
+        let phases = self.phases_of(p, i, R::fixed(0.0));
         let mass_kg_m2 = self.plies[p].mass_kg_m3 * width_m;
         let lost_kg_m2 = mass_kg_m2 * (R::constant(1.0) - self.mass_left(p, phases));
         self.lost_and_stored[0] = self.lost_and_stored[0] + lost_kg_m2;

@@ -58,9 +58,15 @@ pub trait Real:
     + Mul<Output = Self>
     + Div<Output = Self>
     + Neg<Output = Self>
+    + Add<<Self as Real>::Still, Output = Self>
+    + Sub<<Self as Real>::Still, Output = Self>
+    + Mul<<Self as Real>::Still, Output = Self>
 {
     /// What the rows of a plan hold.
     type Scalar: Copy + PartialEq + Send + Sync;
+    /// A number that no factor changes, as those of rows and tables: what a dual number is multiplied by for half the work. Other numbers
+    /// are their own.
+    type Still: Real<Scalar = Self::Scalar, Still = Self::Still>;
     /// A row of a table, one a lane.
     type Row<'a>: Copy;
     /// Lanes, that is members carried at once.
@@ -71,6 +77,12 @@ pub trait Real:
     fn of(value: Self::Scalar) -> Self;
     fn constant(value: f64) -> Self {
         Self::of(Self::scalar(value))
+    }
+    fn still(value: Self::Scalar) -> Self::Still {
+        Self::Still::of(value)
+    }
+    fn fixed(value: f64) -> Self::Still {
+        Self::Still::constant(value)
     }
     fn from_lanes(lane: impl FnMut(usize) -> f64) -> Self;
     /// The value of one lane.
@@ -91,11 +103,11 @@ pub trait Real:
     /// The number over that power of two: one to two.
     fn mantissa(self) -> Self;
     /// The whole number under it, from zero to `most`.
-    fn floor(self, most: u32) -> Self;
+    fn floor(self, most: u32) -> Self::Still;
     /// The row of a table of so many columns that a whole number counts to.
-    fn row(self, table: &[Self::Scalar], columns: usize) -> Self::Row<'_>;
+    fn row(row: Self::Still, table: &[Self::Scalar], columns: usize) -> Self::Row<'_>;
     /// One four of the columns of a row.
-    fn four(row: Self::Row<'_>, four: usize) -> [Self; ABREAST];
+    fn four(row: Self::Row<'_>, four: usize) -> [Self::Still; ABREAST];
     /// Whether each lane lies in zero to `span`; by its bits, which also tells what is no number.
     fn within(self, span: f32, lane: impl FnMut(usize));
 }
@@ -104,6 +116,7 @@ macro_rules! scalar {
     ($real:ty, $settles:expr, $whole:expr, $bias:expr, $digits:expr) => {
         impl Real for $real {
             type Scalar = $real;
+            type Still = $real;
             type Row<'a> = &'a [$real];
             const LANES: usize = 1;
 
@@ -165,8 +178,8 @@ macro_rules! scalar {
                 (self as u32).min(most) as $real
             }
             #[inline(always)]
-            fn row(self, table: &[$real], columns: usize) -> &[$real] {
-                let start = columns * self as usize;
+            fn row(row: $real, table: &[$real], columns: usize) -> &[$real] {
+                let start = columns * row as usize;
                 &table[start..start + columns]
             }
             #[inline(always)]

@@ -26,15 +26,15 @@ impl<'a, R: Real> Member<'a, R> {
     /// may be, not over those that there are: then each has a place that is known beforehand, and stays in a register.
     #[expect(clippy::needless_range_loop, reason = "see above")]
     #[inline(always)]
-    pub(super) fn phases_of(&self, ply: usize, cell: usize, lead_s: R) -> [R; STATES_MAX] {
+    pub(super) fn phases_of(&self, ply: usize, cell: usize, lead_s: R::Still) -> [R; STATES_MAX] {
         let row = &self.plan.plies[ply];
         let mut phases = [R::constant(0.0); STATES_MAX];
         phases[0] = R::constant(1.0);
         for j in row.first_reaction as usize..row.end_reaction as usize {
             let place = cell * self.plan.reactions + j - row.first_reaction as usize;
             let done = self.advancements[place].high;
-            let ahead = (lead_s * self.paces[place]).min(R::constant(GAMMA) * (R::constant(1.0) - done));
-            let moved = R::of(self.rows.reactions[j].share) * (done + ahead);
+            let ahead = (self.paces[place] * lead_s).min((R::constant(1.0) - done) * R::fixed(GAMMA));
+            let moved = (done + ahead) * R::still(self.rows.reactions[j].share);
             let path = self.plan.paths[j];
             for state in 0..STATES_MAX {
                 if path.source as usize == state {
@@ -64,12 +64,12 @@ impl<'a, R: Real> Member<'a, R> {
     /// What each state weighs in the properties of a cell, by volume or by mass.
     #[inline(always)]
     pub(super) fn weights_of(&self, ply: usize, phases: [R; STATES_MAX], per_density: R) -> [R; STATES_MAX] {
-        let by_volume = R::of(self.rows.bulks[ply].by_volume);
-        let by_mass = (R::constant(1.0) - by_volume) * per_density;
+        let by_volume = R::still(self.rows.bulks[ply].by_volume);
+        let by_mass = per_density * (R::fixed(1.0) - by_volume);
         let mut weights = phases;
         for state in 0..STATES_MAX {
             if state < self.plan.plies[ply].states as usize {
-                weights[state] = phases[state] * (by_volume + by_mass * self.remains_of(ply, state));
+                weights[state] = phases[state] * (by_mass * self.remains_of(ply, state) + by_volume);
             }
         }
         weights
@@ -84,7 +84,7 @@ impl<'a, R: Real> Member<'a, R> {
     /// Thickness of a cell over that of the virgin one.
     #[inline(always)]
     pub(super) fn stretch_of(&self, ply: usize, density: R) -> R {
-        R::constant(1.0) - R::of(self.rows.bulks[ply].shrinkage) * self.converted(ply, density)
+        R::constant(1.0) - self.converted(ply, density) * R::still(self.rows.bulks[ply].shrinkage)
     }
 
     /// Emissivity of the ply behind a face.
@@ -128,7 +128,7 @@ impl<'a, R: Real> Member<'a, R> {
     pub(super) fn enthalpy_of(&self, ply: usize, state: usize, here: Segment<'a, R>) -> R {
         let risen = integral(self.state_of(state, here), 1);
         let row = self.plan.plies[ply].first_state as usize + state;
-        self.plies[ply].heat_capacity * risen + R::of(self.rows.substances[row].formation_j_kg)
+        self.plies[ply].heat_capacity * risen + R::still(self.rows.substances[row].formation_j_kg)
     }
 
     /// Conductivity, its slope and heat capacity of a cell that is a mixture, or whose pressure changes.
@@ -139,7 +139,7 @@ impl<'a, R: Real> Member<'a, R> {
         let here = self.mixture(p, i, at, row, level, self.lead_s, stage == 0);
         self.conductivities[i] = here.conductivity;
         self.slopes[i] = here.slope;
-        self.evaluated[i] = R::of(self.rows.cells[i].width_m) * here.heat_capacity;
+        self.evaluated[i] = here.heat_capacity * R::still(self.rows.cells[i].width_m);
         if self.plan.gas.is_some() {
             self.gas_at(i, self.gas_of(p, row));
         }
@@ -156,7 +156,7 @@ impl<'a, R: Real> Member<'a, R> {
         at: Spot<R>,
         row: Segment<'a, R>,
         level: Level<R>,
-        lead_s: R,
+        lead_s: R::Still,
         with_slope: bool,
     ) -> Solid<R> {
         let parts = self.plan.parts;
@@ -200,7 +200,7 @@ impl<'a, R: Real> Member<'a, R> {
         let at = spot(self.temperatures[i].high);
         let level = self.level_of(i, step, 0);
         let row = self.row_of(p, levelled(at, level)[0]);
-        self.mixture(p, i, at, row, level, R::constant(0.0), false).conductivity
+        self.mixture(p, i, at, row, level, R::fixed(0.0), false).conductivity
     }
 
     /// Where the pressure of a cell falls among the levels of the tables.
@@ -208,14 +208,14 @@ impl<'a, R: Real> Member<'a, R> {
     fn level_of(&self, i: usize, step: usize, stage: usize) -> Level<R> {
         let zero = R::constant(0.0);
         if self.plan.levels == 1 {
-            return Level { under: zero, share: zero };
+            return Level { under: R::fixed(0.0), share: zero };
         }
         let mut pressure_pa = R::of(self.rows.drives[4 * step + stage].pressure_pa);
         if self.plan.gas == Some(GasPath::Darcy) {
             pressure_pa = self.pressures[i].high;
         }
         let last = self.plan.levels - 2;
-        let way = R::constant((last + 1) as f64) * level(pressure_pa, R::constant(self.plan.middle_pa));
+        let way = level(pressure_pa, R::constant(self.plan.middle_pa)) * R::fixed((last + 1) as f64);
         let under = way.floor(last as u32);
         Level { under, share: way - under }
     }
@@ -248,11 +248,11 @@ impl<'a, R: Real> Member<'a, R> {
         self.given = zero;
         self.given_ends = [zero; 2];
         if step == self.plan.steps() {
-            self.lead_s = zero;
+            self.lead_s = R::fixed(0.0);
             return;
         }
-        let length_s = R::of(self.rows.lengths_s[step]);
-        let lead_s = R::constant(GAMMA) * length_s;
+        let length_s = R::still(self.rows.lengths_s[step]);
+        let lead_s = length_s * R::fixed(GAMMA);
         self.lead_s = if stage == 0 { lead_s } else { -lead_s };
         if stage == 0 {
             return;
@@ -271,13 +271,13 @@ impl<'a, R: Real> Member<'a, R> {
 
     #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
-    fn react_cell(&mut self, p: usize, i: usize, first: usize, end: usize, length_s: R) {
+    fn react_cell(&mut self, p: usize, i: usize, first: usize, end: usize, length_s: R::Still) {
         let (zero, one) = (R::constant(0.0), R::constant(1.0));
         let scale = self.plies[p];
-        let temperature_k = self.temperatures[i].high + R::constant(0.5) * self.first[i];
+        let temperature_k = self.temperatures[i].high + self.first[i] * R::fixed(0.5);
         let here = self.row_of(p, spot(temperature_k));
         let gas_j_kg = value(self.gas_of(p, here), 0);
-        let absolute = R::of(self.rows.bulks[p].absolute);
+        let absolute = R::still(self.rows.bulks[p].absolute);
         let mut held_j_kg = [zero; STATES_MAX];
         for state in 0..STATES_MAX {
             if state < self.plan.plies[p].states as usize {
@@ -285,22 +285,22 @@ impl<'a, R: Real> Member<'a, R> {
             }
         }
         let per_kelvin = one / temperature_k;
-        let per_length = one / length_s;
+        let per_length = R::fixed(1.0) / length_s;
         let steepness_k = scale.activation * per_kelvin;
         let (mut before, mut fed) = (one, zero);
         let (mut made, mut absorbed, mut given, mut rises) = (zero, zero, zero, zero);
         for j in first..end {
             let place = i * self.plan.reactions + j - first;
             let reaction = self.rows.reactions[j];
-            let steepness = R::of(reaction.activation_k) * steepness_k;
-            let exposure = length_s * rate(reaction, temperature_k, scale.kinetics, steepness);
+            let steepness = steepness_k * R::still(reaction.activation_k);
+            let exposure = rate(reaction, temperature_k, scale.kinetics, steepness) * length_s;
             let done = self.advancements[place];
             // In a chain what comes in over the step is there for half of it. (Weighted by nothing where there is none, one
             // reaction would wait for the other all the same.)
             let (mut ahead, mut entering) = (one, zero);
             if reaction.chained == R::scalar(1.0) {
                 ahead = before;
-                entering = R::constant(0.5) * fed;
+                entering = fed * R::fixed(0.5);
             }
             let left = keep(keep(ahead - done.high) - done.low);
             let reactant = (left + entering).max(zero);
@@ -321,17 +321,17 @@ impl<'a, R: Real> Member<'a, R> {
                     lost = lost - held_j_kg[state];
                 }
             }
-            let gas = spent * (R::of(reaction.loss) * scale.loss);
-            let risen = gas * gas_j_kg - spent * (R::of(reaction.share) * lost);
-            let of_reaction = gas * R::of(reaction.heat_j_kg);
-            let heat = scale.pyrolysis_heat * (of_reaction + absolute * (risen - of_reaction));
+            let gas = spent * (scale.loss * R::still(reaction.loss));
+            let risen = gas * gas_j_kg - spent * (lost * R::still(reaction.share));
+            let of_reaction = gas * R::still(reaction.heat_j_kg);
+            let heat = scale.pyrolysis_heat * (of_reaction + (risen - of_reaction) * absolute);
             made = made + gas;
             absorbed = absorbed + heat;
             given = given + keep(risen - heat);
             rises = rises + heat * ((one - share) * steepness);
         }
-        let flux_kg_m2_s = scale.mass_kg_m3 * R::of(self.rows.cells[i].width_m) * per_length;
-        self.take_stage(i, flux_kg_m2_s * made, flux_kg_m2_s * absorbed, R::constant(2.0) * (flux_kg_m2_s * given));
+        let flux_kg_m2_s = scale.mass_kg_m3 * R::still(self.rows.cells[i].width_m) * per_length;
+        self.take_stage(i, flux_kg_m2_s * made, flux_kg_m2_s * absorbed, (flux_kg_m2_s * given) * R::fixed(2.0));
         self.restraints[i] = (flux_kg_m2_s * (rises * per_kelvin)).max(zero);
     }
 
@@ -350,9 +350,9 @@ impl<'a, R: Real> Member<'a, R> {
     /// Of the means over a step, what the second stage takes for the mean of both to be that.
     #[inline(always)]
     fn take_stage(&mut self, i: usize, made: R, absorbed: R, given: R) {
-        let two = R::constant(2.0);
-        self.made[i] = two * made - self.made_mean[i];
-        self.absorbed[i] = two * absorbed - self.absorbed_mean[i];
+        let two = R::fixed(2.0);
+        self.made[i] = made * two - self.made_mean[i];
+        self.absorbed[i] = absorbed * two - self.absorbed_mean[i];
         self.made_mean[i] = made;
         self.absorbed_mean[i] = absorbed;
         self.given = self.given + given;
@@ -371,9 +371,9 @@ impl<'a, R: Real> Member<'a, R> {
     /// is left out, as it would take from the diagonal.
     #[inline(always)]
     pub(super) fn restrain(&mut self, step: usize) {
-        let per_length = R::constant(EASE) / R::of(self.rows.lengths_s[step]);
+        let per_length = R::fixed(EASE) / R::still(self.rows.lengths_s[step]);
         for i in 0..self.restraints.len() {
-            let stiff = R::constant(GAMMA) * self.restraints[i];
+            let stiff = self.restraints[i] * R::fixed(GAMMA);
             self.diagonal[i] = self.diagonal[i] + stiff * (stiff / (self.capacities[i] * per_length + stiff));
         }
     }

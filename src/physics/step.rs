@@ -86,19 +86,19 @@ impl<R: Real> Member<'_, R> {
 
     /// The rise of a held face over a step, K.
     #[inline(always)]
-    fn rise(&self, face: usize, step: usize) -> R {
+    fn rise(&self, face: usize, step: usize) -> R::Still {
         let drives = &self.rows.drives;
-        R::of(drives[4 * step + 2 * face + 1].held_k) - R::of(drives[4 * step + 2 * face].held_k)
+        R::still(drives[4 * step + 2 * face + 1].held_k) - R::still(drives[4 * step + 2 * face].held_k)
     }
 
     /// γr: by how much the schedules raise the flux through a face over a step, W/m²; of a held face nothing.
     #[inline(always)]
     fn driven(&self, step: usize, start: &Ends<R>) -> [R; 2] {
         let last = self.second.len() - 1;
-        let gamma = R::constant(GAMMA);
+        let gamma = R::fixed(GAMMA);
         let hot = self.through(0, self.rows.drives[4 * step + 1], 0, 1);
         let back = self.through(1, self.rows.drives[4 * step + 3], last, last - 1);
-        [gamma * (hot.flux - start.hot.flux), gamma * (back.flux - start.back.flux)]
+        [(hot.flux - start.hot.flux) * gamma, (back.flux - start.back.flux) * gamma]
     }
 
     /// The system of both stages, factored, and the right-hand side of the first. What leaves one cell enters
@@ -106,8 +106,8 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     fn assemble(&mut self, step: usize, start: &Ends<R>, driven: [R; 2]) {
         let last = self.second.len() - 1;
-        let gamma = R::constant(GAMMA);
-        let per_length = R::constant(1.0) / R::of(self.rows.lengths_s[step]);
+        let gamma = R::fixed(GAMMA);
+        let per_length = R::fixed(1.0) / R::still(self.rows.lengths_s[step]);
         self.lower[last] = R::constant(0.0);
         self.upper[last] = R::constant(0.0);
         let mut arriving = R::constant(0.0);
@@ -120,10 +120,10 @@ impl<R: Real> Member<'_, R> {
         for i in 0..lower.len() {
             let leaving = lower[i];
             capacities[i] = evaluated[i];
-            diagonal[i] = capacities[i] * per_length + gamma * (returned + leaving);
+            diagonal[i] = capacities[i] * per_length + (returned + leaving) * gamma;
             returned = upper[i];
-            lower[i] = -(gamma * arriving);
-            upper[i] = -(gamma * returned);
+            lower[i] = -(arriving * gamma);
+            upper[i] = -(returned * gamma);
             arriving = leaving;
         }
         if self.plan.has_holder {
@@ -134,12 +134,12 @@ impl<R: Real> Member<'_, R> {
             self.let_out_heat();
         }
         for (cell, face, slope) in [(0, 0, start.hot.slope), (last, 1, start.back.slope)] {
-            let held = R::of(self.rows.faces[face].held);
-            let free = R::constant(1.0) - held;
-            self.diagonal[cell] = held + free * (self.diagonal[cell] - gamma * slope);
-            self.second[cell] = held * self.rise(face, step) + free * (self.second[cell] + driven[face]);
-            self.lower[cell] = free * self.lower[cell];
-            self.upper[cell] = free * self.upper[cell];
+            let held = R::still(self.rows.faces[face].held);
+            let free = R::fixed(1.0) - held;
+            self.diagonal[cell] = (self.diagonal[cell] - slope * gamma) * free + held;
+            self.second[cell] = (self.second[cell] + driven[face]) * free + held * self.rise(face, step);
+            self.lower[cell] = self.lower[cell] * free;
+            self.upper[cell] = self.upper[cell] * free;
         }
         factorise(&mut self.lower, &mut self.diagonal, &mut self.upper);
     }
@@ -148,7 +148,7 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     fn correct(&mut self, step: usize, driven: [R; 2]) {
         let last = self.second.len() - 1;
-        let per_length = R::constant(1.0) / R::of(self.rows.lengths_s[step]);
+        let per_length = R::fixed(1.0) / R::still(self.rows.lengths_s[step]);
         let second = &mut self.second[..];
         let first = &self.first[..second.len()];
         let capacities = &self.capacities[..second.len()];
@@ -159,9 +159,9 @@ impl<R: Real> Member<'_, R> {
             second[i] = weight * second[i] - (carried + carried);
         }
         for (cell, face) in [(0, 0), (last, 1)] {
-            let held = R::of(self.rows.faces[face].held);
-            let free = R::constant(1.0) - held;
-            self.second[cell] = free * (self.second[cell] - driven[face]) - held * self.rise(face, step);
+            let held = R::still(self.rows.faces[face].held);
+            let free = R::fixed(1.0) - held;
+            self.second[cell] = (self.second[cell] - driven[face]) * free - held * self.rise(face, step);
         }
     }
 
@@ -180,10 +180,10 @@ impl<R: Real> Member<'_, R> {
     ) {
         let sum = self.first[cell] + self.second[cell];
         let beside = self.first[neighbour] + self.second[neighbour];
-        let held = R::of(self.rows.faces[face].held);
-        let implicit = start.slope * sum + held * (onward[0] * sum - onward[1] * beside);
-        let half_length = R::constant(0.5) * R::of(self.rows.lengths_s[step]);
-        let amount = half_length * (start.flux + end.flux + R::constant(GAMMA) * implicit);
+        let held = R::still(self.rows.faces[face].held);
+        let implicit = start.slope * sum + (onward[0] * sum - onward[1] * beside) * held;
+        let half_length = R::fixed(0.5) * R::still(self.rows.lengths_s[step]);
+        let amount = (start.flux + end.flux + implicit * R::fixed(GAMMA)) * half_length;
         let zero = R::constant(0.0);
         self.heat[2 * face] = advanced(self.heat[2 * face], amount.max(zero));
         self.heat[2 * face + 1] = advanced(self.heat[2 * face + 1], (-amount).max(zero));
@@ -193,7 +193,7 @@ impl<R: Real> Member<'_, R> {
     /// the sum of all, as what is no number is neither.
     #[inline(always)]
     fn update(&mut self, step: usize) {
-        let margin_k = R::constant(f64::from(STRAY_MARGIN_K));
+        let margin_k = R::fixed(f64::from(STRAY_MARGIN_K));
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
             let cells = ply.first_cell as usize..ply.end_cell as usize;
@@ -203,7 +203,7 @@ impl<R: Real> Member<'_, R> {
             let (mut coldest, mut hottest) = self.extremes_k[p];
             let mut sum = R::constant(0.0);
             for i in 0..temperatures.len() {
-                let increment = R::constant(1.5) * first[i] + R::constant(0.5) * second[i];
+                let increment = first[i] * R::fixed(1.5) + second[i] * R::fixed(0.5);
                 temperatures[i] = advanced(temperatures[i], increment);
                 first[i] = R::constant(0.0);
                 let high = temperatures[i].high;

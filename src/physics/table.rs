@@ -5,15 +5,15 @@ use crate::plan::layout::{ABREAST, TABLE_NODES, TABLE_STEP_K};
 
 /// Where a temperature falls in every table: the row under it, a whole number, and the share of the way to the next.
 #[derive(Clone, Copy)]
-pub struct Spot<R> {
-    pub row: R,
+pub struct Spot<R: Real> {
+    pub row: R::Still,
     pub share: R,
 }
 
 /// Beyond the last node the end segment goes on, as the share passes one.
 #[inline(always)]
 pub fn spot<R: Real>(temperature_k: R) -> Spot<R> {
-    let position = temperature_k * R::constant(1.0 / TABLE_STEP_K);
+    let position = temperature_k * R::fixed(1.0 / TABLE_STEP_K);
     let row = position.floor(TABLE_NODES as u32 - 2);
     Spot { row, share: position - row }
 }
@@ -29,7 +29,7 @@ pub struct Segment<'a, R: Real> {
 /// The row under a spot in a table of `columns` columns, two a property, that begins at `offset`.
 #[inline(always)]
 pub fn segment<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> Segment<'_, R> {
-    Segment { row: spot.row.row(&table[offset..], columns), first_four: 0, share: spot.share }
+    Segment { row: R::row(spot.row, &table[offset..], columns), first_four: 0, share: spot.share }
 }
 
 /// The same row from as many properties further on, an even number.
@@ -42,7 +42,7 @@ pub fn beyond<R: Real>(segment: Segment<'_, R>, properties: usize) -> Segment<'_
 #[inline(always)]
 pub fn value<R: Real>(segment: Segment<'_, R>, property: usize) -> R {
     let [under, rise] = two(segment, property);
-    under + segment.share * rise
+    segment.share * rise + under
 }
 
 /// The integral of a property from the table's start, whose value at the nodes is the property two on.
@@ -50,13 +50,13 @@ pub fn value<R: Real>(segment: Segment<'_, R>, property: usize) -> R {
 pub fn integral<R: Real>(segment: Segment<'_, R>, property: usize) -> R {
     let [under, rise] = two(segment, property);
     let [risen, _] = two(segment, property + 2);
-    let mean = under + R::constant(0.5) * segment.share * rise;
-    risen + R::constant(TABLE_STEP_K) * segment.share * mean
+    let mean = segment.share * R::fixed(0.5) * rise + under;
+    segment.share * R::fixed(TABLE_STEP_K) * mean + risen
 }
 
 /// The two columns of a property: its value at the node under the spot, and by how much it rises to the next.
 #[inline(always)]
-fn two<R: Real>(segment: Segment<'_, R>, property: usize) -> [R; 2] {
+fn two<R: Real>(segment: Segment<'_, R>, property: usize) -> [R::Still; 2] {
     let column = 2 * property;
     let four = R::four(segment.row, segment.first_four + column / ABREAST);
     [four[column % ABREAST], four[column % ABREAST + 1]]

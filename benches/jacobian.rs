@@ -1,0 +1,89 @@
+//! What a Jacobian costs beside one march of the nominal member: see benches/README.md.
+//!
+//! `cargo bench --bench jacobian [-- CASE]...` prints the table. All is done on one thread, and on a device on all that it has.
+
+#[path = "common/alone.rs"]
+mod alone;
+#[expect(dead_code, reason = "no lanes on all threads here")]
+mod common;
+
+use alone::OnOneThread;
+use bondline::ensemble::Ensemble;
+use bondline::march::cpu::Cpu;
+use bondline::march::extrapolated::Extrapolated;
+use bondline::march::{March, Precision};
+use bondline::pilot::pilot;
+use bondline::study::sensitivity::difference_step;
+use common::{Carrier, devices, shortest};
+use std::hint::black_box;
+use std::time::Instant;
+
+const CASES: [&str; 2] = ["lcat-2259", "lcat-2259-pyrolysis"];
+/// Times each is asked; they take turns.
+const ROUNDS: usize = 30;
+
+fn main() {
+    let asked: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with("--")).collect();
+    let cases = if asked.is_empty() { CASES.map(str::to_owned).to_vec() } else { asked };
+    println!("| case | march | factors | a member, ms | derivatives, ms | marches | differences, ms | marches |");
+    println!("|---|---|---|---|---|---|---|---|");
+    for id in cases {
+        let case = common::case(&id);
+        let plan = pilot(&case).unwrap_or_else(|error| panic!("{error}"));
+        let nominal: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+        let factors: Vec<usize> = (0..nominal.len()).collect();
+        let point = Ensemble::at(nominal.len(), nominal.clone());
+        let processor = |precision| Carrier::new("processor", Some(1), OnOneThread::new(Cpu::new(precision)));
+        for carrier in [Precision::F64, Precision::F32].map(processor).into_iter().chain(devices()) {
+            let title = carrier.title();
+            let stencil = stencil(&nominal, difference_step(carrier.precision));
+            let mut both = Extrapolated::new(Box::new(carrier.march));
+            let mut seconds = [vec![], vec![], vec![]];
+            // The first round compiles kernels and touches memory.
+            for round in 0..=ROUNDS {
+                let mut turn = |which: usize, work: &mut dyn FnMut() -> bool| {
+                    let began = Instant::now();
+                    let done = work();
+                    if round > 0 && done {
+                        seconds[which].push(began.elapsed().as_secs_f64());
+                    }
+                };
+                let march = |both: &mut Extrapolated, ensemble: &Ensemble| {
+                    let traces = both.march(&plan, ensemble, 0..ensemble.len());
+                    black_box(traces.unwrap_or_else(|error| panic!("{error}")));
+                    true
+                };
+                turn(0, &mut || march(&mut both, &point));
+                turn(1, &mut || {
+                    let told = both.tangents(&plan, &point, &factors);
+                    black_box(told.unwrap_or_else(|error| panic!("{error}"))).is_some()
+                });
+                turn(2, &mut || march(&mut both, &stencil));
+            }
+            let [alone, told, differences] = seconds.map(|seconds| shortest(&seconds).0);
+            println!(
+                "| {id} | {} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
+                title,
+                factors.len(),
+                1e3 * alone,
+                1e3 * told,
+                told / alone,
+                1e3 * differences,
+                differences / alone
+            );
+        }
+    }
+}
+
+/// The point and two neighbours a factor: what central differences march.
+fn stencil(point: &[f64], step: f64) -> Ensemble {
+    let mut rows = point.to_vec();
+    for factor in 0..point.len() {
+        for way in [1.0 - step, 1.0 + step] {
+            rows.extend_from_slice(point);
+            let last = rows.len() - point.len() + factor;
+            rows[last] *= way;
+        }
+    }
+    Ensemble::at(point.len(), rows)
+}
