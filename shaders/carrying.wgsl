@@ -6,14 +6,14 @@ var<private> stage_heat: real;
 var<private> gas_j_kg: Column;
 var<private> gas_rises: Column;
 
+fn carried_slopes(flow: real, rise: real, next_rise: real) -> array<real, 2> {
+    let half = 0.5 * flow;
+    return array<real, 2>(-(half * rise), half * next_rise);
+}
+
 fn gas_at(cell: u32, here: Segment) {
     gas_j_kg[cell] = value(here, 0u);
     gas_rises[cell] = value(here, 1u);
-}
-
-fn carried_slopes(cell: u32) -> array<real, 2> {
-    let half = 0.5 * flows[cell];
-    return array<real, 2>(-(half * gas_rises[cell]), half * gas_rises[cell + 1u]);
 }
 
 fn gas_capacity(cell: u32) -> real {
@@ -111,18 +111,11 @@ fn tally(step: u32, stage: u32, out: real) {
     reaction_gain = advanced(reaction_gain, half_length * given);
 }
 
-fn let_out_rise(face: u32, cell: u32) -> real {
+fn let_out_heat(face: u32, cell: u32) -> real {
     if UNHINDERED {
         return 0.0;
     }
     let out = select(back_leaving, leaving[0], face == 0u);
-    return max(out, 0.0) * gas_rises[cell];
-}
-
-fn let_out_heat() {
-    for (var face = 0u; face < run.faces; face++) {
-        let cell = face * LAST_CELL;
-        // A constant would be moved into the product, which rounds otherwise.
-        diagonal[cell] = diagonal[cell] + keep(real(GAMMA)) * let_out_rise(face, cell);
-    }
+    // A constant would be moved into the product, which rounds otherwise.
+    return max(out, 0.0) * gas_rises[cell] * keep(real(GAMMA));
 }

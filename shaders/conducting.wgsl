@@ -1,6 +1,11 @@
 // A member's conduction: twin of src/physics/conducting.rs.
 
+fn raised(temperature: Pair, added: real) -> Pair {
+    return Pair(temperature.high, temperature.low + added);
+}
+
 fn properties(step: u32, stage: u32) {
+    var above = real(0.0);
     for (var p = 0u; p < run.plies; p++) {
         let ply = plies[p];
         if ply.states > 1u || LEVELS > 1u {
@@ -15,30 +20,12 @@ fn properties(step: u32, stage: u32) {
                 evaluated[i] = evaluated[i] + gas_capacity(i);
             }
         }
-        for (var i = ply.first_cell; i < ply.end_cell - 1u; i++) {
-            conductances[i] =
-                conductance_within(conductivities[i], conductivities[i + 1u], cells[i].half_over_next_1_m);
-            if stage == 0u {
-                let half_over_next_1_m = cells[i].half_over_next_1_m;
-                incline(i, slopes[i] * half_over_next_1_m, slopes[i + 1u] * half_over_next_1_m);
-            }
-        }
         if p > 0u {
-            let i = ply.first_cell - 1u;
-            conductances[i] = conductance_across(
-                conductivities[i],
-                cells[i].below_m,
-                conductivities[i + 1u],
-                cells[i + 1u].above_m,
-                contact_scales[p - 1u],
-            );
-            if stage == 0u {
-                let above = gain_across(conductances[i], conductivities[i], cells[i].below_m);
-                let below = gain_across(conductances[i], conductivities[i + 1u], cells[i + 1u].above_m);
-                incline(i, above * slopes[i], below * slopes[i + 1u]);
-            }
+            above = link_across(p, stage, above);
         }
+        above = link_within(p, stage, above);
     }
+    second[LAST_CELL] = above;
 }
 
 fn plain(p: u32, stage: u32) {
@@ -55,19 +42,65 @@ fn plain(p: u32, stage: u32) {
     }
 }
 
-fn incline(i: u32, above_w_m2_k2: real, below_w_m2_k2: real) {
-    let drop = difference(temperatures[i], temperatures[i + 1u]);
-    var carried: array<real, 2>;
-    if GAS {
-        carried = carried_slopes(i);
+fn link_within(p: u32, stage: u32, arriving: real) -> real {
+    var above = arriving;
+    let end_cell = plies[p].end_cell;
+    var i = plies[p].first_cell;
+    var here = raised(temperatures[i], first[i]);
+    var slope = slopes[i];
+    var conductivity = conductivities[i];
+    for (; i < end_cell - 1u; i++) {
+        let half_over_next_1_m = cells[i].half_over_next_1_m;
+        let next_conductivity = conductivities[i + 1u];
+        let conductance = conductance_within(conductivity, next_conductivity, half_over_next_1_m);
+        let next = raised(temperatures[i + 1u], first[i + 1u]);
+        let drop = difference(here, next);
+        if stage == 0u {
+            let next_slope = slopes[i + 1u];
+            var carried: array<real, 2>;
+            if GAS {
+                carried = carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1u]);
+            }
+            lower[i] = flux_slope(conductance, slope * half_over_next_1_m, drop, carried[0]);
+            upper[i] = flux_slope(conductance, next_slope * half_over_next_1_m, -drop, carried[1]);
+            slope = next_slope;
+        }
+        conductances[i] = conductance;
+        let below = conductance * drop;
+        second[i] = above - below;
+        above = below;
+        here = next;
+        conductivity = next_conductivity;
     }
-    lower[i] = flux_slope(conductances[i], above_w_m2_k2, drop, carried[0]);
-    upper[i] = flux_slope(conductances[i], below_w_m2_k2, -drop, carried[1]);
+    return above;
+}
+
+fn link_across(p: u32, stage: u32, above: real) -> real {
+    let i = plies[p].first_cell - 1u;
+    let below_m = cells[i].below_m;
+    let above_m = cells[i + 1u].above_m;
+    let conductivity = conductivities[i];
+    let next = conductivities[i + 1u];
+    let conductance = conductance_across(conductivity, below_m, next, above_m, contact_scales[p - 1u]);
+    let drop = difference(staged(i), staged(i + 1u));
+    if stage == 0u {
+        let own = gain_across(conductance, conductivity, below_m) * slopes[i];
+        let next_own = gain_across(conductance, next, above_m) * slopes[i + 1u];
+        var carried: array<real, 2>;
+        if GAS {
+            carried = carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1u]);
+        }
+        lower[i] = flux_slope(conductance, own, drop, carried[0]);
+        upper[i] = flux_slope(conductance, next_own, -drop, carried[1]);
+    }
+    conductances[i] = conductance;
+    let below = conductance * drop;
+    second[i] = above - below;
+    return below;
 }
 
 fn staged(cell: u32) -> Pair {
-    let pair = temperatures[cell];
-    return Pair(pair.high, pair.low + first[cell]);
+    return raised(temperatures[cell], first[cell]);
 }
 
 fn through(face: u32, drive: Drive, cell: u32, neighbour: u32) -> FaceFlux {
@@ -98,12 +131,7 @@ fn through(face: u32, drive: Drive, cell: u32, neighbour: u32) -> FaceFlux {
 
 fn imbalance(hot: Drive, back: Drive) -> Ends {
     let ends = Ends(through(0u, hot, 0u, 1u), through(1u, back, LAST_CELL, LAST_CELL - 1u));
-    var above = ends.hot.flux;
-    for (var i = 0u; i < LAST_CELL; i++) {
-        let below = conductances[i] * difference(staged(i), staged(i + 1u));
-        second[i] = above - below;
-        above = below;
-    }
-    second[LAST_CELL] = above + ends.back.flux;
+    second[0] = second[0] + ends.hot.flux;
+    second[LAST_CELL] = second[LAST_CELL] + ends.back.flux;
     return ends;
 }

@@ -28,19 +28,11 @@ fn exchange(step: u32, stage: u32) -> real {
     return sum;
 }
 
-fn brace() {
-    for (var p = 0u; p < run.plies; p++) {
-        for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
-            diagonal[i] = diagonal[i] + keep(real(GAMMA)) * conductance_sideways(p, i);
-        }
-    }
-}
-
 fn account_sideways(step: u32, start: real, end: real) {
     var taken = real(0.0);
     for (var p = 0u; p < run.plies; p++) {
         for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
-            taken = taken + conductance_sideways(p, i) * (first[i] + second[i]);
+            taken = taken + conductance_sideways(p, i) * second[i];
         }
     }
     let half_length = 0.5 * lengths[step];

@@ -15,6 +15,13 @@ var<private> restraints: Column;
 var<private> given: real;
 var<private> given_ends: array<real, 2>;
 
+const EASE = 0.3;
+
+fn restraint(rises_w_m2_k: real, capacity: real, eased_1_s: real) -> real {
+    let stiff = rises_w_m2_k * keep(real(GAMMA));
+    return stiff * (stiff / (capacity * eased_1_s + stiff));
+}
+
 fn remains_of(ply: u32, state: u32) -> real {
     return remains[plies[ply].first_state + state];
 }
@@ -111,23 +118,27 @@ fn mixture(p: u32, i: u32, at: Spot, row: Segment, level_here: Level, lead: real
     let inverse = 1.0 / (density * stretch);
     var weights = weights_of(p, phases, inverse * stretch);
     let per_stretch = inverse * density;
-    var conducts = real(0.0);
-    var slope = real(0.0);
-    var stores = real(0.0);
-    for (var state = 0u; state < plies[p].states; state++) {
-        let scale = state_scales[plies[p].first_state + state];
-        var here = solid(state_of(state, row), scale, with_slope);
-        if LEVELS > 1u {
-            let over = row_of(p, levelled(at, level_here)[1]);
-            let more = solid(state_of(state, over), scale, with_slope);
-            here.conductivity = here.conductivity + level_here.share * (more.conductivity - here.conductivity);
-            here.slope = here.slope + level_here.share * (more.slope - here.slope);
-        }
-        conducts = conducts + weights[state] * here.conductivity;
-        slope = slope + weights[state] * here.slope;
-        stores = stores + phases[state] * remains_of(p, state) * (ply_scales[p].density_kg_m3 * here.heat_capacity);
+    var here = of_states(p, row, phases, weights, with_slope);
+    if LEVELS > 1u {
+        let over = of_states(p, row_of(p, levelled(at, level_here)[1]), phases, weights, with_slope);
+        here.conductivity = here.conductivity + level_here.share * (over.conductivity - here.conductivity);
+        here.slope = here.slope + level_here.share * (over.slope - here.slope);
     }
-    return Solid(conducts * per_stretch, slope * per_stretch, stores);
+    return Solid(here.conductivity * per_stretch, here.slope * per_stretch, here.heat_capacity);
+}
+
+fn of_states(p: u32, row: Segment, of_phases: Phases, of_weights: Phases, with_slope: bool) -> Solid {
+    var phases = of_phases;
+    var weights = of_weights;
+    var sum: Solid;
+    for (var state = 0u; state < plies[p].states; state++) {
+        let here = solid(state_of(state, row), state_scales[plies[p].first_state + state], with_slope);
+        let volume = phases[state] * remains_of(p, state);
+        sum.conductivity = sum.conductivity + weights[state] * here.conductivity;
+        sum.slope = sum.slope + weights[state] * here.slope;
+        sum.heat_capacity = sum.heat_capacity + volume * (ply_scales[p].density_kg_m3 * here.heat_capacity);
+    }
+    return sum;
 }
 
 fn conductivity_now(p: u32, i: u32, step: u32) -> real {
@@ -263,15 +274,5 @@ fn take_stage(i: u32, gas_made: real, heat_absorbed: real, heat_given: real) {
     }
     if i == LAST_CELL {
         given_ends[1] = heat_given;
-    }
-}
-
-const EASE = 0.3;
-
-fn restrain(step: u32) {
-    let per_length = EASE / lengths[step];
-    for (var i = 0u; i <= LAST_CELL; i++) {
-        let stiff = keep(real(GAMMA)) * restraints[i];
-        if stiff > 0.0 { diagonal[i] = diagonal[i] + stiff * (stiff / (capacities[i] * per_length + stiff)); }
     }
 }

@@ -4,11 +4,41 @@ const GAMMA = 0.2928932188134524;
 const STRAY_MARGIN_K = 1.0;
 const STRAY_SPAN_K = STRAY_MARGIN_K + TABLE_STEP_K * (f32(TABLE_NODES) - 1.0);
 
+struct Edge {
+    held: real,
+    rise_k: real,
+    driven: real,
+    slope: real,
+    let_out: real,
+}
+
+struct Row {
+    lower: real,
+    diagonal: real,
+    upper: real,
+    side: real,
+}
+
+var<private> edges: array<Edge, 2>;
+
+fn bounds(edge: Edge, row: Row) -> Row {
+    let free = 1.0 - edge.held;
+    return Row(
+        row.lower * free,
+        (row.diagonal + edge.let_out - edge.slope) * free + edge.held,
+        row.upper * free,
+        (row.side + edge.driven) * free + edge.held * edge.rise_k,
+    );
+}
+
+fn corrects(edge: Edge, side: real) -> real {
+    return (side - edge.driven) * (1.0 - edge.held) - edge.held * edge.rise_k;
+}
+
 fn advance(step: u32) {
     hold(step);
     var start: Ends;
-    var onward: array<vec2<real>, 2>;
-    var by_schedule: vec2<real>;
+    var onward: array<array<real, 2>, 2>;
     var start_sideways = real(0.0);
     for (var stage = 0u; stage < run.stages; stage++) {
         if GAS {
@@ -36,19 +66,14 @@ fn advance(step: u32) {
         if stage == 0u {
             start = ends;
             start_sideways = sideways;
-            onward[0] = vec2<real>(lower[0], upper[0]);
-            onward[1] = vec2<real>(upper[LAST_CELL - 1u], lower[LAST_CELL - 1u]);
-            by_schedule = driven(step, start);
-            assemble(step, start, by_schedule);
+            onward[0] = array<real, 2>(lower[0], upper[0]);
+            onward[1] = array<real, 2>(upper[LAST_CELL - 1u], lower[LAST_CELL - 1u]);
+            edged(step, start);
+            assemble(step);
+            ascend();
         } else {
-            correct(step, by_schedule);
-        }
-        substitute(&lower, &diagonal, &upper, &second);
-        if stage == 0u {
-            for (var i = 0u; i <= LAST_CELL; i++) {
-                first[i] = second[i];
-            }
-        } else {
+            correct(step);
+            update(step);
             account(0u, step, start.hot, ends.hot, onward[0], 0u, 1u);
             account(1u, step, start.back, ends.back, onward[1], LAST_CELL, LAST_CELL - 1u);
             if HOLDER == 1u {
@@ -56,76 +81,117 @@ fn advance(step: u32) {
             }
         }
     }
-    update(step);
 }
 
 fn rise(face: u32, step: u32) -> real {
     return drives[4u * step + 2u * face + 1u].held_k - drives[4u * step + 2u * face].held_k;
 }
 
-fn driven(step: u32, start: Ends) -> vec2<real> {
-    let gamma = real(GAMMA);
+fn edged(step: u32, start: Ends) {
     let hot = through(0u, drives[4u * step + 1u], 0u, 1u);
     let back = through(1u, drives[4u * step + 3u], LAST_CELL, LAST_CELL - 1u);
-    return vec2<real>(gamma * (hot.flux - start.hot.flux), gamma * (back.flux - start.back.flux));
+    for (var face = 0u; face < run.faces; face++) {
+        var before = start.hot;
+        var after = hot;
+        if face == 1u {
+            before = start.back;
+            after = back;
+        }
+        edges[face].held = faces[face].held;
+        edges[face].rise_k = rise(face, step);
+        edges[face].driven = (after.flux - before.flux) * real(GAMMA);
+        edges[face].slope = before.slope * keep(real(GAMMA));
+        edges[face].let_out = 0.0;
+        if GAS {
+            edges[face].let_out = let_out_heat(face, face * LAST_CELL);
+        }
+    }
 }
 
-fn assemble(step: u32, start: Ends, driven: vec2<real>) {
+fn assemble(step: u32) {
     let gamma = real(GAMMA);
     let per_length = 1.0 / lengths[step];
+    let eased = EASE / lengths[step];
     lower[LAST_CELL] = 0.0;
     upper[LAST_CELL] = 0.0;
     var arriving = real(0.0);
     var returned = real(0.0);
-    for (var i = 0u; i <= LAST_CELL; i++) {
-        let leaving = lower[i];
-        capacities[i] = evaluated[i];
-        diagonal[i] = capacities[i] * per_length + gamma * (returned + leaving);
-        returned = upper[i];
-        lower[i] = -(gamma * arriving);
-        upper[i] = -(gamma * returned);
-        arriving = leaving;
+    var reciprocal = real(0.0);
+    var upper_before = real(0.0);
+    var before = real(0.0);
+    for (var p = 0u; p < run.plies; p++) {
+        for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
+            let leaving = lower[i];
+            let below = upper[i];
+            let capacity = evaluated[i];
+            capacities[i] = capacity;
+            var row = Row(
+                -(arriving * gamma),
+                capacity * per_length + (returned + leaving) * gamma,
+                -(below * gamma),
+                second[i],
+            );
+            arriving = leaving;
+            returned = below;
+            if HOLDER == 1u {
+                row.diagonal = row.diagonal + conductance_sideways(p, i) * keep(gamma);
+            }
+            if GAS {
+                row.diagonal = row.diagonal + restraint(restraints[i], capacity, eased);
+            }
+            if i == 0u || i == LAST_CELL {
+                row = bounds(edges[select(0u, 1u, i == LAST_CELL)], row);
+            }
+            let done = eliminated(row.lower, row.diagonal, reciprocal, upper_before);
+            before = descended(row.side, done.under, before);
+            reciprocal = done.reciprocal;
+            upper_before = row.upper;
+            lower[i] = done.under;
+            diagonal[i] = reciprocal;
+            upper[i] = row.upper * reciprocal;
+            second[i] = before;
+        }
     }
-    if HOLDER == 1u {
-        brace();
-    }
-    if GAS {
-        restrain(step);
-        let_out_heat();
-    }
-    for (var face = 0u; face < run.faces; face++) {
-        let cell = face * LAST_CELL;
-        let slope = select(start.hot.slope, start.back.slope, face == 1u);
-        let held = faces[face].held;
-        let free = 1.0 - held;
-        diagonal[cell] = held + free * (diagonal[cell] - gamma * slope);
-        second[cell] = held * rise(face, step) + free * (second[cell] + driven[face]);
-        lower[cell] = free * lower[cell];
-        upper[cell] = free * upper[cell];
-    }
-    factorise(&lower, &diagonal, &upper);
 }
 
-fn correct(step: u32, driven: vec2<real>) {
+fn ascend() {
+    var before = real(0.0);
+    for (var back = 0u; back <= LAST_CELL; back++) {
+        let i = LAST_CELL - back;
+        before = ascended(second[i], diagonal[i], upper[i], before);
+        first[i] = before;
+    }
+}
+
+fn correct(step: u32) {
     let per_length = 1.0 / lengths[step];
+    var before = real(0.0);
     for (var i = 0u; i <= LAST_CELL; i++) {
-        let weight = capacities[i] / evaluated[i];
-        let carried = capacities[i] * per_length * first[i];
-        second[i] = weight * second[i] - (carried + carried);
-    }
-    for (var face = 0u; face < run.faces; face++) {
-        let cell = face * LAST_CELL;
-        let held = faces[face].held;
-        let free = 1.0 - held;
-        second[cell] = free * (second[cell] - driven[face]) - held * rise(face, step);
+        let capacity = capacities[i];
+        let weight = capacity / evaluated[i];
+        let carried = capacity * per_length * first[i];
+        var side = weight * second[i] - (carried + carried);
+        if i == 0u || i == LAST_CELL {
+            side = corrects(edges[select(0u, 1u, i == LAST_CELL)], side);
+        }
+        before = descended(side, lower[i], before);
+        second[i] = before;
     }
 }
 
-fn account(face: u32, step: u32, start: FaceFlux, end: FaceFlux, onward: vec2<real>, cell: u32, neighbour: u32) {
-    let sum = first[cell] + second[cell];
-    let beside = first[neighbour] + second[neighbour];
+fn account(
+    face: u32,
+    step: u32,
+    start: FaceFlux,
+    end: FaceFlux,
+    onward: array<real, 2>,
+    cell: u32,
+    neighbour: u32,
+) {
+    let sum = second[cell];
+    let beside = second[neighbour];
     let held = faces[face].held;
-    let implicit = start.slope * sum + held * (onward.x * sum - onward.y * beside);
+    let implicit = start.slope * sum + held * (onward[0] * sum - onward[1] * beside);
     let half_length = 0.5 * lengths[step];
     let amount = half_length * (start.flux + end.flux + real(GAMMA) * implicit);
     heat[2u * face] = advanced(heat[2u * face], max(amount, 0.0));
@@ -133,21 +199,32 @@ fn account(face: u32, step: u32, start: FaceFlux, end: FaceFlux, onward: vec2<re
 }
 
 fn update(step: u32) {
-    for (var p = 0u; p < run.plies; p++) {
+    var before = real(0.0);
+    for (var from_back = 0u; from_back < run.plies; from_back++) {
+        let p = run.plies - 1u - from_back;
+        let ply = plies[p];
         var sum = real(0.0);
-        for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
-            let increment = 1.5 * first[i] + 0.5 * second[i];
-            temperatures[i] = advanced(temperatures[i], increment);
+        var low = coldest[p];
+        var top = hottest[p];
+        for (var up = 0u; up < ply.end_cell - ply.first_cell; up++) {
+            let i = ply.end_cell - 1u - up;
+            before = ascended(second[i], diagonal[i], upper[i], before);
+            let start = first[i];
+            let increment = 1.5 * start + 0.5 * before;
+            second[i] = start + before;
             first[i] = 0.0;
-            let high = temperatures[i].high;
-            coldest[p] = min(coldest[p], high);
-            hottest[p] = max(hottest[p], high);
-            sum = sum + high;
+            let now = advanced(temperatures[i], increment);
+            temperatures[i] = now;
+            low = min(low, now.high);
+            top = max(top, now.high);
+            sum = sum + now.high;
         }
+        coldest[p] = low;
+        hottest[p] = top;
         // The bits of a float that is no number, or below zero, are above those of every one in range.
         let watched = vec3<u32>(
-            bitcast<u32>(f32(coldest[p] + STRAY_MARGIN_K)),
-            bitcast<u32>(f32(hottest[p] + STRAY_MARGIN_K)),
+            bitcast<u32>(f32(low + STRAY_MARGIN_K)),
+            bitcast<u32>(f32(top + STRAY_MARGIN_K)),
             bitcast<u32>(f32(sum + STRAY_MARGIN_K)),
         );
         let span = bitcast<u32>(f32(STRAY_SPAN_K));

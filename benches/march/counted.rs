@@ -40,7 +40,7 @@ impl Work {
         counters.iter().for_each(|counter| counter.store(0, Ordering::Relaxed));
         let factors = nominal.member(0);
         let column = |column: u32| Counted(if column == 0 { 1.0 } else { factors[column as usize - 1] });
-        let mut member = Member::<Counted>::start(plan, &plan.rows, column);
+        let mut member = Member::<Counted, false>::start(plan, &plan.rows, column);
         for turn in 0..=plan.steps() {
             member.advance(turn, |_| ());
         }

@@ -207,16 +207,11 @@ fn carry<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensem
             let first = members.start + group * R::LANES;
             let lanes = (members.end - first).min(R::LANES);
             let values: Vec<Vec<f64>> = (first..first + lanes).map(|member| ensemble.member(member)).collect();
-            S::invoke(
-                #[inline(always)]
-                || {
-                    let value = |lane: usize, column: usize| match column {
-                        0 => 1.0,
-                        _ => values[lane.min(lanes - 1)][column - 1],
-                    };
-                    carry_group::<R>(plan, rows, lanes, value, temperatures_k)
-                },
-            )
+            let value = |lane: usize, column: usize| match column {
+                0 => 1.0,
+                _ => values[lane.min(lanes - 1)][column - 1],
+            };
+            carry_group::<S, R>(plan, rows, lanes, value, temperatures_k)
         })
         .collect();
     for end in ends.into_iter().flatten() {
@@ -235,17 +230,12 @@ fn carry_along<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, points: &E
     let carried = jobs.into_par_iter().map(|(point, some)| {
         let values = points.member(point);
         let mut temperatures_k = vec![0.0; (1 + some.len()) * size];
-        let ends = S::invoke(
-            #[inline(always)]
-            || {
-                let value = |lane: usize, column: usize| match (lane, column) {
-                    (0, 0) => 1.0,
-                    (0, _) => values[column - 1],
-                    _ => f64::from(some.get(lane - 1).is_some_and(|factor| factor + 1 == column)),
-                };
-                carry_group::<R>(plan, rows, 1 + some.len(), value, &mut temperatures_k)
-            },
-        );
+        let value = |lane: usize, column: usize| match (lane, column) {
+            (0, 0) => 1.0,
+            (0, _) => values[column - 1],
+            _ => f64::from(some.get(lane - 1).is_some_and(|factor| factor + 1 == column)),
+        };
+        let ends = carry_group::<S, R>(plan, rows, 1 + some.len(), value, &mut temperatures_k);
         (temperatures_k, ends)
     });
     let carried: Vec<(Vec<f64>, Vec<End>)> = carried.collect();
@@ -288,19 +278,39 @@ impl End {
 }
 
 /// March one group of lanes, given the value of each lane in each column, and tell of so many of them. All of it is inlined
-/// into one function, which alone is compiled for the vectors at hand.
-#[inline(always)]
-fn carry_group<R: Real>(
+/// into one function, which alone is compiled for the vectors at hand; there is one where gas flows and one where none does.
+fn carry_group<S: Simd, R: Real>(
     plan: &Plan,
     rows: &Rows<R::Scalar>,
     lanes: usize,
     value: impl Fn(usize, usize) -> f64,
     temperatures_k: &mut [f64],
 ) -> Vec<End> {
-    let (sensors, instants) = (plan.places.len(), plan.records);
     let columns: Vec<R> = (0..=plan.factors).map(|column| R::from_lanes(|lane| value(lane, column))).collect();
+    if plan.gas.is_some() {
+        S::invoke(
+            #[inline(always)]
+            || carry_columns::<R, true>(plan, rows, lanes, &columns, temperatures_k),
+        )
+    } else {
+        S::invoke(
+            #[inline(always)]
+            || carry_columns::<R, false>(plan, rows, lanes, &columns, temperatures_k),
+        )
+    }
+}
+
+#[inline(always)]
+fn carry_columns<R: Real, const GAS: bool>(
+    plan: &Plan,
+    rows: &Rows<R::Scalar>,
+    lanes: usize,
+    columns: &[R],
+    temperatures_k: &mut [f64],
+) -> Vec<End> {
+    let (sensors, instants) = (plan.places.len(), plan.records);
     let mut gauges = vec![0.0; lanes * plan.gauges() * instants];
-    let mut member = Member::<R>::start(plan, rows, |column| columns[column as usize]);
+    let mut member = Member::<R, GAS>::start(plan, rows, |column| columns[column as usize]);
     for turn in 0..=plan.steps() {
         member.advance(turn, |member| {
             let instant = plan.instants[turn];

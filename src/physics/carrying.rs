@@ -11,19 +11,19 @@ use super::step::GAMMA;
 use super::table::{Segment, spot, value};
 use crate::plan::GasPath;
 
-impl<R: Real> Member<'_, R> {
+/// Half the heat that gas under a cell carries per kelvin of the cell and of the next, W/m²/K, from how enthalpy rises in both.
+#[inline(always)]
+pub(super) fn carried_slopes<R: Real>(flow: R, rise: R, next_rise: R) -> [R; 2] {
+    let half = flow * R::fixed(0.5);
+    [-(half * rise), half * next_rise]
+}
+
+impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Enthalpy of the gas in a cell and its slope.
     #[inline(always)]
     pub(super) fn gas_at(&mut self, cell: usize, here: Segment<'_, R>) {
         self.gas_j_kg[cell] = value(here, 0);
         self.gas_rises[cell] = value(here, 1);
-    }
-
-    /// Half the heat that gas under a cell carries per kelvin of the cell and of the next, W/m²/K.
-    #[inline(always)]
-    pub(super) fn carried_slopes(&self, cell: usize) -> [R; 2] {
-        let half = self.flows[cell] * R::fixed(0.5);
-        [-(half * self.gas_rises[cell]), half * self.gas_rises[cell + 1]]
     }
 
     /// Heat capacity of the gas in the pores of a cell, J/m²/K.
@@ -43,7 +43,7 @@ impl<R: Real> Member<'_, R> {
     #[inline(always)]
     pub(super) fn gas_gained(&mut self, p: usize, cell: usize) -> R {
         let zero = R::constant(0.0);
-        if self.plan.gas != Some(GasPath::Darcy) {
+        if !GAS || self.plan.gas != Some(GasPath::Darcy) {
             return zero;
         }
         let now_kg_m2 = self.pores[cell].storage * self.pressures[cell].high;
@@ -139,24 +139,17 @@ impl<R: Real> Member<'_, R> {
         self.gas_heat = advanced(self.gas_heat, half_length * (self.stage_heat + out));
         self.reaction_gain = advanced(self.reaction_gain, half_length * self.given);
     }
-    /// By how much the heat that gas takes out through a face rises with the temperature of its cell, W/m²/K; of gas that
-    /// comes in nothing, as it would take from the diagonal.
+
+    /// The part in the system of gas that takes heat out through a face, W/m²/K, by how much that heat rises with the temperature
+    /// of its cell: without it the order of the face's temperature falls to 1.6. Of gas that comes in nothing, as it would take from the
+    /// diagonal.
     #[inline(always)]
-    fn let_out_rise(&self, face: usize, cell: usize) -> R {
+    pub(super) fn let_out_heat(&self, face: usize, cell: usize) -> R {
         let zero = R::constant(0.0);
         if self.plan.gas == Some(GasPath::Unhindered) {
             return zero;
         }
         let leaving = if face == 0 { self.leaving[0] } else { self.back_leaving };
-        leaving.max(zero) * self.gas_rises[cell]
-    }
-
-    /// The part in the system of gas that takes heat out through the faces: without it the order of the face's temperature falls to 1.6.
-    #[inline(always)]
-    pub(super) fn let_out_heat(&mut self) {
-        let last = self.second.len() - 1;
-        for (face, cell) in [(0, 0), (1, last)] {
-            self.diagonal[cell] = self.diagonal[cell] + R::constant(GAMMA) * self.let_out_rise(face, cell);
-        }
+        leaving.max(zero) * self.gas_rises[cell] * R::fixed(GAMMA)
     }
 }

@@ -1,6 +1,7 @@
 //! A member's conduction: properties of every cell, what flows between them and through the faces.
 
 use super::Real;
+use super::carrying::carried_slopes;
 use super::compensated::{Pair, difference};
 use super::faces::{FaceFlux, face_flux};
 use super::holder::flux_sideways;
@@ -10,53 +11,41 @@ use super::table::{segment, spot, value};
 use crate::plan::GasPath;
 use crate::plan::layout::{Drive, FACE_COLUMNS, GAS_COLUMNS};
 
-impl<R: Real> Member<'_, R> {
-    /// Conductivity, heat capacity and conductance of every cell at `T + Δ₁`; at the first stage also the slopes
-    /// of the flux under it, by its own temperature in `lower` and by that of the next cell, less, in `upper`.
+/// A temperature and what a stage adds to it.
+#[inline(always)]
+fn raised<R: Real>(temperature: Pair<R>, first: R) -> Pair<R> {
+    Pair { high: temperature.high, low: temperature.low + first }
+}
+
+impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
+    /// Conductivity, heat capacity and conductance of every cell at `T + Δ₁`, and what flows to it from its neighbours, in `second`;
+    /// at the first stage also the slopes of the flux under it, by its own temperature in `lower` and by that of the next
+    /// cell, less, in `upper`.
     #[inline(always)]
     pub(super) fn properties(&mut self, step: usize, stage: usize) {
-        let rows = self.rows;
+        let mut above = R::constant(0.0);
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
             if ply.states > 1 || self.plan.levels > 1 {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
-                    self.blend(p, i, spot(self.temperatures[i].high + self.first[i]), step, stage);
+                    let at = spot(self.temperatures[i].high + self.first[i]);
+                    self.blend(p, i, at, step, stage);
                 }
             } else {
                 self.plain(p, stage);
             }
-            if self.plan.gas == Some(GasPath::Darcy) {
+            if GAS && self.plan.gas == Some(GasPath::Darcy) {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
                     self.evaluated[i] = self.evaluated[i] + self.gas_capacity(i);
                 }
             }
-            for i in ply.first_cell as usize..ply.end_cell as usize - 1 {
-                let half_over_next_1_m = R::still(rows.cells[i].half_over_next_1_m);
-                self.conductances[i] =
-                    conductance_within(self.conductivities[i], self.conductivities[i + 1], half_over_next_1_m);
-                if stage == 0 {
-                    let [above, below] = [self.slopes[i], self.slopes[i + 1]].map(|slope| slope * half_over_next_1_m);
-                    self.incline(i, above, below);
-                }
-            }
             if p > 0 {
-                let i = ply.first_cell as usize - 1;
-                self.conductances[i] = conductance_across(
-                    self.conductivities[i],
-                    R::still(rows.cells[i].below_m),
-                    self.conductivities[i + 1],
-                    R::still(rows.cells[i + 1].above_m),
-                    self.contacts_m2_k_w[p - 1],
-                );
-                if stage == 0 {
-                    let conductance = self.conductances[i];
-                    let (below_m, above_m) = (R::still(rows.cells[i].below_m), R::still(rows.cells[i + 1].above_m));
-                    let above = gain_across(conductance, self.conductivities[i], below_m);
-                    let below = gain_across(conductance, self.conductivities[i + 1], above_m);
-                    self.incline(i, above * self.slopes[i], below * self.slopes[i + 1]);
-                }
+                above = self.link_across(p, stage, above);
             }
+            above = self.link_within(p, stage, above);
         }
+        let last = self.second.len() - 1;
+        self.second[last] = above;
     }
 
     /// Properties of the cells of a ply that is one substance at one pressure. Columns are cut to its cells beforehand, as half
@@ -66,7 +55,7 @@ impl<R: Real> Member<'_, R> {
         let (plan, ply, density_kg_m3) = (self.plan, self.plan.plies[p], self.plies[p].density_kg_m3);
         let scale = self.states[ply.first_state as usize];
         // The row's columns, told in numbers that are known beforehand: each read would be checked against the ply's.
-        let columns = 2 * plan.properties() + if plan.gas.is_some() { GAS_COLUMNS } else { 0 };
+        let columns = 2 * plan.properties() + if GAS { GAS_COLUMNS } else { 0 };
         let table = &self.rows.tables[ply.table as usize..];
         let with_slope = stage == 0;
         let cells = ply.first_cell as usize..ply.end_cell as usize;
@@ -83,7 +72,7 @@ impl<R: Real> Member<'_, R> {
             slopes[i] = here.slope;
             evaluated[i] = density_kg_m3 * here.heat_capacity * R::still(rows[i].width_m);
         }
-        if plan.gas.is_some() {
+        if GAS {
             for i in cells {
                 let at = spot(self.temperatures[i].high + self.first[i]);
                 self.gas_at(i, self.gas_of(p, self.row_of(p, at)));
@@ -91,21 +80,71 @@ impl<R: Real> Member<'_, R> {
         }
     }
 
-    /// The slopes of the flux under a cell, from what its conductance gains by the temperatures beside it.
+    /// What flows from cell to cell of a ply, given what flows into its first; returned is what flows into its last.
     #[inline(always)]
-    pub(super) fn incline(&mut self, i: usize, above_w_m2_k2: R, below_w_m2_k2: R) {
-        let drop = difference(self.temperatures[i], self.temperatures[i + 1]);
+    fn link_within(&mut self, p: usize, stage: usize, mut above: R) -> R {
         let zero = R::constant(0.0);
-        let [above, below] = if self.plan.gas.is_some() { self.carried_slopes(i) } else { [zero, zero] };
-        self.lower[i] = flux_slope(self.conductances[i], above_w_m2_k2, drop, above);
-        self.upper[i] = flux_slope(self.conductances[i], below_w_m2_k2, -drop, below);
+        let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
+        let rows = &self.rows.cells[cells.clone()];
+        let temperatures = &self.temperatures[cells.clone()][..rows.len()];
+        let first = &self.first[cells.clone()][..rows.len()];
+        let conductivities = &self.conductivities[cells.clone()][..rows.len()];
+        let slopes = &self.slopes[cells.clone()][..rows.len()];
+        let conductances = &mut self.conductances[cells.clone()][..rows.len()];
+        let lower = &mut self.lower[cells.clone()][..rows.len()];
+        let upper = &mut self.upper[cells.clone()][..rows.len()];
+        let second = &mut self.second[cells.clone()][..rows.len()];
+        let (flows, gas_rises) =
+            if GAS { (&self.flows[cells.clone()], &self.gas_rises[cells]) } else { (&[][..], &[][..]) };
+        let mut here = raised(temperatures[0], first[0]);
+        for i in 0..rows.len() - 1 {
+            let half_over_next_1_m = R::still(rows[i].half_over_next_1_m);
+            let conductance = conductance_within(conductivities[i], conductivities[i + 1], half_over_next_1_m);
+            let next = raised(temperatures[i + 1], first[i + 1]);
+            let drop = difference(here, next);
+            if stage == 0 {
+                let [own, below] = [slopes[i], slopes[i + 1]].map(|slope| slope * half_over_next_1_m);
+                let carried = if GAS { carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1]) } else { [zero, zero] };
+                lower[i] = flux_slope(conductance, own, drop, carried[0]);
+                upper[i] = flux_slope(conductance, below, -drop, carried[1]);
+            }
+            conductances[i] = conductance;
+            let below = conductance * drop;
+            second[i] = above - below;
+            above = below;
+            here = next;
+        }
+        above
+    }
+
+    /// The same across the interface over a ply, from the last cell of the one before.
+    #[inline(always)]
+    fn link_across(&mut self, p: usize, stage: usize, above: R) -> R {
+        let (i, rows, zero) = (self.plan.plies[p].first_cell as usize - 1, &self.rows.cells, R::constant(0.0));
+        let (below_m, above_m) = (R::still(rows[i].below_m), R::still(rows[i + 1].above_m));
+        let (conductivity, next) = (self.conductivities[i], self.conductivities[i + 1]);
+        let conductance = conductance_across(conductivity, below_m, next, above_m, self.contacts_m2_k_w[p - 1]);
+        let drop = difference(self.staged(i), self.staged(i + 1));
+        if stage == 0 {
+            let own = gain_across(conductance, conductivity, below_m) * self.slopes[i];
+            let below = gain_across(conductance, next, above_m) * self.slopes[i + 1];
+            let mut carried = [zero, zero];
+            if GAS {
+                carried = carried_slopes(self.flows[i], self.gas_rises[i], self.gas_rises[i + 1]);
+            }
+            self.lower[i] = flux_slope(conductance, own, drop, carried[0]);
+            self.upper[i] = flux_slope(conductance, below, -drop, carried[1]);
+        }
+        self.conductances[i] = conductance;
+        let below = conductance * drop;
+        self.second[i] = above - below;
+        below
     }
 
     /// A cell's temperature at `T + Δ₁`.
     #[inline(always)]
     pub(super) fn staged(&self, cell: usize) -> Pair<R> {
-        let Pair { high, low } = self.temperatures[cell];
-        Pair { high, low: low + self.first[cell] }
+        raised(self.temperatures[cell], self.first[cell])
     }
 
     /// Heat into the face cell: through an open face from outside, of a held one what passes on to its
@@ -139,26 +178,13 @@ impl<R: Real> Member<'_, R> {
         FaceFlux { flux: held * onward + free * open.flux, slope: free * open.slope }
     }
 
-    /// Net heat flux into every cell at `T + Δ₁`, left in `second`.
+    /// Heat flux through the faces at `T + Δ₁`, which completes what is in `second`: the net flux into every cell.
     #[inline(always)]
     pub(super) fn imbalance(&mut self, hot: Drive<R::Scalar>, back: Drive<R::Scalar>) -> Ends<R> {
         let last = self.second.len() - 1;
         let ends = Ends { hot: self.through(0, hot, 0, 1), back: self.through(1, back, last, last - 1) };
-        let mut above = ends.hot.flux;
-        let second = &mut self.second[..last];
-        let conductances = &self.conductances[..last];
-        let temperatures = &self.temperatures[..last + 1];
-        let first = &self.first[..last + 1];
-        let mut here = Pair { high: temperatures[0].high, low: temperatures[0].low + first[0] };
-        for i in 0..last {
-            let Pair { high, low } = temperatures[i + 1];
-            let next = Pair { high, low: low + first[i + 1] };
-            let below = conductances[i] * difference(here, next);
-            second[i] = above - below;
-            above = below;
-            here = next;
-        }
-        self.second[last] = above + ends.back.flux;
+        self.second[0] = self.second[0] + ends.hot.flux;
+        self.second[last] = self.second[last] + ends.back.flux;
         ends
     }
 }

@@ -32,7 +32,7 @@ use crate::plan::layout::STATES_MAX;
 /// nothing and the member stray (J. Verwer, E. Spee, J. Blom, W. Hundsdorfer, 1999).
 const PRESSURE_GAMMA: f64 = 1.0 + std::f64::consts::FRAC_1_SQRT_2;
 
-impl<R: Real> Member<'_, R> {
+impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Gas up through the face under every cell and through the hot face at a stage, kg/m²/s.
     #[inline(always)]
     pub(super) fn flow(&mut self, step: usize, stage: usize) {

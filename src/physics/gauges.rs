@@ -9,7 +9,7 @@ use crate::plan::layout::GAUGES;
 const VIRGIN_LOST: f64 = 0.02;
 const CHAR_LOST: f64 = 0.98;
 
-impl<R: Real> Member<'_, R> {
+impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Gas out of the hot face (kg/m²/s), solid lost (kg/m²), depth of the virgin and of the char front in the virgin
     /// layup (m), largest pressure and that at the back (Pa).
     #[inline(always)]

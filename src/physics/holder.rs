@@ -16,7 +16,7 @@ pub fn flux_sideways<R: Real>(conductance_w_m2_k: R, holder_k: R, cell: Pair<R>)
     conductance_w_m2_k * ((holder_k - cell.high) - cell.low)
 }
 
-impl<R: Real> Member<'_, R> {
+impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// The holder's temperature as a stage sees it, K.
     #[inline(always)]
     fn holder_k(&self, step: usize, stage: usize) -> R {
@@ -48,25 +48,14 @@ impl<R: Real> Member<'_, R> {
         sum
     }
 
-    /// The holder's part of the system.
-    #[inline(always)]
-    pub(super) fn brace(&mut self) {
-        for p in 0..self.plies.len() {
-            let ply = &self.plan.plies[p];
-            for i in ply.first_cell as usize..ply.end_cell as usize {
-                self.diagonal[i] = self.diagonal[i] + self.conductance_sideways(p, i) * R::fixed(GAMMA);
-            }
-        }
-    }
-
-    /// Add the heat from the holder over a step: the stages' mean, and the scheme's own implicit part.
+    /// Add the heat from the holder over a step, whose increments are in `second`: the stages' mean, and the scheme's own implicit part.
     #[inline(always)]
     pub(super) fn account_sideways(&mut self, step: usize, start: R, end: R) {
         let mut taken = R::constant(0.0);
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                taken = taken + self.conductance_sideways(p, i) * (self.first[i] + self.second[i]);
+                taken = taken + self.conductance_sideways(p, i) * self.second[i];
             }
         }
         let half_length = R::constant(0.5) * R::of(self.rows.lengths_s[step]);

@@ -8,12 +8,14 @@ use super::material::{
     PlyScale, StateScale, conductance_across, conductance_within, ply_scale, remaining, state_scale,
 };
 use super::reading::{covered, followed, reading};
+use super::step::Edge;
 use super::table::{integral, spot};
 use crate::plan::layout::{HEATS, Ply};
 use crate::plan::{GasPath, Plan, Rows};
 
-/// One member, or lanes of them, on its way.
-pub struct Member<'a, R: Real> {
+/// One member, or lanes of them, on its way. Whether gas flows is told beforehand: a march without is then a text of its own, for which
+/// the compiler has registers enough.
+pub struct Member<'a, R: Real, const GAS: bool> {
     pub(super) plan: &'a Plan,
     pub(super) rows: &'a Rows<R::Scalar>,
     pub(super) plies: Vec<PlyScale<R>>,
@@ -33,6 +35,8 @@ pub struct Member<'a, R: Real> {
     pub(super) extremes_k: Vec<(R, R)>,
     /// The step on which each lane strayed.
     pub(super) strayed: Vec<Option<usize>>,
+    /// What the faces do to their cells over the step.
+    pub(super) edges: [Edge<R>; 2],
     pub(super) conductivities: Vec<R>,
     /// Slope of the conductivity of each cell, W/m/K².
     pub(super) slopes: Vec<R>,
@@ -108,7 +112,7 @@ pub(super) struct Ends<R> {
     pub(super) back: FaceFlux<R>,
 }
 
-impl<'a, R: Real> Member<'a, R> {
+impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     /// Members at the start, from their columns: column 0 is one, the others their factors.
     #[inline(always)]
     pub fn start(plan: &'a Plan, rows: &'a Rows<R::Scalar>, column: impl Fn(u32) -> R + Copy) -> Self {
@@ -127,7 +131,7 @@ impl<'a, R: Real> Member<'a, R> {
             })
             .unzip();
         let reactions = cells * plan.reactions;
-        let flowing = if plan.gas.is_some() { cells } else { 0 };
+        let flowing = if GAS { cells } else { 0 };
         let darcy = if plan.gas == Some(GasPath::Darcy) { cells } else { 0 };
         let outside = Pair { high: R::of(rows.drives[0].pressure_pa), low: zero };
         let sealed = Porous { storage: zero, mobility_s: zero, slip_pa: zero, inertia_m_pa2: zero };
@@ -157,6 +161,7 @@ impl<'a, R: Real> Member<'a, R> {
             stored_j_m2: zero,
             extremes_k: vec![(R::constant(1e9), zero); plan.plies.len()],
             strayed: vec![None; R::LANES],
+            edges: [Edge { held: R::fixed(0.0), rise_k: R::fixed(0.0), driven: zero, slope: zero, let_out: zero }; 2],
             conductivities: vec![zero; cells],
             slopes: vec![zero; cells],
             conductances: vec![zero; cells],
@@ -230,7 +235,7 @@ impl<'a, R: Real> Member<'a, R> {
         let conductivity = self.conductivity_now(ply, i, step);
         let next = self.conductivity_now(place.ply_below as usize, i + 1, step);
         let mut conductance = self.conductances[i];
-        if self.plan.reactions > 0 {
+        if GAS && self.plan.reactions > 0 {
             conductance = if place.ply_above == place.ply_below {
                 conductance_within(conductivity, next, R::still(cells[i].half_over_next_1_m))
             } else {

@@ -12,9 +12,20 @@ use crate::plan::GasPath;
 use crate::plan::layout::{AIR_PROPERTIES, FACE_COLUMNS, STATES_MAX};
 
 /// Share of a cell's capacity at which the restraint of its reactions is half of itself.
-const EASE: f64 = 0.3;
+pub(super) const EASE: f64 = 0.3;
 
-impl<'a, R: Real> Member<'a, R> {
+/// The reactions' part of the system, where they take up heat. Without it steps longer than a reaction needs to
+/// swing the heat it takes blow up. What it adds is not what was lost times the heat of reaction, though, so that it
+/// fades where steps are short: by `x/(x + 0.3)` for the share `x` of the capacity it is (with 1 a few of the
+/// furthest members blew up, with 0 temperatures were off by half as much again). Of a reaction that gives heat it
+/// is left out, as it would take from the diagonal.
+#[inline(always)]
+pub(super) fn restraint<R: Real>(rises_w_m2_k: R, capacity: R, eased_1_s: R::Still) -> R {
+    let stiff = rises_w_m2_k * R::fixed(GAMMA);
+    stiff * (stiff / (capacity * eased_1_s + stiff))
+}
+
+impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     /// Mass of a state of a ply where it has replaced all the virgin material, over the mass of that.
     #[inline(always)]
     pub(super) fn remains_of(&self, ply: usize, state: usize) -> R {
@@ -140,7 +151,7 @@ impl<'a, R: Real> Member<'a, R> {
         self.conductivities[i] = here.conductivity;
         self.slopes[i] = here.slope;
         self.evaluated[i] = here.heat_capacity * R::still(self.rows.cells[i].width_m);
-        if self.plan.gas.is_some() {
+        if GAS {
             self.gas_at(i, self.gas_of(p, row));
         }
     }
@@ -159,7 +170,6 @@ impl<'a, R: Real> Member<'a, R> {
         lead_s: R::Still,
         with_slope: bool,
     ) -> Solid<R> {
-        let parts = self.plan.parts;
         let phases = self.phases_of(p, i, lead_s);
         let density = self.mass_left(p, phases);
         let stretch = self.stretch_of(p, density);
@@ -167,26 +177,39 @@ impl<'a, R: Real> Member<'a, R> {
         let inverse = R::constant(1.0) / (density * stretch);
         let weights = self.weights_of(p, phases, inverse * stretch);
         let per_stretch = inverse * density;
-        let zero = R::constant(0.0);
-        let (mut conducts, mut slope, mut stores) = (zero, zero, zero);
-        for state in 0..STATES_MAX {
-            if state >= self.plan.plies[p].states as usize {
-                break;
-            }
-            let scale = self.states[self.plan.plies[p].first_state as usize + state];
-            let mut here = solid(self.state_of(state, row), parts, scale, with_slope);
-            if self.plan.levels > 1 {
-                let over = self.row_of(p, levelled(at, level)[1]);
-                let more = solid(self.state_of(state, over), parts, scale, with_slope);
-                here.conductivity = here.conductivity + level.share * (more.conductivity - here.conductivity);
-                here.slope = here.slope + level.share * (more.slope - here.slope);
-            }
-            conducts = conducts + weights[state] * here.conductivity;
-            slope = slope + weights[state] * here.slope;
-            stores =
-                stores + phases[state] * self.remains_of(p, state) * (self.plies[p].density_kg_m3 * here.heat_capacity);
+        let mut here = self.of_states(p, row, phases, weights, with_slope);
+        if self.plan.levels > 1 {
+            let over = self.of_states(p, self.row_of(p, levelled(at, level)[1]), phases, weights, with_slope);
+            here.conductivity = here.conductivity + level.share * (over.conductivity - here.conductivity);
+            here.slope = here.slope + level.share * (over.slope - here.slope);
         }
-        Solid { conductivity: conducts * per_stretch, slope: slope * per_stretch, heat_capacity: stores }
+        Solid { conductivity: here.conductivity * per_stretch, slope: here.slope * per_stretch, ..here }
+    }
+
+    /// What the states of such a cell are like together, by a row of their tables: conductivity by their weights, heat capacity by
+    /// their volumes. As little as may be stands in this loop: the compiler unrolls short ones, which keeps phases in registers.
+    #[inline(always)]
+    fn of_states(
+        &self,
+        p: usize,
+        row: Segment<'a, R>,
+        phases: [R; STATES_MAX],
+        weights: [R; STATES_MAX],
+        with_slope: bool,
+    ) -> Solid<R> {
+        let zero = R::constant(0.0);
+        let mut sum = Solid { conductivity: zero, slope: zero, heat_capacity: zero };
+        for state in 0..STATES_MAX {
+            if state < self.plan.plies[p].states as usize {
+                let scale = self.states[self.plan.plies[p].first_state as usize + state];
+                let here = solid(self.state_of(state, row), self.plan.parts, scale, with_slope);
+                let volume = phases[state] * self.remains_of(p, state);
+                sum.conductivity = sum.conductivity + weights[state] * here.conductivity;
+                sum.slope = sum.slope + weights[state] * here.slope;
+                sum.heat_capacity = sum.heat_capacity + volume * (self.plies[p].density_kg_m3 * here.heat_capacity);
+            }
+        }
+        sum
     }
 
     /// Conductivity of a cell with the composition of the instant at hand, W/m/K. Stages see that of another one, by which
@@ -194,7 +217,7 @@ impl<'a, R: Real> Member<'a, R> {
     #[inline(always)]
     pub(super) fn conductivity_now(&self, p: usize, i: usize, step: usize) -> R {
         let ply = self.plan.plies[p];
-        if ply.end_reaction == ply.first_reaction {
+        if !GAS || ply.end_reaction == ply.first_reaction {
             return self.conductivities[i];
         }
         let at = spot(self.temperatures[i].high);
@@ -361,20 +384,6 @@ impl<'a, R: Real> Member<'a, R> {
         }
         if i == self.made.len() - 1 {
             self.given_ends[1] = given;
-        }
-    }
-
-    /// The reactions' part of the system, where they take up heat. Without it steps longer than a reaction needs to
-    /// swing the heat it takes blow up. What it adds is not what was lost times the heat of reaction, though, so that it
-    /// fades where steps are short: by `x/(x + 0.3)` for the share `x` of the capacity it is (with 1 a few of the
-    /// furthest members blew up, with 0 temperatures were off by half as much again). Of a reaction that gives heat it
-    /// is left out, as it would take from the diagonal.
-    #[inline(always)]
-    pub(super) fn restrain(&mut self, step: usize) {
-        let per_length = R::fixed(EASE) / R::still(self.rows.lengths_s[step]);
-        for i in 0..self.restraints.len() {
-            let stiff = self.restraints[i] * R::fixed(GAMMA);
-            self.diagonal[i] = self.diagonal[i] + stiff * (stiff / (self.capacities[i] * per_length + stiff));
         }
     }
 }

@@ -20,7 +20,8 @@ use super::Real;
 use super::compensated::advanced;
 use super::faces::FaceFlux;
 use super::member::{Ends, Member};
-use super::tridiagonal::{factorise, substitute};
+use super::reacting::{EASE, restraint};
+use super::tridiagonal::{ascended, descended, eliminated};
 use crate::plan::layout::{TABLE_NODES, TABLE_STEP_K};
 
 pub(super) const GAMMA: f64 = 0.292_893_218_813_452_4;
@@ -29,7 +30,48 @@ const STRAY_MARGIN_K: f32 = 1.0;
 /// From the margin to the last node of the tables.
 const STRAY_SPAN_K: f32 = STRAY_MARGIN_K + TABLE_STEP_K as f32 * (TABLE_NODES as f32 - 1.0);
 
-impl<R: Real> Member<'_, R> {
+/// What a face does to the row of its cell.
+#[derive(Clone, Copy)]
+pub(super) struct Edge<R: Real> {
+    /// One where it follows its schedule, and how much that rises over the step, K.
+    pub(super) held: R::Still,
+    pub(super) rise_k: R::Still,
+    /// γr, W/m², and γ times the slopes of what comes in and of the heat that gas takes out, W/m²/K.
+    pub(super) driven: R,
+    pub(super) slope: R,
+    pub(super) let_out: R,
+}
+
+/// A cell's row of the system on its way into it.
+#[derive(Clone, Copy)]
+struct Row<R> {
+    lower: R,
+    diagonal: R,
+    upper: R,
+    side: R,
+}
+
+impl<R: Real> Edge<R> {
+    /// The row with what the face does to it.
+    #[inline(always)]
+    fn bounds(self, row: Row<R>) -> Row<R> {
+        let free = R::fixed(1.0) - self.held;
+        Row {
+            lower: row.lower * free,
+            diagonal: (row.diagonal + self.let_out - self.slope) * free + self.held,
+            upper: row.upper * free,
+            side: (row.side + self.driven) * free + self.held * self.rise_k,
+        }
+    }
+
+    /// The right-hand side of the second stage.
+    #[inline(always)]
+    fn corrects(self, side: R) -> R {
+        (side - self.driven) * (R::fixed(1.0) - self.held) - self.held * self.rise_k
+    }
+}
+
+impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Read the sensors at the start of a step, then march it; past the last step, only read. `note` is
     /// called between the two.
     #[inline(always)]
@@ -39,10 +81,9 @@ impl<R: Real> Member<'_, R> {
         let none = FaceFlux { flux: R::constant(0.0), slope: R::constant(0.0) };
         let mut start = Ends { hot: none, back: none };
         let mut onward = [[none.flux; 2]; 2];
-        let mut driven = [none.flux; 2];
         let mut start_sideways = none.flux;
         for stage in 0..2 {
-            if self.plan.gas.is_some() {
+            if GAS {
                 self.react(step, stage);
                 self.flow(step, stage);
                 self.outflow = self.leaving[stage];
@@ -57,7 +98,7 @@ impl<R: Real> Member<'_, R> {
                 }
             }
             let mut ends = self.imbalance(self.rows.drives[4 * step + stage], self.rows.drives[4 * step + 2 + stage]);
-            if self.plan.gas.is_some() {
+            if GAS {
                 ends = self.warm(step, stage, ends);
             }
             let sideways = if self.plan.has_holder { self.exchange(step, stage) } else { none.flux };
@@ -65,15 +106,12 @@ impl<R: Real> Member<'_, R> {
                 start = ends;
                 start_sideways = sideways;
                 onward = [[self.lower[0], self.upper[0]], [self.upper[last - 1], self.lower[last - 1]]];
-                driven = self.driven(step, &start);
-                self.assemble(step, &start, driven);
+                self.edges = self.edged(step, &start);
+                self.assemble(step);
+                self.ascend();
             } else {
-                self.correct(step, driven);
-            }
-            substitute(&self.lower, &self.diagonal, &self.upper, &mut self.second);
-            if stage == 0 {
-                self.first.copy_from_slice(&self.second);
-            } else {
+                self.correct(step);
+                self.update(step);
                 self.account(0, step, start.hot, ends.hot, onward[0], 0, 1);
                 self.account(1, step, start.back, ends.back, onward[1], last, last - 1);
                 if self.plan.has_holder {
@@ -81,7 +119,6 @@ impl<R: Real> Member<'_, R> {
                 }
             }
         }
-        self.update(step);
     }
 
     /// The rise of a held face over a step, K.
@@ -91,77 +128,115 @@ impl<R: Real> Member<'_, R> {
         R::still(drives[4 * step + 2 * face + 1].held_k) - R::still(drives[4 * step + 2 * face].held_k)
     }
 
-    /// γr: by how much the schedules raise the flux through a face over a step, W/m²; of a held face nothing.
+    /// What the faces do to the rows of their cells, from the slopes at the start and γr: by how much the schedules raise the flux
+    /// through a face over a step, W/m²; of a held face nothing.
     #[inline(always)]
-    fn driven(&self, step: usize, start: &Ends<R>) -> [R; 2] {
+    fn edged(&self, step: usize, start: &Ends<R>) -> [Edge<R>; 2] {
         let last = self.second.len() - 1;
-        let gamma = R::fixed(GAMMA);
         let hot = self.through(0, self.rows.drives[4 * step + 1], 0, 1);
         let back = self.through(1, self.rows.drives[4 * step + 3], last, last - 1);
-        [(hot.flux - start.hot.flux) * gamma, (back.flux - start.back.flux) * gamma]
+        let zero = R::constant(0.0);
+        [(0, hot, start.hot), (last, back, start.back)].map(|(cell, end, start)| {
+            let face = usize::from(cell == last);
+            Edge {
+                held: R::still(self.rows.faces[face].held),
+                rise_k: self.rise(face, step),
+                driven: (end.flux - start.flux) * R::fixed(GAMMA),
+                slope: start.slope * R::fixed(GAMMA),
+                let_out: if GAS { self.let_out_heat(face, cell) } else { zero },
+            }
+        })
     }
 
-    /// The system of both stages, factored, and the right-hand side of the first. What leaves one cell enters
-    /// the next, so the columns of K sum to nothing.
+    /// The system of both stages, factored, and on the way down the right-hand side of the first. What leaves one cell
+    /// enters the next, so the columns of K sum to nothing. All in one go over the cells: to write a column and to read it again
+    /// takes longer than most of what is done to it.
     #[inline(always)]
-    fn assemble(&mut self, step: usize, start: &Ends<R>, driven: [R; 2]) {
+    fn assemble(&mut self, step: usize) {
         let last = self.second.len() - 1;
-        let gamma = R::fixed(GAMMA);
+        let (gamma, zero) = (R::fixed(GAMMA), R::constant(0.0));
         let per_length = R::fixed(1.0) / R::still(self.rows.lengths_s[step]);
-        self.lower[last] = R::constant(0.0);
-        self.upper[last] = R::constant(0.0);
-        let mut arriving = R::constant(0.0);
-        let mut returned = R::constant(0.0);
-        let lower = &mut self.lower[..];
-        let upper = &mut self.upper[..lower.len()];
-        let diagonal = &mut self.diagonal[..lower.len()];
-        let capacities = &mut self.capacities[..lower.len()];
-        let evaluated = &self.evaluated[..lower.len()];
-        for i in 0..lower.len() {
-            let leaving = lower[i];
-            capacities[i] = evaluated[i];
-            diagonal[i] = capacities[i] * per_length + (returned + leaving) * gamma;
-            returned = upper[i];
-            lower[i] = -(arriving * gamma);
-            upper[i] = -(returned * gamma);
-            arriving = leaving;
+        let eased = R::fixed(EASE) / R::still(self.rows.lengths_s[step]);
+        let (has_holder, rows, edges) = (self.plan.has_holder, self.rows, self.edges);
+        self.lower[last] = zero;
+        self.upper[last] = zero;
+        std::mem::swap(&mut self.capacities, &mut self.evaluated);
+        let (mut arriving, mut returned) = (zero, zero);
+        let (mut reciprocal, mut upper_before, mut before) = (zero, zero, zero);
+        for p in 0..self.plies.len() {
+            let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
+            let (first, holder_w_m3_k) = (cells.start, self.plies[p].holder_w_m3_k);
+            let capacities = &self.capacities[cells.clone()];
+            let lower = &mut self.lower[cells.clone()][..capacities.len()];
+            let diagonal = &mut self.diagonal[cells.clone()][..capacities.len()];
+            let upper = &mut self.upper[cells.clone()][..capacities.len()];
+            let second = &mut self.second[cells.clone()][..capacities.len()];
+            let restraints = if GAS { &self.restraints[cells] } else { &[][..] };
+            for i in 0..capacities.len() {
+                let (leaving, below) = (lower[i], upper[i]);
+                let mut row = Row {
+                    lower: -(arriving * gamma),
+                    diagonal: capacities[i] * per_length + (returned + leaving) * gamma,
+                    upper: -(below * gamma),
+                    side: second[i],
+                };
+                (arriving, returned) = (leaving, below);
+                if has_holder {
+                    let sideways = holder_w_m3_k * R::still(rows.cells[first + i].width_m);
+                    row.diagonal = row.diagonal + sideways * gamma;
+                }
+                if GAS {
+                    row.diagonal = row.diagonal + restraint(restraints[i], capacities[i], eased);
+                }
+                if first + i == 0 || first + i == last {
+                    row = edges[usize::from(first + i == last)].bounds(row);
+                }
+                let [under, inverse] = eliminated(row.lower, row.diagonal, reciprocal, upper_before);
+                before = descended(row.side, under, before);
+                (reciprocal, upper_before) = (inverse, row.upper);
+                lower[i] = under;
+                diagonal[i] = inverse;
+                upper[i] = row.upper * inverse;
+                second[i] = before;
+            }
         }
-        if self.plan.has_holder {
-            self.brace();
-        }
-        if self.plan.gas.is_some() {
-            self.restrain(step);
-            self.let_out_heat();
-        }
-        for (cell, face, slope) in [(0, 0, start.hot.slope), (last, 1, start.back.slope)] {
-            let held = R::still(self.rows.faces[face].held);
-            let free = R::fixed(1.0) - held;
-            self.diagonal[cell] = (self.diagonal[cell] - slope * gamma) * free + held;
-            self.second[cell] = (self.second[cell] + driven[face]) * free + held * self.rise(face, step);
-            self.lower[cell] = self.lower[cell] * free;
-            self.upper[cell] = self.upper[cell] * free;
-        }
-        factorise(&mut self.lower, &mut self.diagonal, &mut self.upper);
     }
 
-    /// The right-hand side of the second stage.
+    /// The increments of the first stage, on the way up.
     #[inline(always)]
-    fn correct(&mut self, step: usize, driven: [R; 2]) {
+    fn ascend(&mut self) {
+        let first = &mut self.first[..];
+        let second = &self.second[..first.len()];
+        let diagonal = &self.diagonal[..first.len()];
+        let upper = &self.upper[..first.len()];
+        let mut before = R::constant(0.0);
+        for i in (0..first.len()).rev() {
+            before = ascended(second[i], diagonal[i], upper[i], before);
+            first[i] = before;
+        }
+    }
+
+    /// The right-hand side of the second stage, on the way down.
+    #[inline(always)]
+    fn correct(&mut self, step: usize) {
         let last = self.second.len() - 1;
         let per_length = R::fixed(1.0) / R::still(self.rows.lengths_s[step]);
+        let edges = self.edges;
         let second = &mut self.second[..];
         let first = &self.first[..second.len()];
+        let lower = &self.lower[..second.len()];
         let capacities = &self.capacities[..second.len()];
         let evaluated = &self.evaluated[..second.len()];
+        let mut before = R::constant(0.0);
         for i in 0..second.len() {
             let weight = capacities[i] / evaluated[i];
             let carried = capacities[i] * per_length * first[i];
-            second[i] = weight * second[i] - (carried + carried);
-        }
-        for (cell, face) in [(0, 0), (last, 1)] {
-            let held = R::still(self.rows.faces[face].held);
-            let free = R::fixed(1.0) - held;
-            self.second[cell] = (self.second[cell] - driven[face]) * free - held * self.rise(face, step);
+            let mut side = weight * second[i] - (carried + carried);
+            if i == 0 || i == last {
+                side = edges[usize::from(i == last)].corrects(side);
+            }
+            before = descended(side, lower[i], before);
+            second[i] = before;
         }
     }
 
@@ -178,8 +253,7 @@ impl<R: Real> Member<'_, R> {
         cell: usize,
         neighbour: usize,
     ) {
-        let sum = self.first[cell] + self.second[cell];
-        let beside = self.first[neighbour] + self.second[neighbour];
+        let (sum, beside) = (self.second[cell], self.second[neighbour]);
         let held = R::still(self.rows.faces[face].held);
         let implicit = start.slope * sum + (onward[0] * sum - onward[1] * beside) * held;
         let half_length = R::fixed(0.5) * R::still(self.rows.lengths_s[step]);
@@ -189,23 +263,30 @@ impl<R: Real> Member<'_, R> {
         self.heat[2 * face + 1] = advanced(self.heat[2 * face + 1], (-amount).max(zero));
     }
 
-    /// Take the increments into the temperatures, and watch where they go: a ply's coldest and hottest cell are looked at, and
-    /// the sum of all, as what is no number is neither.
+    /// The increments of the second stage, on the way up, and with those of the first into the temperatures; both together stay in
+    /// `second`. Watched is where temperatures go: a ply's coldest and hottest cell are looked at, and the sum of all, as what is
+    /// no number is neither.
     #[inline(always)]
     fn update(&mut self, step: usize) {
         let margin_k = R::fixed(f64::from(STRAY_MARGIN_K));
-        for p in 0..self.plies.len() {
+        let zero = R::constant(0.0);
+        let mut before = zero;
+        for p in (0..self.plies.len()).rev() {
             let ply = &self.plan.plies[p];
             let cells = ply.first_cell as usize..ply.end_cell as usize;
             let temperatures = &mut self.temperatures[cells.clone()];
             let first = &mut self.first[cells.clone()][..temperatures.len()];
-            let second = &self.second[cells][..temperatures.len()];
+            let second = &mut self.second[cells.clone()][..temperatures.len()];
+            let diagonal = &self.diagonal[cells.clone()][..temperatures.len()];
+            let upper = &self.upper[cells][..temperatures.len()];
             let (mut coldest, mut hottest) = self.extremes_k[p];
-            let mut sum = R::constant(0.0);
-            for i in 0..temperatures.len() {
-                let increment = first[i] * R::fixed(1.5) + second[i] * R::fixed(0.5);
+            let mut sum = zero;
+            for i in (0..temperatures.len()).rev() {
+                before = ascended(second[i], diagonal[i], upper[i], before);
+                let increment = first[i] * R::fixed(1.5) + before * R::fixed(0.5);
+                second[i] = first[i] + before;
+                first[i] = zero;
                 temperatures[i] = advanced(temperatures[i], increment);
-                first[i] = R::constant(0.0);
                 let high = temperatures[i].high;
                 coldest = coldest.min(high);
                 hottest = hottest.max(high);

@@ -9,7 +9,8 @@
 //!
 //! `l[0]` and the last `u` are not read. The march's matrices are diagonally dominant, so that no pivot
 //! vanishes. Factored once, solved for two right-hand sides a step. Every cell waits for the one before it, so what
-//! can be multiplied beforehand is: on a processor the wait is what a system costs.
+//! can be multiplied beforehand is: on a processor the wait is what a system costs. A step goes down and up row by row, each
+//! with what else is to be done to its cell; where there is nothing else, the functions over all rows do.
 
 use super::Real;
 
@@ -25,6 +26,26 @@ pub fn settled<R: Real>(value: R) -> R {
     value.settled(R::constant(LEAST))
 }
 
+/// Of a row on the way down the ratio `l/d'` and the reciprocal of the pivot `d'`, from the reciprocal pivot and the upper
+/// coefficient of the row above.
+#[inline(always)]
+pub fn eliminated<R: Real>(lower: R, diagonal: R, before: R, upper_before: R) -> [R; 2] {
+    let product = lower * upper_before;
+    [lower * before, R::constant(1.0) / (diagonal - product * before)]
+}
+
+/// The right-hand side of a row on the way down, from that of the row above.
+#[inline(always)]
+pub fn descended<R: Real>(side: R, under: R, before: R) -> R {
+    settled(side - under * before)
+}
+
+/// The unknown of a row on the way up, from that of the row below.
+#[inline(always)]
+pub fn ascended<R: Real>(side: R, reciprocal: R, over: R, before: R) -> R {
+    settled(side * reciprocal - over * before)
+}
+
 /// Turn the lower coefficients into ratios `l/d'`, the diagonal into reciprocals of the pivots `d'` and the upper
 /// coefficients into ratios `u/d'`.
 #[inline(always)]
@@ -32,10 +53,8 @@ pub fn factorise<R: Real>(lower: &mut [R], diagonal: &mut [R], upper: &mut [R]) 
     diagonal[0] = R::constant(1.0) / diagonal[0];
     for i in 1..diagonal.len() {
         let before = diagonal[i - 1];
-        let product = lower[i] * upper[i - 1];
-        lower[i] = lower[i] * before;
+        [lower[i], diagonal[i]] = eliminated(lower[i], diagonal[i], before, upper[i - 1]);
         upper[i - 1] = upper[i - 1] * before;
-        diagonal[i] = R::constant(1.0) / (diagonal[i] - product * before);
     }
 }
 
@@ -46,14 +65,14 @@ pub fn substitute<R: Real>(under: &[R], reciprocals: &[R], over: &[R], side: &mu
     // Held on to, as to write it and read it again takes longer than to work it out.
     let mut before = side[0];
     for i in 1..=last {
-        before = settled(side[i] - under[i] * before);
+        before = descended(side[i], under[i], before);
         side[i] = before;
     }
     before = settled(before * reciprocals[last]);
     side[last] = before;
     for back in 1..=last {
         let i = last - back;
-        before = settled(side[i] * reciprocals[i] - over[i] * before);
+        before = ascended(side[i], reciprocals[i], over[i], before);
         side[i] = before;
     }
 }
