@@ -135,19 +135,23 @@ fn account(face: u32, step: u32, start: FaceFlux, end: FaceFlux, onward: vec2<re
 fn update(step: u32) {
     for (var p = 0u; p < run.plies; p++) {
         var sum = real(0.0);
+        var low = coldest[p];
+        var high = hottest[p];
         for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
             let increment = 1.5 * first[i] + 0.5 * second[i];
-            temperatures[i] = advanced(temperatures[i], increment);
+            let now = advanced(temperatures[i], increment);
+            temperatures[i] = now;
             first[i] = 0.0;
-            let high = temperatures[i].high;
-            coldest[p] = min(coldest[p], high);
-            hottest[p] = max(hottest[p], high);
-            sum = sum + high;
+            low = min(low, now.high);
+            high = max(high, now.high);
+            sum = sum + now.high;
         }
+        coldest[p] = low;
+        hottest[p] = high;
         // The bits of a float that is no number, or below zero, are above those of every one in range.
         let watched = vec3<u32>(
-            bitcast<u32>(f32(coldest[p] + STRAY_MARGIN_K)),
-            bitcast<u32>(f32(hottest[p] + STRAY_MARGIN_K)),
+            bitcast<u32>(f32(low + STRAY_MARGIN_K)),
+            bitcast<u32>(f32(high + STRAY_MARGIN_K)),
             bitcast<u32>(f32(sum + STRAY_MARGIN_K)),
         );
         let span = bitcast<u32>(f32(STRAY_SPAN_K));
