@@ -1,9 +1,11 @@
-// Rows and bindings: twin of src/plan/layout.rs, field for field; the only file with bindings.
+// Rows and bindings: twin of src/plan/layout.rs, field for field; the only file with bindings. Rows begin on 16 bytes,
+// as arrays of uniforms must: what is the same for all members and steps is uniform, which a software device reads at
+// once where it picks storage up member by member, and hardware from memory made for it.
 
 // Lengths of short loops come at run time, so that drivers do not unroll a step of many plies and so that one text
 // serves every clock. What compiling costs (9 s cold on lavapipe at 160 cells) comes with the private arrays.
 struct Run {
-    first_step: u32,
+    @align(16) first_step: u32,
     end_step: u32,
     steps: u32,
     members: u32,
@@ -16,7 +18,7 @@ struct Run {
 }
 
 struct Cell {
-    width_m: real,
+    @align(16) width_m: real,
     above_m: real,
     below_m: real,
     half_over_next_1_m: real,
@@ -24,14 +26,14 @@ struct Cell {
 }
 
 struct Face {
-    film_w_m2_k: real,
+    @align(16) film_w_m2_k: real,
     hot_wall_kg_j: real,
     blowing: real,
     held: real,
 }
 
 struct Drive {
-    flux_w_m2: real,
+    @align(16) flux_w_m2: real,
     radiant_w_m2: real,
     gas_k: real,
     surroundings_k: real,
@@ -41,7 +43,7 @@ struct Drive {
 }
 
 struct Sensor {
-    above: real,
+    @align(16) above: real,
     below: real,
     above_m: real,
     below_m: real,
@@ -49,7 +51,7 @@ struct Sensor {
 }
 
 struct Place {
-    cell: u32,
+    @align(16) cell: u32,
     ply_above: u32,
     ply_below: u32,
     depth: u32,
@@ -60,12 +62,12 @@ struct Place {
 }
 
 struct Bead {
-    start: real,
+    @align(16) start: real,
     end: real,
 }
 
 struct Ply {
-    first_cell: u32,
+    @align(16) first_cell: u32,
     end_cell: u32,
     table: u32,
     columns: u32,
@@ -86,7 +88,7 @@ struct Ply {
 }
 
 struct Conduction {
-    whole: u32,
+    @align(16) whole: u32,
     solid: u32,
     gas: u32,
     radiative: u32,
@@ -94,14 +96,14 @@ struct Conduction {
 }
 
 struct Scaling {
-    heating: u32,
+    @align(16) heating: u32,
     film: u32,
     exchange: u32,
     emissivity: u32,
 }
 
 struct Bulk {
-    density_kg_m3: real,
+    @align(16) density_kg_m3: real,
     shrinkage: real,
     by_volume: real,
     absolute: real,
@@ -109,7 +111,7 @@ struct Bulk {
 }
 
 struct Substance {
-    remains: real,
+    @align(16) remains: real,
     porosity: real,
     permeability_m2: real,
     slip_pa_k: real,
@@ -118,7 +120,7 @@ struct Substance {
 }
 
 struct Reaction {
-    rate_1_s: real,
+    @align(16) rate_1_s: real,
     activation_k: real,
     order: real,
     onset_k: real,
@@ -129,25 +131,26 @@ struct Reaction {
 }
 
 struct Path {
-    source: u32,
+    @align(16) source: u32,
     product: u32,
 }
 
 @group(0) @binding(0) var<uniform> run: Run;
-@group(0) @binding(1) var<storage, read> cells: array<Cell>;
-@group(0) @binding(2) var<storage, read> plies: array<Ply>;
-@group(0) @binding(3) var<storage, read> bulks: array<Bulk>;
+@group(0) @binding(1) var<uniform> cells: array<Cell, CELLS>;
+@group(0) @binding(2) var<uniform> plies: array<Ply, PLIES>;
+@group(0) @binding(3) var<uniform> bulks: array<Bulk, PLIES>;
 // Of each interface, m²K/W.
 @group(0) @binding(4) var<storage, read> contacts: array<real>;
 // Hot, back.
-@group(0) @binding(5) var<storage, read> faces: array<Face>;
-@group(0) @binding(6) var<storage, read> scalings: array<Scaling>;
+@group(0) @binding(5) var<uniform> faces: array<Face, 2>;
+@group(0) @binding(6) var<uniform> scalings: array<Scaling, 2>;
 // Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the end.
 @group(0) @binding(7) var<storage, read> drives: array<Drive>;
 @group(0) @binding(8) var<storage, read> lengths: array<real>;
-@group(0) @binding(9) var<storage, read> tables: array<real>;
-@group(0) @binding(10) var<storage, read> sensors: array<Sensor>;
-@group(0) @binding(11) var<storage, read> places: array<Place>;
+// Two properties in four words, each with its rise to the next node; or zeros, where they are texels.
+@group(0) @binding(9) var<storage, read> tables: array<vec4<real>>;
+@group(0) @binding(10) var<uniform> sensors: array<Sensor, SENSORS>;
+@group(0) @binding(11) var<uniform> places: array<Place, SENSORS>;
 // Step × sensor.
 @group(0) @binding(12) var<storage, read> beads: array<Bead>;
 // The instant at the start of each step, and at the end of the last.
@@ -163,10 +166,20 @@ struct Path {
 @group(0) @binding(17) var<storage, read_write> progress: array<u32>;
 
 // Ply × state, ply × reaction, ply × reaction, ply × state.
-@group(0) @binding(18) var<storage, read> substances: array<Substance>;
-@group(0) @binding(19) var<storage, read> reactions: array<Reaction>;
-@group(0) @binding(20) var<storage, read> paths: array<Path>;
-@group(0) @binding(21) var<storage, read> conductions: array<Conduction>;
+@group(0) @binding(18) var<uniform> substances: array<Substance, SUBSTANCES>;
+@group(0) @binding(19) var<uniform> reactions: array<Reaction, PATHS>;
+@group(0) @binding(20) var<uniform> paths: array<Path, PATHS>;
+@group(0) @binding(21) var<uniform> conductions: array<Conduction, SUBSTANCES>;
+// The tables, TEXELS_ABREAST of their fours in a row, where the device reads texels faster; or a row of zeros, where they are not.
+@group(0) @binding(22) var texels: texture_storage_2d<rgba32float, read>;
+
+// A four of the columns of the tables.
+fn four(place: u32) -> vec4<real> {
+    if TEXELS {
+        return vec4<real>(textureLoad(texels, vec2<u32>(place % TEXELS_ABREAST, place / TEXELS_ABREAST)));
+    }
+    return tables[place];
+}
 
 // A column of the ensemble for this member; column 0 is one.
 fn column(index: u32) -> real {

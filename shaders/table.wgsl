@@ -13,16 +13,16 @@ fn spot(temperature_k: real) -> Spot {
 }
 
 struct Segment {
-    first: u32,
+    first_four: u32,
     share: real,
 }
 
 fn segment(spot: Spot, columns: u32, offset: u32) -> Segment {
-    return Segment(offset + columns * spot.row, spot.share);
+    return Segment((offset + columns * spot.row) / ABREAST, spot.share);
 }
 
 fn beyond(segment: Segment, properties: u32) -> Segment {
-    return Segment(segment.first + 2u * properties, segment.share);
+    return Segment(segment.first_four + 2u * properties / ABREAST, segment.share);
 }
 
 fn value(segment: Segment, property: u32) -> real {
@@ -38,6 +38,10 @@ fn integral(segment: Segment, property: u32) -> real {
 }
 
 fn two(segment: Segment, property: u32) -> array<real, 2> {
-    let column = segment.first + 2u * property;
-    return array<real, 2>(tables[column], tables[column + 1u]);
+    let column = 2u * property;
+    let four = four(segment.first_four + column / ABREAST);
+    if column % ABREAST == 0u {
+        return array<real, 2>(four.x, four.y);
+    }
+    return array<real, 2>(four.z, four.w);
 }

@@ -2,7 +2,8 @@
 
 use crate::ending::{Ending, Failure};
 use bondline::march::Precision;
-use bondline::march::gpu::device::{self, Adapter, Device, SelfTests};
+use bondline::march::gpu::device::{self, Adapter, Device};
+use bondline::march::gpu::self_tests::SelfTests;
 use bondline::report::summary::wrapped;
 use serde_json::{Value, json};
 use std::fmt::Write;

@@ -1,7 +1,7 @@
 //! Progress on standard error, and where the time goes.
 
 use bondline::ensemble::Ensemble;
-use bondline::march::{Backend, March, MarchError, Precision};
+use bondline::march::{Backend, Begun, March, MarchError, Precision};
 use bondline::plan::Plan;
 use bondline::traces::Traces;
 use indicatif::style::ProgressTracker;
@@ -51,12 +51,17 @@ impl Watched {
         let began = Instant::now();
         let traces = march(&mut *self.march);
         self.seconds += began.elapsed().as_secs_f64();
+        self.count(members);
+        traces
+    }
+
+    /// So many members were marched.
+    fn count(&self, members: usize) {
         self.bar.inc(members as u64);
         if self.bar.length().is_some_and(|length| self.bar.position() >= length) {
             self.bar.unset_length();
             self.bar.set_style(style("{spinner} {human_pos} members marched, {elapsed}"));
         }
-        traces
     }
 
     pub(crate) fn precision(&self) -> Precision {
@@ -124,6 +129,21 @@ impl March for Watched {
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
         let count = members.len();
         self.timed(count, |march| march.march(plan, ensemble, members))
+    }
+
+    fn begin<'a>(
+        &mut self,
+        plan: &'a Plan,
+        ensemble: &Ensemble,
+        members: Range<usize>,
+    ) -> Result<Begun<'a>, MarchError> {
+        self.timed(0, |march| march.begin(plan, ensemble, members))
+    }
+
+    fn finish(&mut self, begun: Begun<'_>) -> Result<Traces, MarchError> {
+        let traces = self.timed(0, |march| march.finish(begun))?;
+        self.count(traces.arrivals.len());
+        Ok(traces)
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {

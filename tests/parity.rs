@@ -1,18 +1,20 @@
 //! Whole marches of every shipped case, corner by corner of the triangle: the device in single precision does the very
 //! arithmetic of the processor, single precision suffices, and so does the device in double precision.
 
-use crate::support::{DOUBLE_K, SINGLE_K, SINGLE_REACTING_K, adapter, case, cases, drawn, with_factor};
+use crate::support::{DOUBLE_K, SINGLE_K, SINGLE_REACTING_K, Scratch, adapter, case, cases, drawn, with_factor};
 use bondline::case::{Bounds, Case, Property};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::cpu::{Cpu, Reference};
 use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::Device;
-use bondline::march::{Backend, March, MarchError, Precision, march_all};
+use bondline::march::{Backend, Begun, March, MarchError, Precision, march_all};
 use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::plan::layout::{TABLE_NODES, TABLE_STEP_K};
 use bondline::traces::{Arrival, Traces};
+use std::fs;
 use std::ops::Range;
+use std::path::Path;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
@@ -236,8 +238,17 @@ impl March for Cut<'_> {
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
         self.0.march(plan, ensemble, members)
     }
+    fn begin<'a>(
+        &mut self,
+        plan: &'a Plan,
+        ensemble: &Ensemble,
+        members: Range<usize>,
+    ) -> Result<Begun<'a>, MarchError> {
+        self.0.begin(plan, ensemble, members)
+    }
 }
 
+/// On a device each batch is begun while the one before it is under way.
 #[test]
 fn an_ensemble_cut_into_other_batches_marches_the_same() {
     let marched = MARCHED.iter().find(|marched| marched.case.id == "lcat-2259").expect("shipped");
@@ -261,6 +272,27 @@ fn an_ensemble_cut_into_other_batches_marches_the_same() {
             assert_eq!(seen, ensemble.len());
         }
     }
+}
+
+#[test]
+fn kernels_kept_damaged_or_not_to_be_kept_march_the_same() {
+    let (scratch, case) = (Scratch::new("kept-kernels"), case("slab"));
+    let (plan, ensemble) = (Plan::new(&case), drawn(&case, FEW));
+    let expected = carried(&mut *SINGLE.gpu(), &plan, &ensemble);
+    let marched = |folder: &Path| {
+        let device = Device::open_with(adapter(), false, Some(folder)).expect("the device opens");
+        let mut gpu = Gpu::new(device, Precision::F32).expect("the device passes its self-tests");
+        assert_eq!(differing(&carried(&mut gpu, &plan, &ensemble), &expected), 0, "{}", folder.display());
+    };
+    let folder = scratch.path().join("kernels");
+    marched(&folder);
+    let [file] = &scratch.files()[..] else { panic!("one file is kept, not {:?}", scratch.files()) };
+    let kept = fs::read(scratch.path().join(file)).expect("a file that can be read");
+    marched(&folder);
+    scratch.write(&file.to_string_lossy(), &kept[..kept.len() - 1]);
+    marched(&folder);
+    assert_eq!(fs::read(scratch.path().join(file)).expect("a file that can be read"), kept, "mended");
+    marched(&scratch.write("no-folder", "a file stands where the folder would be"));
 }
 
 #[test]

@@ -15,7 +15,7 @@ use bondline::physics::reading::{covered, followed, reading};
 use bondline::physics::table::{beyond, integral, segment, spot, value};
 use bondline::physics::tridiagonal::{factorise, substitute};
 use bondline::plan::layout::{
-    AIR_PROPERTIES, Bead, Drive, FACE_COLUMNS, Face, GAUGES, HEATS, NO_INSTANT, Reaction, STATES_MAX, Sensor,
+    ABREAST, AIR_PROPERTIES, Bead, Drive, FACE_COLUMNS, Face, GAUGES, HEATS, NO_INSTANT, Reaction, STATES_MAX, Sensor,
     TABLE_NODES, TABLE_STEP_K,
 };
 use bytemuck::Pod;
@@ -49,7 +49,7 @@ fn tables<W: Real<Scalar = W, Still = W>>() -> Vec<W> {
 }
 
 /// Bits of the outputs that differ between the device and the twin.
-fn differing<W>(device: &Device, precision: Precision, probe: &Probe<'_, W>) -> usize
+fn differing<W>(device: &Device, precision: Precision, texels: bool, probe: &Probe<'_, W>) -> usize
 where
     W: Pod + Real<Scalar = W, Still = W> + PartialEq,
 {
@@ -64,6 +64,8 @@ where
         ("DEPTHS", 1),
         ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
+        ("ABREAST", ABREAST as u32),
+        ("TEXELS_ABREAST", shader::TEXELS_ABREAST),
         ("AIR_PROPERTIES", AIR_PROPERTIES as u32),
         ("PROPERTIES", COLUMNS as u32 / 2),
         ("FACE_TABLE", 0),
@@ -74,6 +76,7 @@ where
         ("STATES", 1),
         ("LEVELS", 1),
         ("REACTIONS", 1),
+        ("PATHS", 1),
         ("TRACED", 1),
         ("NO_INSTANT", NO_INSTANT),
     ] {
@@ -82,7 +85,7 @@ where
     for name in ["REACTS", "GAS", "UNHINDERED", "QUASI_STEADY", "DARCY", "BACK_IS_OPEN"] {
         text += &format!("const {name} = false;\n");
     }
-    text += &format!("const MIDDLE_PA = 1e5;\nconst TABLE_STEP_K = {TABLE_STEP_K:?};\n");
+    text += &format!("const TEXELS = {texels};\nconst MIDDLE_PA = 1e5;\nconst TABLE_STEP_K = {TABLE_STEP_K:?};\n");
     for (_, part) in shader::PARTS {
         text += part;
     }
@@ -105,17 +108,19 @@ where
         .flat_map(|_| probe.inputs.iter().map(|&(low, high)| W::scalar(uniform.between(low, high))).collect::<Vec<_>>())
         .collect();
     let tables = tables::<W>();
-    let mut buffers = vec![];
+    // Either holds the tables, and the other nothing.
+    let words: Vec<f32> = tables.iter().map(|&word| W::of(word).lane(0) as f32).collect();
+    let in_texels = device.texels("texels", if texels { &words } else { &[] });
+    let in_buffer = device.upload("tables", if texels { &[] } else { &tables[..] });
+    let [ones, inputs_up, outputs] = [&[W::scalar(1.0); 4][..], &inputs, &vec![W::scalar(0.0); SAMPLES * outs]]
+        .map(|words| device.upload("probe", words));
+    let mut bound = vec![];
     if probe.body.contains("spot(") {
-        buffers.push((9, device.upload("tables", &tables)));
+        bound.extend([(9, in_buffer.as_entire_binding()), (22, wgpu::BindingResource::TextureView(&in_texels))]);
     }
-    buffers.extend([
-        (30, device.upload("ones", &[W::scalar(1.0); 4])),
-        (31, device.upload("inputs", &inputs)),
-        (32, device.upload("outputs", &vec![W::scalar(0.0); SAMPLES * outs])),
-    ]);
+    bound.extend((30..).zip([&ones, &inputs_up, &outputs].map(wgpu::Buffer::as_entire_binding)));
     let found: Vec<W> =
-        device.probe(&text, "probe", (SAMPLES / 64) as u32, &buffers).expect("the probe compiles and runs");
+        device.probe(&text, "probe", (SAMPLES / 64) as u32, bound, &outputs).expect("the probe compiles and runs");
     let mut expected = vec![W::scalar(0.0); outs];
     let mut count = 0;
     for (x, y) in inputs.chunks_exact(ins).zip(found.chunks_exact(outs)) {
@@ -163,13 +168,13 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
             twin: &|x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
         },
         Probe {
-            body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.share; y[2] = value(segment(s, 8u, 3u), 1u);
-                   y[3] = integral(segment(s, 8u, 3u), 1u); y[4] = value(beyond(segment(s, 16u, 0u), 4u), 3u);",
+            body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.share; y[2] = value(segment(s, 8u, 4u), 1u);
+                   y[3] = integral(segment(s, 8u, 4u), 1u); y[4] = value(beyond(segment(s, 16u, 0u), 4u), 3u);",
             inputs: vec![(-50.0, 4500.0)],
             outputs: 5,
             twin: &|x, tables, y| {
                 let s = spot(x[0]);
-                let seen = segment(tables, s, 8, 3);
+                let seen = segment(tables, s, 8, 4);
                 let further = beyond(segment(tables, s, 16, 0), 4);
                 put(y, &[s.row, s.share, value(seen, 1), integral(seen, 1), value(further, 3)]);
             },
@@ -348,11 +353,13 @@ fn every_function_on_the_device_equals_its_twin_bit_for_bit() {
     let device = device();
     let mut report = vec![];
     for probe in probes::<f32>() {
-        report.push((probe.body, "f32", differing(&device, Precision::F32, &probe)));
+        for (held, texels) in [("f32", false), ("f32, tables in texels", true)] {
+            report.push((probe.body, held, differing(&device, Precision::F32, texels, &probe)));
+        }
     }
     if device.has_f64 {
         for probe in probes::<f64>() {
-            report.push((probe.body, "f64", differing(&device, Precision::F64, &probe)));
+            report.push((probe.body, "f64", differing(&device, Precision::F64, false, &probe)));
         }
     }
     let wrong: Vec<_> = report.iter().filter(|(_, _, count)| *count > 0).collect();
@@ -369,7 +376,7 @@ fn a_spoiled_twin_is_caught() {
             y[0] = f32::from_bits(y[0].to_bits() ^ 1);
         };
         probe.twin = &spoiled;
-        let count = differing(&device, Precision::F32, &probe);
+        let count = differing(&device, Precision::F32, true, &probe);
         assert!(count >= SAMPLES / 2, "a twin one bit off passed {count} of {SAMPLES} times as: {}", probe.body);
     }
 }

@@ -5,7 +5,7 @@
 //! paper's layup that costs a quarter more and leaves a fifth of the error on 160 cells, a tenth on 320. The road not taken, a scheme of fourth order through interfaces, contacts and faces that
 //! radiate, would have to be written twice and would give no measure of its error.
 
-use super::{Backend, March, MarchError};
+use super::{Backend, Begun, March, MarchError};
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
 use crate::traces::{Arrival, Balance, Traces};
@@ -33,6 +33,15 @@ impl March for Extrapolated {
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
         march_both(&mut *self.march, plan, ensemble, members)
+    }
+
+    fn begin<'a>(
+        &mut self,
+        plan: &'a Plan,
+        ensemble: &Ensemble,
+        members: Range<usize>,
+    ) -> Result<Begun<'a>, MarchError> {
+        begin_both(&mut *self.march, plan, ensemble, members)
     }
 
     /// What is said of the third resolution is straight in what is said of both, and so are its derivatives.
@@ -70,9 +79,19 @@ pub fn march_both(
     ensemble: &Ensemble,
     members: Range<usize>,
 ) -> Result<Traces, MarchError> {
-    let fine = march.march(plan, ensemble, members.clone())?;
+    begin_both(march, plan, ensemble, members)?()
+}
+
+fn begin_both<'a>(
+    march: &mut dyn March,
+    plan: &'a Plan,
+    ensemble: &Ensemble,
+    members: Range<usize>,
+) -> Result<Begun<'a>, MarchError> {
+    let fine = march.begin(plan, ensemble, members.clone())?;
     let Some(coarse) = &plan.coarse else { return Ok(fine) };
-    Ok(extrapolated(fine, &march.march(coarse, ensemble, members)?))
+    let coarse = march.begin(coarse, ensemble, members)?;
+    Ok(Box::new(|| Ok(extrapolated(fine()?, &coarse()?))))
 }
 
 /// What readings that are off by a quarter of what others are off say of the truth. A member that failed at either resolution failed; where its

@@ -37,11 +37,14 @@ pub enum MarchError {
     SelfTest { device: String, test: &'static str, found: String },
     #[error("member {member} was cut short at step {step} of {steps}: the device ended a loop early")]
     CutShort { member: usize, step: usize, steps: usize },
-    #[error("device {device:?} holds {limit} bytes in one binding; one member needs {needed}")]
-    TooLarge { device: String, limit: u64, needed: u64 },
+    #[error("device {device:?} holds {limit} bytes in one binding; {what} need {needed}")]
+    TooLarge { device: String, limit: u64, what: &'static str, needed: u64 },
     #[error("device {device:?}: {message}")]
     Device { device: String, message: String },
 }
+
+/// Members that are on their way: waits for them, and tells what came of them.
+pub type Begun<'a> = Box<dyn FnOnce() -> Result<Traces, MarchError> + 'a>;
 
 /// Carries members of an ensemble through a plan.
 pub trait March {
@@ -53,6 +56,29 @@ pub trait March {
     /// # Errors
     /// When the device fails; a member that runs away is an [`Arrival`], not an error.
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError>;
+
+    /// Begin to carry `members`; what is handed back is to be [finished](Self::finish). A device marches on by itself meanwhile, so that
+    /// its host can prepare the members after these and count those before; whoever marches on the host carries them at once.
+    ///
+    /// # Errors
+    /// As [`march`](Self::march).
+    fn begin<'a>(
+        &mut self,
+        plan: &'a Plan,
+        ensemble: &Ensemble,
+        members: Range<usize>,
+    ) -> Result<Begun<'a>, MarchError> {
+        let traces = self.march(plan, ensemble, members)?;
+        Ok(Box::new(|| Ok(traces)))
+    }
+
+    /// Wait for members that were begun.
+    ///
+    /// # Errors
+    /// As [`march`](Self::march).
+    fn finish(&mut self, begun: Begun<'_>) -> Result<Traces, MarchError> {
+        begun()
+    }
 
     /// Carry members together with how they change by some of their factors: of every point first the member, then for each
     /// of the factors what all that is told of it changes by a unit of the factor, as if that were a member; it arrives as the
@@ -104,13 +130,15 @@ pub fn march_some(
     take: &mut dyn FnMut(Traces),
 ) -> Result<(), MarchError> {
     let capacity = march.capacity(plan).max(1);
-    let mut first = members.start;
-    while first < members.end {
-        let next = (first + capacity).min(members.end);
-        take(march.march(plan, ensemble, first..next)?);
-        first = next;
+    let mut before = None;
+    for first in members.clone().step_by(capacity) {
+        // Two runs at a time, so that a device never waits for its host, and no more, so that memory has a bound.
+        let begun = march.begin(plan, ensemble, first..(first + capacity).min(members.end))?;
+        if let Some(before) = before.replace(begun) {
+            take(march.finish(before)?);
+        }
     }
-    Ok(())
+    before.map_or(Ok(()), |last| march.finish(last).map(take))
 }
 
 /// Readings at the instants of a plan, from records at its steps.

@@ -1,10 +1,11 @@
 //! The one place that knows devices: adapters, limits and self-tests.
 
+use super::cache::{self, Cache};
 use super::{shader, spirv};
-use crate::march::{MarchError, Precision};
-use crate::physics::Real;
-use crate::physics::compensated::two_sum;
+use crate::march::MarchError;
+use crate::plan::layout::ABREAST;
 use bytemuck::Pod;
+use std::path::Path;
 use std::sync::mpsc;
 
 /// What to install where no driver is found.
@@ -37,7 +38,7 @@ pub fn hardware_may_exist() -> bool {
         return true;
     }
     let nodes = ["/dev/dri", "/dev/nvidiactl", "/dev/dxg", "/dev/mali0", "/dev/kgsl-3d0"];
-    nodes.iter().any(|node| std::path::Path::new(node).exists())
+    nodes.iter().any(|node| Path::new(node).exists())
 }
 
 /// All Vulkan adapters, hardware first.
@@ -91,39 +92,44 @@ pub fn find(name: Option<&str>) -> Result<Adapter, MarchError> {
         })
 }
 
-/// A device ready to march.
+/// A device ready to march; a clone is another handle of it.
+#[derive(Clone)]
 pub struct Device {
     pub name: String,
     pub is_software: bool,
     pub limits: wgpu::Limits,
     pub has_f64: bool,
     checks: bool,
+    cache: Option<Cache>,
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
 }
 
-/// What a device showed when tested.
-#[derive(Clone, Debug)]
-pub struct SelfTests {
-    /// Sums whose rounding error came back wrong, of all tried; in f64 too where the device has it.
-    pub transforms: Vec<(Precision, usize, usize)>,
-    /// Turns of one loop, of a million asked for.
-    pub loop_turns: u32,
+/// Bytes on their way down.
+pub struct Landing {
+    buffer: wgpu::Buffer,
+    submitted: wgpu::SubmissionIndex,
+    mapped: mpsc::Receiver<Result<(), wgpu::BufferAsyncError>>,
 }
 
-/// Pairs summed, and loop turns asked for, by the self-tests.
-const PAIRS: usize = 4096;
-const TURNS: u32 = 1_000_000;
-
 impl Device {
-    /// Open an adapter with all the room it has. `checks` keeps the runtime's bounds and loop checks in the
-    /// shaders.
+    /// Open an adapter with all the room it has, and with what it compiled before. `checks` keeps the runtime's bounds and loop checks
+    /// in the shaders.
     ///
     /// # Errors
     /// When the driver refuses.
     pub fn open(adapter: Adapter, checks: bool) -> Result<Self, MarchError> {
+        Self::open_with(adapter, checks, cache::folder().as_deref())
+    }
+
+    /// The same with what it compiled before in a folder of one's own, or with nothing.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_with(adapter: Adapter, checks: bool, compiled: Option<&Path>) -> Result<Self, MarchError> {
         let mut features = wgpu::Features::PASSTHROUGH_SHADERS;
         features.set(wgpu::Features::SHADER_F64, adapter.has_f64);
+        features |= adapter.inner.features() & wgpu::Features::PIPELINE_CACHE;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("bondline"),
             required_features: features,
@@ -132,9 +138,23 @@ impl Device {
         };
         let (device, queue) = pollster::block_on(adapter.inner.request_device(&descriptor))
             .map_err(|error| MarchError::Device { device: adapter.name.clone(), message: error.to_string() })?;
+        let cache = compiled.and_then(|folder| Cache::open(&device, &adapter.inner.get_info(), folder));
         let is_software = adapter.is_software();
         let Adapter { name, limits, has_f64, .. } = adapter;
-        Ok(Self { name, is_software, limits, has_f64, checks, device, queue })
+        Ok(Self { name, is_software, limits, has_f64, checks, cache, device, queue })
+    }
+
+    /// Keep what it compiled, for the next time it is opened.
+    pub fn keep(&self) {
+        self.cache.iter().for_each(Cache::keep);
+    }
+
+    /// Wait until all that is submitted is done.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn wait(&self) -> Result<(), MarchError> {
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| self.error(error))
     }
 
     /// An error of this device.
@@ -153,13 +173,13 @@ impl Device {
             return self.assembled(entry, None, |device| device.create_shader_module(descriptor));
         }
         let compiled = spirv::compile(text, entry).map_err(|why| self.error(why))?;
-        let buffer = |&(binding, ty): &(u32, wgpu::BufferBindingType)| wgpu::BindGroupLayoutEntry {
+        let entry_of = |&(binding, ty): &(u32, wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+            ty,
             count: None,
         };
-        let entries: Vec<_> = compiled.bindings.iter().map(buffer).collect();
+        let entries: Vec<_> = compiled.bindings.iter().map(entry_of).collect();
         let group = wgpu::BindGroupLayoutDescriptor { label: Some(entry), entries: &entries };
         let group = self.device.create_bind_group_layout(&group);
         let layout = wgpu::PipelineLayoutDescriptor {
@@ -184,7 +204,7 @@ impl Device {
             module: &module(&self.device),
             entry_point: Some(entry),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
+            cache: self.cache.as_ref().map(Cache::compiled),
         });
         match pollster::block_on(scope.pop()) {
             Some(error) => Err(self.error(error)),
@@ -202,19 +222,66 @@ impl Device {
 
     /// A storage buffer of zeros.
     pub fn storage(&self, label: &str, bytes: u64) -> wgpu::Buffer {
+        self.buffer(label, bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)
+    }
+
+    /// A uniform buffer that holds `rows`.
+    ///
+    /// # Errors
+    /// When the device has not as much room in one.
+    pub fn uniform<T: Pod>(&self, label: &'static str, rows: &[T]) -> Result<wgpu::Buffer, MarchError> {
+        let bytes: &[u8] = bytemuck::cast_slice(rows);
+        let (needed, limit) = (bytes.len() as u64, self.limits.max_uniform_buffer_binding_size);
+        if needed > limit {
+            return Err(MarchError::TooLarge { device: self.name.clone(), limit, what: label, needed });
+        }
+        let buffer = self.buffer(label, needed, wgpu::BufferUsages::UNIFORM);
+        self.queue.write_buffer(&buffer, 0, bytes);
+        Ok(buffer)
+    }
+
+    fn buffer(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
-            size: bytes.max(16).next_multiple_of(8),
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            size: bytes.max(32).next_multiple_of(8),
+            usage: usage | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         })
     }
 
-    /// The rows of a buffer from byte `start` on, once all submitted work is done.
-    ///
-    /// # Errors
-    /// When the device is lost.
-    pub fn download<T: Pod>(&self, buffer: &wgpu::Buffer, start: u64, bytes: u64) -> Result<Vec<T>, MarchError> {
+    /// Whether so many words are better read as texels: a software device fetches four of them for all its lanes at once, but
+    /// picks words up from storage lane by lane. Hardware has caches for both.
+    pub fn reads_texels(&self, words: usize) -> bool {
+        let rows = words.div_ceil(ABREAST).div_ceil(shader::TEXELS_ABREAST as usize);
+        self.is_software && rows <= self.limits.max_texture_dimension_2d as usize
+    }
+
+    /// Texels that hold `words`, four each; a row of zeros, where there are none. A storage image, as a texture that is
+    /// sampled has levels, which a software device looks up for every lane: a fifth more of the whole march.
+    pub fn texels(&self, label: &str, words: &[f32]) -> wgpu::TextureView {
+        let texels = words.len().div_ceil(ABREAST).max(1) as u32;
+        let width = shader::TEXELS_ABREAST;
+        let size = wgpu::Extent3d { width, height: texels.div_ceil(width), depth_or_array_layers: 1 };
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(label),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let mut filled = words.to_vec();
+        filled.resize(ABREAST * (size.width * size.height) as usize, 0.0);
+        let bytes_per_row = Some(size_of::<[f32; ABREAST]>() as u32 * width);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        self.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&filled), layout, size);
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
+    }
+
+    /// Have the bytes of a buffer from `start` on copied down, once all that is submitted is done.
+    pub fn land(&self, buffer: &wgpu::Buffer, start: u64, bytes: u64) -> Landing {
         let landing = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("landing"),
             size: bytes,
@@ -223,110 +290,65 @@ impl Device {
         });
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.copy_buffer_to_buffer(buffer, start, &landing, 0, bytes);
-        self.queue.submit([encoder.finish()]);
-        let (sender, receiver) = mpsc::channel();
+        let submitted = self.queue.submit([encoder.finish()]);
+        let (sender, mapped) = mpsc::channel();
         landing.map_async(wgpu::MapMode::Read, .., move |result| {
             // The receiver is gone only where polling has failed already.
             let _ = sender.send(result);
         });
-        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| self.error(error))?;
-        receiver.recv().map_err(|error| self.error(error))?.map_err(|error| self.error(error))?;
-        let range = landing.get_mapped_range(..).map_err(|error| self.error(error))?;
+        Landing { buffer: landing, submitted, mapped }
+    }
+
+    /// What landed, once it has.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn landed<T: Pod>(&self, landing: Landing) -> Result<Vec<T>, MarchError> {
+        let Landing { buffer, submitted, mapped } = landing;
+        let until = wgpu::PollType::Wait { submission_index: Some(submitted), timeout: None };
+        self.device.poll(until).map_err(|error| self.error(error))?;
+        mapped.recv().map_err(|error| self.error(error))?.map_err(|error| self.error(error))?;
+        let range = buffer.get_mapped_range(..).map_err(|error| self.error(error))?;
         // Copied byte by byte, as the mapping promises no alignment for T.
         let rows = bytemuck::pod_collect_to_vec(&range);
         Ok(rows)
     }
 
-    /// Run one small kernel over buffers at their bindings, and hand back the last.
+    /// What a kernel binds, each at its number.
+    pub fn bind<'a>(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        bound: impl IntoIterator<Item = (u32, wgpu::BindingResource<'a>)>,
+    ) -> wgpu::BindGroup {
+        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = bound.into_iter().map(entry).collect();
+        let layout = &pipeline.get_bind_group_layout(0);
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    }
+
+    /// Run one small kernel over what it binds, and hand back what it wrote into one of its buffers.
     ///
     /// # Errors
     /// When the kernel does not compile or the device is lost.
-    pub fn probe<T: Pod>(
+    pub fn probe<'a, T: Pod>(
         &self,
         text: &str,
         entry: &str,
         groups: u32,
-        buffers: &[(u32, wgpu::Buffer)],
+        bound: impl IntoIterator<Item = (u32, wgpu::BindingResource<'a>)>,
+        written: &wgpu::Buffer,
     ) -> Result<Vec<T>, MarchError> {
         let pipeline = self.pipeline(text, entry)?;
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
-            .iter()
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let bind_group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(entry),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
+        let group = self.bind(&pipeline, bound);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, &bind_group, &[]);
+            pass.set_bind_group(0, &group, &[]);
             pass.dispatch_workgroups(groups, 1, 1);
         }
         self.queue.submit([encoder.finish()]);
-        let (_, last) = buffers.last().ok_or_else(|| self.error("a probe has no buffers"))?;
-        self.download(last, 0, last.size())
-    }
-
-    /// Test what the march leans on.
-    ///
-    /// # Errors
-    /// When a test kernel does not compile or the device is lost.
-    pub fn self_tests(&self) -> Result<SelfTests, MarchError> {
-        let mut transforms = vec![(Precision::F32, self.test_transforms::<f32>(Precision::F32)?, PAIRS)];
-        if self.has_f64 {
-            transforms.push((Precision::F64, self.test_transforms::<f64>(Precision::F64)?, PAIRS));
-        }
-        let text = "@group(0) @binding(0) var<storage, read> asked: array<u32>;\n\
-             @group(0) @binding(1) var<storage, read_write> turned: array<u32>;\n\
-             @compute @workgroup_size(1) fn turns() {\n\
-             var value = 1u; var count = 0u;\n\
-             for (var i = 0u; i < asked[0]; i++) { value = value * 1664525u + 1013904223u; count++; }\n\
-             turned[0] = count; turned[1] = value; }"
-            .to_string();
-        let buffers = [(0, self.upload("asked", &[TURNS; 4])), (1, self.storage("turned", 16))];
-        let turned: Vec<u32> = self.probe(&text, "turns", 1, &buffers)?;
-        Ok(SelfTests { transforms, loop_turns: turned[0] })
-    }
-
-    /// Sum pairs of very different sizes and count the error terms that are not exact.
-    fn test_transforms<W: Pod + Real<Scalar = W> + PartialEq>(
-        &self,
-        precision: Precision,
-    ) -> Result<usize, MarchError> {
-        let part = |name: &str| shader::PARTS.iter().find(|part| part.0 == name).map_or("", |part| part.1);
-        let text = format!(
-            "{}{}\n{}\n\
-             @group(0) @binding(0) var<storage, read> ones: array<real>;\n\
-             @group(0) @binding(1) var<storage, read> pairs: array<real>;\n\
-             @group(0) @binding(2) var<storage, read_write> sums: array<real>;\n\
-             @compute @workgroup_size(64) fn transforms(@builtin(global_invocation_id) id: vec3<u32>) {{\n\
-             one = ones[0];\n\
-             let sum = two_sum(pairs[2u * id.x], pairs[2u * id.x + 1u]);\n\
-             sums[2u * id.x] = sum.high; sums[2u * id.x + 1u] = sum.low; }}",
-            shader::head(precision),
-            part("prelude"),
-            part("compensated"),
-        );
-        // A multiplicative congruence is random enough to give every pair a rounding error of its own.
-        let mut seed = 12_345_u64;
-        let mut next = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        let pairs: Vec<W> = (0..PAIRS)
-            .flat_map(|_| [300.0 + 1500.0 * next(), (next() - 0.5) * 10_f64.powf(-6.0 * next())])
-            .map(W::scalar)
-            .collect();
-        let buffers = [
-            (0, self.upload("ones", &[W::scalar(1.0); 4])),
-            (1, self.upload("pairs", &pairs)),
-            (2, self.upload("sums", &pairs)),
-        ];
-        let sums: Vec<W> = self.probe(&text, "transforms", (PAIRS / 64) as u32, &buffers)?;
-        Ok(wrong_sums(&pairs, &sums))
+        self.landed(self.land(written, 0, written.size()))
     }
 }
 
@@ -345,16 +367,4 @@ fn unchecked(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::ShaderM
     // before use; members beyond the last return at once. Tests march shipped cases with checks on and compare bit
     // for bit. Injected loop counters cost about a tenth on a software device, and far more has been seen on hardware.
     unsafe { device.create_shader_module_passthrough(descriptor) }
-}
-
-/// Pairs whose sum or error term differs from that of the processor.
-fn wrong_sums<R: Real + PartialEq>(pairs: &[R], sums: &[R]) -> usize {
-    pairs
-        .chunks_exact(2)
-        .zip(sums.chunks_exact(2))
-        .filter(|(pair, sum)| {
-            let exact = two_sum(pair[0], pair[1]);
-            exact.high != sum[0] || exact.low != sum[1]
-        })
-        .count()
 }

@@ -6,13 +6,17 @@
 
 use crate::march::Precision;
 use crate::plan::layout::{
-    AIR_PROPERTIES, FACE_COLUMNS, GAUGES, HEATS, NO_INSTANT, Ply, STATES_MAX, TABLE_NODES, TABLE_STEP_K,
+    ABREAST, AIR_PROPERTIES, FACE_COLUMNS, GAUGES, HEATS, NO_INSTANT, Ply, STATES_MAX, TABLE_NODES, TABLE_STEP_K,
 };
 use crate::plan::{GasPath, Plan};
 use std::fmt::Write;
+use std::time::Duration;
 
 /// Invocations in a workgroup: two subgroups of hardware, and no matter to a software device.
 pub const WORKGROUP: u32 = 64;
+
+/// Texels in a row of the tables: as wide as any device takes them.
+pub const TEXELS_ABREAST: u32 = 4096;
 
 macro_rules! part {
     ($name:literal) => {
@@ -55,8 +59,8 @@ pub fn head(precision: Precision) -> String {
     format!("alias real = {real};\nconst WHOLE = {whole};\nconst SETTLES = {settles};\n")
 }
 
-/// The text of a kernel: the parts for a plan, and an entry point.
-pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String {
+/// The text of a kernel: the parts for a plan, whose tables are texels or not, and an entry point.
+pub fn kernel(plan: &Plan, precision: Precision, texels: bool, entry: (&str, &str)) -> String {
     let mut text = head(precision);
     let sizes = [
         ("CELLS", plan.cells() as u32),
@@ -67,11 +71,14 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
         ("STATES", plan.states as u32),
         ("LEVELS", plan.levels as u32),
         ("REACTIONS", plan.reactions.max(1) as u32),
+        ("PATHS", plan.paths.len().max(1) as u32),
         ("TRACED", (plan.places.len() + plan.gauges()) as u32),
         ("HOLDER", u32::from(plan.has_holder)),
         ("DEPTHS", u32::from(plan.has_depths)),
         ("HEATS", HEATS as u32),
         ("TABLE_NODES", TABLE_NODES as u32),
+        ("ABREAST", ABREAST as u32),
+        ("TEXELS_ABREAST", TEXELS_ABREAST),
         ("AIR_PROPERTIES", AIR_PROPERTIES as u32),
         ("PROPERTIES", plan.properties() as u32),
         ("FACE_TABLE", plan.face_table() as u32),
@@ -90,6 +97,7 @@ pub fn kernel(plan: &Plan, precision: Precision, entry: (&str, &str)) -> String 
     }
     let has = |path| plan.gas == Some(path);
     let is = [
+        ("TEXELS", texels),
         ("REACTS", plan.reactions > 0),
         ("GAS", plan.gas.is_some()),
         ("UNHINDERED", has(GasPath::Unhindered)),
@@ -157,8 +165,8 @@ fn gas_turns(plan: &Plan) -> (u32, u32) {
 }
 
 /// Loop turns a dispatch may take on a software device, which silently ends all loops of an invocation after 65,535 of
-/// its own count (an inert layup's is a third more than ours, for reasons that the driver keeps), and on hardware, where
-/// some tens of milliseconds keep clear of time-outs.
+/// its own count (an inert layup's is a third more than ours, for reasons that the driver keeps), and the first dispatch on
+/// hardware, where some tens of milliseconds keep clear of time-outs.
 const TURNS_SOFTWARE: u32 = 40_000;
 const TURNS_HARDWARE: u32 = 1_000_000;
 
@@ -167,4 +175,28 @@ pub fn steps_a_dispatch(plan: &Plan, is_software: bool) -> u32 {
     let (turns_step, turns_around) = loop_turns(plan);
     let turns = if is_software { TURNS_SOFTWARE } else { TURNS_HARDWARE };
     (turns.saturating_sub(turns_around) / turns_step).max(1)
+}
+
+/// Time that a dispatch is to take on hardware: long beside what submitting one costs, short beside what a display waits for.
+const DISPATCH: Duration = Duration::from_millis(20);
+
+/// Steps that take about that time, when so many took so long; one at least.
+pub(super) fn steps_in_time(steps: u32, took: Duration) -> u32 {
+    // No device is faster than a millionth of that, and a clock may stand still.
+    let share = DISPATCH.div_duration_f64(took.max(DISPATCH / 1_000_000));
+    ((f64::from(steps) * share) as u32).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dispatch_takes_a_fiftieth_of_a_second_however_fast_the_device() {
+        let ms = Duration::from_millis;
+        assert_eq!(steps_in_time(400, ms(200)), 40);
+        assert_eq!(steps_in_time(400, ms(2)), 4000);
+        assert_eq!(steps_in_time(3, ms(5000)), 1, "a step is not cut");
+        assert!(steps_in_time(400, ms(0)) > 400, "too short to be told");
+    }
 }

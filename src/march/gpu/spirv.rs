@@ -13,10 +13,10 @@ use std::collections::HashMap;
 /// Arrays of more elements than this begin as they may: a kernel's cells are more, what it keeps by the handful is less.
 pub const SHORT: u32 = 32;
 
-/// Words of a kernel, and how each of its buffers is bound: by the number in the text, and in the words by its place here.
+/// Words of a kernel, and how each thing of the host's is bound: by the number in the text, and in the words by its place here.
 pub struct Compiled {
     pub words: Vec<u32>,
-    pub bindings: Vec<(u32, wgpu::BufferBindingType)>,
+    pub bindings: Vec<(u32, wgpu::BindingType)>,
 }
 
 /// The words of the entry point `entry` of a text, without checks of bounds.
@@ -33,7 +33,7 @@ pub fn compile(text: &str, entry: &str) -> Result<Compiled, String> {
         .global_variables
         .iter()
         .filter(|(variable, _)| !info.get_entry_point(place)[*variable].is_empty())
-        .filter_map(|(_, variable)| Some((variable.binding?, buffer(variable.space)?)))
+        .filter_map(|(_, variable)| Some((variable.binding?, binding(variable.space)?)))
         .collect();
     bound.sort_by_key(|(binding, _)| binding.binding);
     // The driver's layout numbers bindings without gaps, in their order.
@@ -57,16 +57,26 @@ pub fn compile(text: &str, entry: &str) -> Result<Compiled, String> {
     Ok(Compiled { words: without_zeros(&words), bindings })
 }
 
-fn buffer(space: AddressSpace) -> Option<wgpu::BufferBindingType> {
-    match space {
-        AddressSpace::Uniform => Some(wgpu::BufferBindingType::Uniform),
+fn binding(space: AddressSpace) -> Option<wgpu::BindingType> {
+    let ty = match space {
+        AddressSpace::Uniform => wgpu::BufferBindingType::Uniform,
         AddressSpace::Storage { access } => {
             let read_only = !access.contains(naga::StorageAccess::STORE);
-            Some(wgpu::BufferBindingType::Storage { read_only })
+            wgpu::BufferBindingType::Storage { read_only }
         }
-        _ => None,
-    }
+        // Textures: of all kinds a kernel has but one.
+        AddressSpace::Handle => return Some(TEXELS),
+        _ => return None,
+    };
+    Some(wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None })
 }
+
+/// A texture of numbers that are read one by one.
+const TEXELS: wgpu::BindingType = wgpu::BindingType::StorageTexture {
+    access: wgpu::StorageTextureAccess::ReadOnly,
+    format: wgpu::TextureFormat::Rgba32Float,
+    view_dimension: wgpu::TextureViewDimension::D2,
+};
 
 /// Words without the initial values of private arrays of more than [`SHORT`] elements. By the specification of SPIR-V
 /// an instruction's first word is its length in words above its code; variables follow the types they are of.
@@ -131,7 +141,11 @@ mod tests {
         let mut lengths = variables(&compiled.words);
         lengths.sort_unstable();
         assert_eq!(lengths, [4, 5, 5]);
-        let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
+        let storage = |read_only| wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
         assert_eq!(compiled.bindings, [(2, storage(true)), (4, storage(false))]);
     }
 

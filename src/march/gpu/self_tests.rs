@@ -1,0 +1,93 @@
+//! What a device shows when it is asked for what the march leans on.
+
+use super::device::Device;
+use super::shader;
+use crate::march::{MarchError, Precision};
+use crate::physics::Real;
+use crate::physics::compensated::two_sum;
+use bytemuck::Pod;
+
+/// What a device showed when tested.
+#[derive(Clone, Debug)]
+pub struct SelfTests {
+    /// Sums whose rounding error came back wrong, of all tried; in f64 too where the device has it.
+    pub transforms: Vec<(Precision, usize, usize)>,
+    /// Turns of one loop, of a million asked for.
+    pub loop_turns: u32,
+}
+
+/// Pairs summed, and loop turns asked for, by the self-tests.
+const PAIRS: usize = 4096;
+const TURNS: u32 = 1_000_000;
+
+impl Device {
+    /// Test what the march leans on.
+    ///
+    /// # Errors
+    /// When a test kernel does not compile or the device is lost.
+    pub fn self_tests(&self) -> Result<SelfTests, MarchError> {
+        let mut transforms = vec![(Precision::F32, self.test_transforms::<f32>(Precision::F32)?, PAIRS)];
+        if self.has_f64 {
+            transforms.push((Precision::F64, self.test_transforms::<f64>(Precision::F64)?, PAIRS));
+        }
+        let text = "@group(0) @binding(0) var<storage, read> asked: array<u32>;\n\
+             @group(0) @binding(1) var<storage, read_write> turned: array<u32>;\n\
+             @compute @workgroup_size(1) fn turns() {\n\
+             var value = 1u; var count = 0u;\n\
+             for (var i = 0u; i < asked[0]; i++) { value = value * 1664525u + 1013904223u; count++; }\n\
+             turned[0] = count; turned[1] = value; }"
+            .to_string();
+        let (asked, turned) = (self.upload("asked", &[TURNS; 4]), self.storage("turned", 16));
+        let bound = [(0, asked.as_entire_binding()), (1, turned.as_entire_binding())];
+        let turned: Vec<u32> = self.probe(&text, "turns", 1, bound, &turned)?;
+        Ok(SelfTests { transforms, loop_turns: turned[0] })
+    }
+
+    /// Sum pairs of very different sizes and count the error terms that are not exact.
+    fn test_transforms<W: Pod + Real<Scalar = W> + PartialEq>(
+        &self,
+        precision: Precision,
+    ) -> Result<usize, MarchError> {
+        let part = |name: &str| shader::PARTS.iter().find(|part| part.0 == name).map_or("", |part| part.1);
+        let text = format!(
+            "{}{}\n{}\n\
+             @group(0) @binding(0) var<storage, read> ones: array<real>;\n\
+             @group(0) @binding(1) var<storage, read> pairs: array<real>;\n\
+             @group(0) @binding(2) var<storage, read_write> sums: array<real>;\n\
+             @compute @workgroup_size(64) fn transforms(@builtin(global_invocation_id) id: vec3<u32>) {{\n\
+             one = ones[0];\n\
+             let sum = two_sum(pairs[2u * id.x], pairs[2u * id.x + 1u]);\n\
+             sums[2u * id.x] = sum.high; sums[2u * id.x + 1u] = sum.low; }}",
+            shader::head(precision),
+            part("prelude"),
+            part("compensated"),
+        );
+        // A multiplicative congruence is random enough to give every pair a rounding error of its own.
+        let mut seed = 12_345_u64;
+        let mut next = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let pairs: Vec<W> = (0..PAIRS)
+            .flat_map(|_| [300.0 + 1500.0 * next(), (next() - 0.5) * 10_f64.powf(-6.0 * next())])
+            .map(W::scalar)
+            .collect();
+        let buffers = [("ones", &[W::scalar(1.0); 4][..]), ("pairs", &pairs), ("sums", &pairs)]
+            .map(|(label, rows)| self.upload(label, rows));
+        let bound = (0..).zip(buffers.iter().map(wgpu::Buffer::as_entire_binding));
+        let sums: Vec<W> = self.probe(&text, "transforms", (PAIRS / 64) as u32, bound, &buffers[2])?;
+        Ok(wrong_sums(&pairs, &sums))
+    }
+}
+
+/// Pairs whose sum or error term differs from that of the processor.
+fn wrong_sums<R: Real + PartialEq>(pairs: &[R], sums: &[R]) -> usize {
+    pairs
+        .chunks_exact(2)
+        .zip(sums.chunks_exact(2))
+        .filter(|(pair, sum)| {
+            let exact = two_sum(pair[0], pair[1]);
+            exact.high != sum[0] || exact.low != sum[1]
+        })
+        .count()
+}
