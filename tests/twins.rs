@@ -114,8 +114,8 @@ where
         (31, device.upload("inputs", &inputs)),
         (32, device.upload("outputs", &vec![W::scalar(0.0); SAMPLES * outs])),
     ]);
-    let found: Vec<W> =
-        device.probe(&text, "probe", (SAMPLES / 64) as u32, &buffers).expect("the probe compiles and runs");
+    let kernel = device.kernel(text).expect("the probe compiles");
+    let found: Vec<W> = device.probe(&kernel, "probe", (SAMPLES / 64) as u32, &buffers).expect("the probe runs");
     let mut expected = vec![W::scalar(0.0); outs];
     let mut count = 0;
     for (x, y) in inputs.chunks_exact(ins).zip(found.chunks_exact(outs)) {

@@ -1,10 +1,12 @@
 //! The one place that knows devices: adapters, limits and self-tests.
 
-use super::{shader, spirv};
+use super::shader;
+use super::spirv::{self, Kernel};
 use crate::march::{MarchError, Precision};
 use crate::physics::Real;
 use crate::physics::compensated::two_sum;
 use bytemuck::Pod;
+use std::borrow::Cow;
 use std::sync::mpsc;
 
 /// What to install where no driver is found.
@@ -142,17 +144,25 @@ impl Device {
         MarchError::Device { device: self.name.clone(), message: message.to_string() }
     }
 
-    /// A pipeline of a kernel's text. Private arrays of more than [`spirv::SHORT`] elements begin as they may.
+    /// The kernel of a text.
     ///
     /// # Errors
     /// When the text does not compile, with the compiler's excerpt.
-    pub fn pipeline(&self, text: &str, entry: &str) -> Result<wgpu::ComputePipeline, MarchError> {
+    pub fn kernel(&self, text: String) -> Result<Kernel, MarchError> {
+        Kernel::of(text).map_err(|why| self.error(why))
+    }
+
+    /// A pipeline of a kernel. Private arrays of more than [`spirv::SHORT`] elements begin as they may.
+    ///
+    /// # Errors
+    /// When the kernel has no such entry point, or the driver refuses it.
+    pub fn pipeline(&self, kernel: &Kernel, entry: &str) -> Result<wgpu::ComputePipeline, MarchError> {
         if self.checks {
-            let descriptor =
-                wgpu::ShaderModuleDescriptor { label: Some(entry), source: wgpu::ShaderSource::Wgsl(text.into()) };
+            let source = wgpu::ShaderSource::Naga(Cow::Owned(kernel.module.clone()));
+            let descriptor = wgpu::ShaderModuleDescriptor { label: Some(entry), source };
             return self.assembled(entry, None, |device| device.create_shader_module(descriptor));
         }
-        let compiled = spirv::compile(text, entry).map_err(|why| self.error(why))?;
+        let compiled = spirv::compile(kernel, entry).map_err(|why| self.error(why))?;
         let buffer = |&(binding, ty): &(u32, wgpu::BufferBindingType)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
@@ -240,15 +250,15 @@ impl Device {
     /// Run one small kernel over buffers at their bindings, and hand back the last.
     ///
     /// # Errors
-    /// When the kernel does not compile or the device is lost.
+    /// As [`pipeline`](Self::pipeline), or when the device is lost.
     pub fn probe<T: Pod>(
         &self,
-        text: &str,
+        kernel: &Kernel,
         entry: &str,
         groups: u32,
         buffers: &[(u32, wgpu::Buffer)],
     ) -> Result<Vec<T>, MarchError> {
-        let pipeline = self.pipeline(text, entry)?;
+        let pipeline = self.pipeline(kernel, entry)?;
         let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
             .iter()
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() })
@@ -287,7 +297,7 @@ impl Device {
              turned[0] = count; turned[1] = value; }"
             .to_string();
         let buffers = [(0, self.upload("asked", &[TURNS; 4])), (1, self.storage("turned", 16))];
-        let turned: Vec<u32> = self.probe(&text, "turns", 1, &buffers)?;
+        let turned: Vec<u32> = self.probe(&self.kernel(text)?, "turns", 1, &buffers)?;
         Ok(SelfTests { transforms, loop_turns: turned[0] })
     }
 
@@ -325,7 +335,7 @@ impl Device {
             (1, self.upload("pairs", &pairs)),
             (2, self.upload("sums", &pairs)),
         ];
-        let sums: Vec<W> = self.probe(&text, "transforms", (PAIRS / 64) as u32, &buffers)?;
+        let sums: Vec<W> = self.probe(&self.kernel(text)?, "transforms", (PAIRS / 64) as u32, &buffers)?;
         Ok(wrong_sums(&pairs, &sums))
     }
 }

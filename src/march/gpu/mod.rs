@@ -4,19 +4,24 @@
 //! traces come down once. No dispatch is long, which keeps clear of drivers that time out or stop counting
 //! loops, and the kernel records how far each member came, so that a march cut short is an error and never
 //! a wrong temperature.
+//!
+//! Derivatives come from the same kernel [differentiated](differentiate) by its factors, one direction an invocation: a member with seven factors is seven
+//! invocations, each of which marches the member and how it changes along one. Not taken, all directions in one invocation: private memory is what invocations are short of.
 
 pub mod device;
+mod differentiate;
+mod gather;
 pub mod shader;
 pub mod spirv;
 
 use super::{Backend, March, MarchError, Precision, arrival, read_out};
 use crate::ensemble::Ensemble;
-use crate::plan::layout::{HEATS, Path, Reaction};
-use crate::plan::{GasPath, Plan};
-use crate::traces::{Balance, Traces};
+use crate::plan::Plan;
+use crate::plan::layout::{Path, Reaction};
+use crate::traces::Traces;
 use bytemuck::{Pod, Zeroable};
 use device::Device;
-use std::array::from_fn;
+use gather::{gather, outcome, state_words, trace_words};
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -29,7 +34,15 @@ const MEMBERS_MAX_SOFTWARE: usize = 2048;
 pub struct Gpu {
     device: Device,
     precision: Precision,
-    pipelines: HashMap<String, wgpu::ComputePipeline>,
+    /// By the kernel's text, and whether it tells derivatives.
+    pipelines: HashMap<(String, bool), wgpu::ComputePipeline>,
+}
+
+/// What an invocation carries: a member, and the factor along which it tells how the member changes.
+#[derive(Clone, Copy)]
+struct Carried {
+    member: usize,
+    along: Option<usize>,
 }
 
 #[repr(C)]
@@ -105,20 +118,48 @@ impl Gpu {
         (trace_words(plan).max(state_words(plan)) as u64) * self.word_bytes()
     }
 
+    fn carry_in_its_precision(
+        &mut self,
+        plan: &Plan,
+        ensemble: &Ensemble,
+        carried: &[Carried],
+        tells: bool,
+    ) -> Result<(Traces, Option<Traces>), MarchError> {
+        match self.precision {
+            Precision::F32 => self.carry::<f32>(plan, ensemble, carried, tells),
+            Precision::F64 => self.carry::<f64>(plan, ensemble, carried, tells),
+        }
+    }
+
+    /// The pipeline that marches a plan, telling derivatives or not; compiled once.
+    fn pipeline(&mut self, plan: &Plan, tells: bool) -> Result<wgpu::ComputePipeline, MarchError> {
+        let asked = (shader::kernel(plan, self.precision, shader::MARCH), tells);
+        if let Some(pipeline) = self.pipelines.get(&asked) {
+            return Ok(pipeline.clone());
+        }
+        let mut kernel = self.device.kernel(asked.0.clone())?;
+        if tells {
+            kernel = kernel.differentiated("factors").map_err(|why| self.device.error(why))?;
+        }
+        let pipeline = self.device.pipeline(&kernel, "march")?;
+        self.pipelines.insert(asked, pipeline.clone());
+        Ok(pipeline)
+    }
+
+    /// Traces of what is carried, and of what changes of each along its factor where that is to be told.
     fn carry<W: Word>(
         &mut self,
         plan: &Plan,
         ensemble: &Ensemble,
-        members: Range<usize>,
-    ) -> Result<Traces, MarchError> {
-        let count = members.len();
-        let text = shader::kernel(plan, self.precision, shader::MARCH);
-        if !self.pipelines.contains_key(&text) {
-            let pipeline = self.device.pipeline(&text, "march")?;
-            self.pipelines.insert(text.clone(), pipeline);
+        carried: &[Carried],
+        tells: bool,
+    ) -> Result<(Traces, Option<Traces>), MarchError> {
+        let (count, first) = (carried.len(), carried.first().map_or(0, |carried| carried.member));
+        let pipeline = self.pipeline(plan, tells)?;
+        let mut buffers = self.buffers::<W>(plan, ensemble, carried);
+        if tells {
+            buffers.extend(self.changes::<W>(plan, carried));
         }
-        let pipeline = &self.pipelines[&text];
-        let buffers = self.buffers::<W>(plan, ensemble, members.clone());
         let entries: Vec<wgpu::BindGroupEntry<'_>> = buffers
             .iter()
             .enumerate()
@@ -132,7 +173,7 @@ impl Gpu {
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
         });
-        self.dispatch(plan, pipeline, &bind_group, &buffers[0], count as u32);
+        self.dispatch(plan, &pipeline, &bind_group, &buffers[0], count as u32);
 
         let [state, traces, progress, ..] = &buffers[15..] else {
             return Err(self.device.error("the march has no state, traces and progress buffers"));
@@ -140,30 +181,58 @@ impl Gpu {
         let progress: Vec<u32> = self.device.download(progress, 0, (2 * count * 4) as u64)?;
         if let Some(member) = progress[..count].iter().position(|&step| step as usize != plan.steps() + 1) {
             return Err(MarchError::CutShort {
-                member: members.start + member,
+                member: carried[member].member,
                 step: progress[member] as usize,
                 steps: plan.steps(),
             });
         }
         let bytes = (count * size_of::<W>()) as u64;
-        let outcome = 2 * plan.cells() + 4 * plan.places.len();
-        let left: Vec<W> =
-            self.device.download(state, outcome as u64 * bytes, (state_words(plan) - outcome) as u64 * bytes)?;
-        let shown: Vec<W> = self.device.download(traces, 0, trace_words(plan) as u64 * bytes)?;
-        Ok(gather(plan, members, &shown, &left, &progress[count..]))
+        let outcome = outcome(plan);
+        let gathered = |state: &wgpu::Buffer, traces: &wgpu::Buffer| -> Result<Traces, MarchError> {
+            let left: Vec<W> =
+                self.device.download(state, outcome as u64 * bytes, (state_words(plan) - outcome) as u64 * bytes)?;
+            let shown: Vec<W> = self.device.download(traces, 0, trace_words(plan) as u64 * bytes)?;
+            Ok(gather(plan, first, count, &shown, &left))
+        };
+        let mut values = gathered(state, traces)?;
+        let ends = progress[count..].iter().zip(values.extremes_k.chunks_exact(plan.plies.len()));
+        values.arrivals =
+            ends.map(|(&strayed, extremes_k)| arrival(plan, (strayed as usize).checked_sub(1), extremes_k)).collect();
+        let changes = match &buffers[..] {
+            [.., _seeds, state, traces] if tells => {
+                Some(Traces { arrivals: values.arrivals.clone(), ..gathered(state, traces)? })
+            }
+            _ => None,
+        };
+        Ok((values, changes))
+    }
+
+    /// Buffers for what changes, in the order of those that it belongs to: factors, state, traces.
+    fn changes<W: Word>(&self, plan: &Plan, carried: &[Carried]) -> [wgpu::Buffer; 3] {
+        let (device, count) = (&self.device, carried.len());
+        let mut seeds = vec![W::word(0.0); (plan.factors * count).max(1)];
+        for (place, Carried { along, .. }) in carried.iter().enumerate() {
+            along.iter().for_each(|factor| seeds[factor * count + place] = W::word(1.0));
+        }
+        let words = size_of::<W>() * count;
+        [
+            device.upload("changes of factors", &seeds),
+            device.storage("changes of state", (state_words(plan) * words) as u64),
+            device.storage("changes of traces", (trace_words(plan) * words) as u64),
+        ]
     }
 
     /// All buffers in binding order, filled.
-    fn buffers<W: Word>(&self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Vec<wgpu::Buffer> {
-        let (device, rows, count) = (&self.device, plan.rows.map(W::word), members.len());
+    fn buffers<W: Word>(&self, plan: &Plan, ensemble: &Ensemble, carried: &[Carried]) -> Vec<wgpu::Buffer> {
+        let (device, rows, count) = (&self.device, plan.rows.map(W::word), carried.len());
         fn flat<S: Copy, T>(rows: &[T], each: impl Fn(&T, &mut Vec<S>)) -> Vec<S> {
             let mut words = Vec::new();
             rows.iter().for_each(|row| each(row, &mut words));
             words
         }
         let mut factors = vec![W::word(0.0); (plan.factors * count).max(1)];
-        for (place, member) in members.enumerate() {
-            for (factor, &value) in ensemble.member(member).iter().enumerate() {
+        for (place, carried) in carried.iter().enumerate() {
+            for (factor, &value) in ensemble.member(carried.member).iter().enumerate() {
                 factors[factor * count + place] = W::word(value);
             }
         }
@@ -249,84 +318,6 @@ impl Gpu {
     }
 }
 
-/// Words of the sums of heat, in two words each, and of the heat stored: where the extremes begin.
-const HEATS_END: usize = 2 * HEATS + 1;
-
-/// Words of one member in the state: two a cell, four a sensor, then what it leaves behind.
-fn state_words(plan: &Plan) -> usize {
-    2 * plan.cells() + 4 * plan.places.len() + HEATS_END + 2 * plan.plies.len() + gas_words(plan)
-}
-
-/// Words of what gas took along before those of the advancements.
-const GONE_WORDS: usize = 14;
-
-/// Words of one member's gas: what it took along, three a reaction in a cell, three a cell and, by Darcy's law, six more.
-fn gas_words(plan: &Plan) -> usize {
-    let made = plan.cells() * (3 * plan.reactions.max(1) + 3);
-    match plan.gas {
-        None => 0,
-        Some(GasPath::Darcy) => GONE_WORDS + made + 6 * plan.cells(),
-        Some(_) => GONE_WORDS + made,
-    }
-}
-
-/// Words of one member in the traces.
-fn trace_words(plan: &Plan) -> usize {
-    2 * (plan.places.len() + plan.gauges()) * plan.records
-}
-
-/// Traces from what came down, which lies member by member within each word.
-fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], strayed: &[u32]) -> Traces {
-    let (count, sensors, instants) = (members.len(), plan.places.len(), plan.records);
-    let traced = sensors + plan.gauges();
-    let mut temperatures_k = vec![0.0; count * sensors * instants];
-    for instant in 0..instants {
-        for sensor in 0..sensors {
-            let base = 2 * (instant * traced + sensor) * count;
-            for member in 0..count {
-                temperatures_k[(member * sensors + sensor) * instants + instant] =
-                    shown[base + member].real() + shown[base + count + member].real();
-            }
-        }
-    }
-    let mut gauges = vec![0.0; count * plan.gauges() * instants];
-    for instant in 0..instants {
-        for gauge in 0..plan.gauges() {
-            let base = 2 * (instant * traced + sensors + gauge) * count;
-            for member in 0..count {
-                gauges[(member * plan.gauges() + gauge) * instants + instant] = shown[base + member].real();
-            }
-        }
-    }
-    let mut traces = Traces {
-        first: members.start,
-        sensors,
-        instants,
-        temperatures_k,
-        gauges,
-        arrivals: Vec::with_capacity(count),
-        balances: Vec::with_capacity(count),
-        extremes_k: Vec::with_capacity(count * plan.plies.len()),
-    };
-    for member in 0..count {
-        let word = |index: usize| left[index * count + member].real();
-        let heat = |index: usize| word(2 * index) + word(2 * index + 1);
-        let extremes_k: Vec<(f64, f64)> =
-            (0..plan.plies.len()).map(|ply| (word(HEATS_END + 2 * ply), word(HEATS_END + 1 + 2 * ply))).collect();
-        let step = (strayed[member] as usize).checked_sub(1);
-        traces.arrivals.push(arrival(plan, step, &extremes_k));
-        let mut balance = Balance::new(from_fn(heat), word(2 * HEATS));
-        if plan.gas.is_some() {
-            let gone = HEATS_END + 2 * plan.plies.len();
-            let sum = |place: usize| word(gone + 2 * place) + word(gone + 2 * place + 1);
-            balance = balance.and_gas([sum(0), sum(1), sum(2), sum(3), word(gone + 8), word(gone + 9)]);
-        }
-        traces.balances.push(balance);
-        traces.extremes_k.extend(extremes_k);
-    }
-    traces
-}
-
 impl March for Gpu {
     fn backend(&self) -> Backend {
         Backend { name: self.device.name.clone(), kind: "gpu", precision: self.precision }
@@ -346,10 +337,30 @@ impl March for Gpu {
                 needed: self.member_bytes(plan) * members.len() as u64,
             });
         }
-        let records = match self.precision {
-            Precision::F32 => self.carry::<f32>(plan, ensemble, members),
-            Precision::F64 => self.carry::<f64>(plan, ensemble, members),
-        };
-        Ok(read_out(records?, plan))
+        let carried: Vec<Carried> = members.map(|member| Carried { member, along: None }).collect();
+        let (records, _) = self.carry_in_its_precision(plan, ensemble, &carried, false)?;
+        Ok(read_out(records, plan))
+    }
+
+    fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
+        let along: Vec<Option<usize>> =
+            if factors.is_empty() { vec![None] } else { factors.iter().copied().map(Some).collect() };
+        let carried: Vec<Carried> =
+            (0..points.len()).flat_map(|member| along.iter().map(move |&along| Carried { member, along })).collect();
+        let mut told = Traces::none(0, plan.places.len(), plan.records);
+        let most = self.capacity(plan).max(1);
+        for (run, some) in carried.chunks(most).enumerate() {
+            let (values, changes) = self.carry_in_its_precision(plan, points, some, true)?;
+            for (place, carried) in some.iter().enumerate() {
+                // The member is the same in each invocation of its point, and told once.
+                if (run * most + place).is_multiple_of(along.len()) {
+                    told.extend(&values, place..place + 1);
+                }
+                if let (Some(changes), Some(_)) = (&changes, carried.along) {
+                    told.extend(changes, place..place + 1);
+                }
+            }
+        }
+        Ok(Some(read_out(told, plan)))
     }
 }
