@@ -349,8 +349,8 @@ fn unchecked(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::ShaderM
         entry_points: vec![wgpu::PassthroughShaderEntryPoint { name: entry.into(), workgroup_size: (0, 0, 0) }].into(),
         ..Default::default()
     };
-    // SAFETY: the words are naga's, of a text that it validated, less the zeros of arrays that our kernels clear
-    // themselves. Every loop of theirs counts to a constant or to a length fixed before it starts; every index into
+    // SAFETY: the words are naga's, of a module that it validated, less the zeros of arrays that our kernels clear
+    // themselves; one that tells changes has the loops and indices of the one that it was made of. Every loop of theirs counts to a constant or to a length fixed before it starts; every index into
     // a private array is such a counter or a cell number that the plan bounds by CELLS; table rows are clamped
     // before use; members beyond the last return at once. Tests march shipped cases with checks on and compare bit
     // for bit. Injected loop counters cost about a tenth on a software device, and far more has been seen on hardware.

@@ -5,8 +5,9 @@
 //! loops, and the kernel records how far each member came, so that a march cut short is an error and never
 //! a wrong temperature.
 //!
-//! Derivatives come from the same kernel [differentiated](differentiate) by its factors, one direction an invocation: a member with seven factors is seven
-//! invocations, each of which marches the member and how it changes along one. Not taken, all directions in one invocation: private memory is what invocations are short of.
+//! Derivatives come from the same kernel, differentiated by its factors, one direction an invocation: a member with seven factors is seven
+//! invocations, each of which marches the member and how it changes along one. Not taken, all directions in one invocation: private memory is
+//! what invocations are short of.
 
 pub mod device;
 mod differentiate;
@@ -118,7 +119,8 @@ impl Gpu {
         (trace_words(plan).max(state_words(plan)) as u64) * self.word_bytes()
     }
 
-    fn carry_in_its_precision(
+    /// Traces of what is carried, and of what changes of each along its factor where that is to be told.
+    fn carry(
         &mut self,
         plan: &Plan,
         ensemble: &Ensemble,
@@ -126,8 +128,8 @@ impl Gpu {
         tells: bool,
     ) -> Result<(Traces, Option<Traces>), MarchError> {
         match self.precision {
-            Precision::F32 => self.carry::<f32>(plan, ensemble, carried, tells),
-            Precision::F64 => self.carry::<f64>(plan, ensemble, carried, tells),
+            Precision::F32 => self.carry_as::<f32>(plan, ensemble, carried, tells),
+            Precision::F64 => self.carry_as::<f64>(plan, ensemble, carried, tells),
         }
     }
 
@@ -146,8 +148,8 @@ impl Gpu {
         Ok(pipeline)
     }
 
-    /// Traces of what is carried, and of what changes of each along its factor where that is to be told.
-    fn carry<W: Word>(
+    /// The same in the words of a precision.
+    fn carry_as<W: Word>(
         &mut self,
         plan: &Plan,
         ensemble: &Ensemble,
@@ -338,7 +340,7 @@ impl March for Gpu {
             });
         }
         let carried: Vec<Carried> = members.map(|member| Carried { member, along: None }).collect();
-        let (records, _) = self.carry_in_its_precision(plan, ensemble, &carried, false)?;
+        let (records, _) = self.carry(plan, ensemble, &carried, false)?;
         Ok(read_out(records, plan))
     }
 
@@ -350,7 +352,7 @@ impl March for Gpu {
         let mut told = Traces::none(0, plan.places.len(), plan.records);
         let most = self.capacity(plan).max(1);
         for (run, some) in carried.chunks(most).enumerate() {
-            let (values, changes) = self.carry_in_its_precision(plan, points, some, true)?;
+            let (values, changes) = self.carry(plan, points, some, true)?;
             for (place, carried) in some.iter().enumerate() {
                 // The member is the same in each invocation of its point, and told once.
                 if (run * most + place).is_multiple_of(along.len()) {

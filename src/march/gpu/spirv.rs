@@ -34,10 +34,11 @@ impl Kernel {
         Self::sound(text, module, false)
     }
 
-    /// The kernel that tells how all that this one stores changes with what the buffer `by` holds; see [`differentiate`].
+    /// The kernel that tells, beside all that this one stores, how that changes with what the buffer `by` holds. To each buffer that changes, `by` among them, belongs one of
+    /// the same shape for the change; these are bound behind all others, in the order of the first.
     ///
     /// # Errors
-    /// As [`differentiate`].
+    /// When there is no such buffer, or the kernel does something with a change that there is no rule for.
     pub fn differentiated(&self, by: &str) -> Result<Self, String> {
         Self::sound(self.text.clone(), differentiate(&self.module, &self.info, by)?, true)
     }

@@ -51,11 +51,7 @@ fn rule(function: &Function) -> Option<Rule> {
     RULES.iter().find(|(known, _)| *known == name).map(|(_, rule)| *rule)
 }
 
-/// The module of a kernel that tells how all that it stores changes with what the buffer `by` holds. To each buffer that changes, `by` among them, belongs one of
-/// the same shape for the change; these are bound behind all others, in the order of the first.
-///
-/// # Errors
-/// When there is no such buffer, or the kernel does something with a change that there is no rule for.
+/// The module of a kernel that tells how all that it stores changes with what the buffer `by` holds; see `Kernel::differentiated`.
 pub(super) fn differentiate(module: &Module, info: &ModuleInfo, by: &str) -> Result<Module, String> {
     let named = |(_, variable): &(_, &GlobalVariable)| variable.name.as_deref() == Some(by);
     let (by, _) = module.global_variables.iter().find(named).ok_or_else(|| format!("no buffer {by:?}"))?;
