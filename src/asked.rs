@@ -13,7 +13,7 @@ use bondline::march::Precision;
 use bondline::march::choose::{Choice, Kind};
 use bondline::study::estimate::{PAPER, Search};
 use bondline::study::posterior::Walkers;
-use bondline::study::sensitivity::{Sensitivity, difference_step};
+use bondline::study::sensitivity::difference_step;
 use bondline::study::size::Demand;
 use std::ops::Range;
 
@@ -55,16 +55,6 @@ pub(crate) fn difference(
         (Some(Method::Difference), None) => Ok(Some(difference_step(precision))),
         _ => Ok(step),
     }
-}
-
-/// Whether derivatives that were to be told were.
-pub(crate) fn told(method: Option<Method>, found: &Sensitivity) -> Result<(), Failure> {
-    if method == Some(Method::Tangent) && found.step.is_some() {
-        return Err(input(
-            "--method tangent: the backend tells no derivatives; take --backend cpu or --method difference",
-        ));
-    }
-    Ok(())
 }
 
 pub(crate) fn sampling(sweep: &Sweep) -> Sampling {

@@ -36,7 +36,7 @@ pub(crate) enum Command {
         ask: Ask,
         #[command(flatten)]
         data: Trusted,
-        /// How to differentiate [default: tangent on the processor, difference on a GPU or where a step is given]
+        /// How to differentiate [default: tangent, difference where a step is given]
         #[arg(long, value_enum)]
         method: Option<Method>,
         /// Relative step of a difference [default: 1e-5 in f64, 1e-3 in f32]

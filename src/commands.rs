@@ -316,9 +316,7 @@ impl Desk {
             return Err(input("the case has no factors to differentiate by"));
         }
         let step = asked::difference(method, step, self.march.precision())?;
-        let found = sensitivity(&self.case, &self.plan, &mut self.march, step)?;
-        asked::told(method, &found)?;
-        self.sensitivity = Some(found);
+        self.sensitivity = Some(sensitivity(&self.case, &self.plan, &mut self.march, step)?);
         Ok(())
     }
 

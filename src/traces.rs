@@ -1,5 +1,7 @@
 //! What a march returns.
 
+use std::ops::Range;
+
 /// Temperatures of a run of members at every sensor and instant, and how each member arrived.
 #[derive(Clone, Debug)]
 pub struct Traces {
@@ -171,6 +173,30 @@ impl Balance {
 }
 
 impl Traces {
+    /// Of no member yet.
+    pub fn none(first: usize, sensors: usize, instants: usize) -> Self {
+        Self {
+            first,
+            sensors,
+            instants,
+            temperatures_k: Vec::new(),
+            gauges: Vec::new(),
+            arrivals: Vec::new(),
+            balances: Vec::new(),
+            extremes_k: Vec::new(),
+        }
+    }
+
+    /// Takes some of the members of others behind its own, counted from the first that is there.
+    pub fn extend(&mut self, other: &Self, members: Range<usize>) {
+        let (count, of) = (other.members(), &members);
+        self.temperatures_k.extend_from_slice(some(&other.temperatures_k, count, of));
+        self.gauges.extend_from_slice(some(&other.gauges, count, of));
+        self.arrivals.extend_from_slice(some(&other.arrivals, count, of));
+        self.balances.extend_from_slice(some(&other.balances, count, of));
+        self.extremes_k.extend_from_slice(some(&other.extremes_k, count, of));
+    }
+
     pub fn members(&self) -> usize {
         self.arrivals.len()
     }
@@ -192,6 +218,12 @@ impl Traces {
         let size = self.sensors * self.instants;
         &self.temperatures_k[member * size..(member + 1) * size]
     }
+}
+
+/// What belongs to some members of values that lie member by member, as many of each.
+fn some<'a, T>(values: &'a [T], count: usize, members: &Range<usize>) -> &'a [T] {
+    let each = values.len() / count;
+    &values[members.start * each..members.end * each]
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod asked; // a ply sized against closed forms, twins fitted and counted
 mod cli; // the built binary from outside: exit codes, messages, files
+mod differentiated; // kernels that tell changes: each rule against dual numbers, on the device
 mod fit; // least squares against certified answers, bounds, identification
 mod golden; // the nominal march of every shipped case, as it was
 mod history; // the flux that heated, from what it left at a thermocouple

@@ -77,23 +77,24 @@ fn on_cpu(precision: Precision, plan: &Plan, ensemble: &Ensemble) -> Traces {
     carried(&mut Cpu::new(precision), plan, ensemble)
 }
 
-/// Numbers that are not the same to the last bit: temperatures, gauges, heats, masses and extremes; and arrivals that differ.
+/// All numbers of traces: temperatures, gauges, heats, masses and extremes.
+pub(crate) fn numbers(traces: &Traces) -> Vec<f64> {
+    let heats = traces.balances.iter().flat_map(|b| {
+        let faces = [b.hot_in_j_m2, b.hot_out_j_m2, b.back_in_j_m2, b.back_out_j_m2];
+        let masses = [b.solid_lost_kg_m2, b.gas_in_kg_m2, b.gas_out_kg_m2, b.gas_stored_kg_m2];
+        faces.into_iter().chain([b.holder_in_j_m2, b.holder_out_j_m2, b.stored_j_m2]).chain(masses)
+    });
+    let extremes = traces.extremes_k.iter().flat_map(|&(low, high)| [low, high]);
+    let gauges = traces.gauges.iter().copied();
+    traces.temperatures_k.iter().copied().chain(gauges).chain(heats).chain(extremes).collect()
+}
+
+/// Numbers that are not the same to the last bit, and arrivals that differ.
 pub(crate) fn differing(one: &Traces, other: &Traces) -> usize {
-    let numbers = |traces: &Traces| {
-        let heats = traces.balances.iter().flat_map(|b| {
-            let faces = [b.hot_in_j_m2, b.hot_out_j_m2, b.back_in_j_m2, b.back_out_j_m2];
-            let masses = [b.solid_lost_kg_m2, b.gas_in_kg_m2, b.gas_out_kg_m2, b.gas_stored_kg_m2];
-            faces.into_iter().chain([b.holder_in_j_m2, b.holder_out_j_m2, b.stored_j_m2]).chain(masses)
-        });
-        let extremes = traces.extremes_k.iter().flat_map(|&(low, high)| [low, high]);
-        let gauges = traces.gauges.iter().copied();
-        let numbers = traces.temperatures_k.iter().copied().chain(gauges).chain(heats).chain(extremes);
-        numbers.map(f64::to_bits).collect::<Vec<u64>>()
-    };
     let (a, b) = (numbers(one), numbers(other));
     let arrivals = one.arrivals.iter().zip(&other.arrivals).filter(|(a, b)| a != b).count();
     let odd = a.len().abs_diff(b.len()) + one.arrivals.len().abs_diff(other.arrivals.len());
-    odd + arrivals + a.iter().zip(&b).filter(|(a, b)| a != b).count()
+    odd + arrivals + a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
 }
 
 /// The largest difference of temperature, K; infinite where members arrived otherwise or a number is none.

@@ -1,14 +1,18 @@
 //! Derivatives that a march tells beside its temperatures, against differences of temperatures.
 
-use crate::support::{case, cases};
+use crate::parity::numbers;
+use crate::support::{adapter, case, cases};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::{Cpu, Reference};
 use bondline::march::extrapolated::Extrapolated;
+use bondline::march::gpu::Gpu;
+use bondline::march::gpu::device::Device;
 use bondline::march::{March, MarchError, Precision};
 use bondline::plan::Plan;
 use bondline::traces::{Arrival, Traces};
 use bondline::verify::twins::{DERIVATIVE, SINGLE_DERIVATIVE, derivatives};
 use std::ops::Range;
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 /// Near the nominal factors, but not at them.
 fn point(case: &bondline::Case) -> Vec<f64> {
@@ -19,6 +23,30 @@ fn plan(case: &bondline::Case) -> Plan {
     let mut case = case.clone();
     case.resolution.cells = case.resolution.cells.min(48);
     Plan::new(&case)
+}
+
+/// A device opened once: its compiled kernels serve every test.
+static SINGLE: LazyLock<Mutex<Gpu>> = LazyLock::new(|| open(Precision::F32, false));
+static DOUBLE: LazyLock<Mutex<Gpu>> = LazyLock::new(|| open(Precision::F64, false));
+
+fn open(precision: Precision, checks: bool) -> Mutex<Gpu> {
+    let device = Device::open(adapter(), checks).expect("the device opens");
+    Mutex::new(Gpu::new(device, precision).expect("the device passes its self-tests"))
+}
+
+fn locked(gpu: &'static LazyLock<Mutex<Gpu>>) -> MutexGuard<'static, Gpu> {
+    gpu.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn told(march: &mut dyn March, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
+    march.tangents(plan, points, factors).expect("it marches").expect("it tells")
+}
+
+/// Numbers that are not the same, and arrivals that differ; nothing is the same with either sign, as a dual number adds zeros that a kernel leaves out.
+fn differing(one: &Traces, other: &Traces) -> usize {
+    let (a, b) = (numbers(one), numbers(other));
+    let arrivals = usize::from(one.arrivals != other.arrivals);
+    arrivals + a.len().abs_diff(b.len()) + a.iter().zip(&b).filter(|(a, b)| a != b).count()
 }
 
 fn off(march: &mut dyn March, case: &bondline::Case) -> f64 {
@@ -46,7 +74,7 @@ fn one_direction_at_a_time_tells_what_a_vector_of_them_tells() {
     let case = case("lcat-2259-pyrolysis");
     let (plan, factors) = (plan(&case), (0..case.factors.len()).collect::<Vec<_>>());
     let points = Ensemble::at(factors.len(), [point(&case), point(&case).iter().map(|x| 1.01 * x).collect()].concat());
-    let of = |march: &mut dyn March| march.tangents(&plan, &points, &factors).expect("it marches").expect("it tells");
+    let of = |march: &mut dyn March| told(march, &plan, &points, &factors);
     let (together, alone) = (of(&mut Cpu::new(Precision::F64)), of(&mut Reference(Precision::F64)));
     assert_eq!(together.members(), 2 * (1 + factors.len()));
     assert_eq!(together.temperatures_k, alone.temperatures_k);
@@ -65,32 +93,32 @@ fn what_two_resolutions_say_of_a_third_has_the_derivatives_that_it_has() {
 
 /// A march whose derivatives are those by a factor so many places before, or that tells none.
 struct Spoiled {
-    cpu: Cpu,
+    march: Box<dyn March>,
     places: Option<usize>,
 }
 
 impl March for Spoiled {
     fn backend(&self) -> bondline::march::Backend {
-        self.cpu.backend()
+        self.march.backend()
     }
     fn capacity(&self, plan: &Plan) -> usize {
-        self.cpu.capacity(plan)
+        self.march.capacity(plan)
     }
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        self.cpu.march(plan, ensemble, members)
+        self.march.march(plan, ensemble, members)
     }
     fn tangents(&mut self, plan: &Plan, at: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
         let Some(places) = self.places else { return Ok(None) };
         let mut factors = factors.to_vec();
         factors.rotate_right(places);
-        self.cpu.tangents(plan, at, &factors)
+        self.march.tangents(plan, at, &factors)
     }
 }
 
 #[test]
 fn derivatives_by_another_factor_are_caught_and_so_are_none() {
     let case = case("lcat-2259");
-    let spoiled = |places| off(&mut Spoiled { cpu: Cpu::new(Precision::F64), places }, &case);
+    let spoiled = |places| off(&mut Spoiled { march: Box::new(Cpu::new(Precision::F64)), places }, &case);
     assert!(spoiled(Some(0)) <= DERIVATIVE);
     assert!(spoiled(Some(1)) > 1e3 * DERIVATIVE);
     assert_eq!(spoiled(None), f64::INFINITY);
@@ -103,8 +131,63 @@ fn derivatives_of_a_member_that_strays_arrive_as_it_does() {
     far[0] = 1e-6;
     far.iter_mut().skip(1).for_each(|factor| *factor *= 1e-9);
     let points = Ensemble::at(far.len(), [point(&case), far].concat());
-    let told =
-        Cpu::new(Precision::F64).tangents(&plan(&case), &points, &[0, 1]).expect("it marches").expect("it tells");
-    assert!(told.arrivals[..3].iter().all(|arrival| *arrival == Arrival::Done));
-    assert!(told.arrivals[3] != Arrival::Done && told.arrivals[3..].iter().all(|arrival| *arrival == told.arrivals[3]));
+    let on_cpu = told(&mut Cpu::new(Precision::F64), &plan(&case), &points, &[0, 1]);
+    let on_device = told(&mut *locked(&SINGLE), &plan(&case), &points, &[0, 1]);
+    for told in [on_cpu, on_device] {
+        assert!(told.arrivals[..3].iter().all(|arrival| *arrival == Arrival::Done));
+        assert!(told.arrivals[3] != Arrival::Done);
+        assert!(told.arrivals[3..].iter().all(|arrival| *arrival == told.arrivals[3]));
+    }
+}
+
+/// How many numbers a device tells otherwise than the processor of the same precision, of how many.
+fn apart(gpu: &mut Gpu, precision: Precision, case: &bondline::Case) -> (usize, usize) {
+    let (plan, factors) = (plan(case), (0..case.factors.len()).collect::<Vec<_>>());
+    let points = Ensemble::at(factors.len(), point(case));
+    let here = told(&mut Cpu::new(precision), &plan, &points, &factors);
+    (differing(&told(gpu, &plan, &points, &factors), &here), numbers(&here).len())
+}
+
+#[test]
+fn derivatives_of_every_case_on_the_device_are_those_of_the_processor_to_the_last_bit() {
+    for case in cases().iter().filter(|case| !case.factors.is_empty()) {
+        assert_eq!(apart(&mut locked(&SINGLE), Precision::F32, case).0, 0, "{}", case.id);
+    }
+}
+
+/// Kernels in double precision take long to compile: one case without decomposition, one with it.
+#[test]
+fn derivatives_in_double_precision_on_the_device_are_those_of_the_processor_to_the_last_bit() {
+    for id in ["lcat-2259", "lcat-2259-pyrolysis"] {
+        assert_eq!(apart(&mut locked(&DOUBLE), Precision::F64, &case(id)).0, 0, "{id}");
+    }
+}
+
+#[test]
+fn derivatives_on_the_device_are_those_of_differences() {
+    let case = case("lcat-2259");
+    let (single, double) = (off(&mut *locked(&SINGLE), &case), off(&mut *locked(&DOUBLE), &case));
+    assert!(single <= SINGLE_DERIVATIVE, "{single:e} in f32");
+    assert!(double <= DERIVATIVE, "{double:e} in f64");
+    let gpu = open(Precision::F32, true).into_inner().unwrap_or_else(PoisonError::into_inner);
+    let mut spoiled = Spoiled { march: Box::new(gpu), places: Some(0) };
+    let checked = off(&mut spoiled, &case);
+    assert!(checked <= SINGLE_DERIVATIVE, "{checked:e} with the runtime's checks on");
+    spoiled.places = Some(1);
+    assert!(off(&mut spoiled, &case) > 1e3 * SINGLE_DERIVATIVE, "derivatives by another factor passed");
+}
+
+#[test]
+fn more_points_than_the_device_carries_at_once_are_told_in_order() {
+    let case = case("lcat-2259");
+    let (plan, factors) = (plan(&case), (0..case.factors.len()).collect::<Vec<_>>());
+    let mut gpu = locked(&SINGLE);
+    let points = gpu.capacity(&plan) / factors.len() + 2;
+    let rows = (0..points).flat_map(|i| point(&case).into_iter().map(move |x| x * (1.0 + 1e-4 * i as f64)));
+    let ensemble = Ensemble::at(factors.len(), rows.collect());
+    let on_cpu = told(&mut Cpu::new(Precision::F32), &plan, &ensemble, &factors);
+    assert_eq!(differing(&told(&mut *gpu, &plan, &ensemble, &factors), &on_cpu), 0);
+    let members = told(&mut Cpu::new(Precision::F32), &plan, &ensemble, &[]);
+    assert_eq!(differing(&told(&mut *gpu, &plan, &ensemble, &[]), &members), 0, "without a direction");
+    assert_eq!(members.members(), points);
 }

@@ -119,8 +119,8 @@ where
         bound.extend([(9, in_buffer.as_entire_binding()), (22, wgpu::BindingResource::TextureView(&in_texels))]);
     }
     bound.extend((30..).zip([&ones, &inputs_up, &outputs].map(wgpu::Buffer::as_entire_binding)));
-    let found: Vec<W> =
-        device.probe(&text, "probe", (SAMPLES / 64) as u32, bound, &outputs).expect("the probe compiles and runs");
+    let kernel = device.kernel(text).expect("the probe compiles");
+    let found: Vec<W> = device.probe(&kernel, "probe", (SAMPLES / 64) as u32, bound, &outputs).expect("the probe runs");
     let mut expected = vec![W::scalar(0.0); outs];
     let mut count = 0;
     for (x, y) in inputs.chunks_exact(ins).zip(found.chunks_exact(outs)) {

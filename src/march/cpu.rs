@@ -189,14 +189,8 @@ fn carry<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensem
     let (sensors, instants) = (plan.places.len(), plan.records);
     let count = members.len();
     let mut traces = Traces {
-        first: members.start,
-        sensors,
-        instants,
         temperatures_k: vec![0.0; count * sensors * instants],
-        gauges: Vec::new(),
-        arrivals: Vec::with_capacity(count),
-        balances: Vec::with_capacity(count),
-        extremes_k: Vec::with_capacity(count * plan.plies.len()),
+        ..Traces::none(members.start, sensors, instants)
     };
     let group_size = (R::LANES * sensors * instants).max(1);
     let ends: Vec<Vec<End>> = traces
@@ -239,16 +233,7 @@ fn carry_along<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, points: &E
         (temperatures_k, ends)
     });
     let carried: Vec<(Vec<f64>, Vec<End>)> = carried.collect();
-    let mut traces = Traces {
-        first: 0,
-        sensors,
-        instants,
-        temperatures_k: Vec::with_capacity(points.len() * (1 + factors.len()) * size),
-        gauges: Vec::new(),
-        arrivals: Vec::new(),
-        balances: Vec::new(),
-        extremes_k: Vec::new(),
-    };
+    let mut traces = Traces::none(0, sensors, instants);
     for (job, (temperatures_k, ends)) in carried.into_iter().enumerate() {
         let arrival = arrival(plan, ends[0].strayed, &ends[0].extremes_k);
         // The member is the same in each job of its point, and told once.

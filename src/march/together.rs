@@ -100,35 +100,14 @@ fn serve(march: &mut dyn March, plan: &Plan, asked: &Receiver<Said>, mut working
 
 /// Some of the members of runs in a row, as traces that begin with a number of their own.
 fn part(runs: &[Traces], members: Range<usize>, first: usize) -> Traces {
-    let mut part = Traces {
-        first,
-        sensors: runs[0].sensors,
-        instants: runs[0].instants,
-        temperatures_k: Vec::new(),
-        gauges: Vec::new(),
-        arrivals: Vec::new(),
-        balances: Vec::new(),
-        extremes_k: Vec::new(),
-    };
+    let mut part = Traces::none(first, runs[0].sensors, runs[0].instants);
     for run in runs {
         let (start, end) = (members.start.max(run.first), members.end.min(run.first + run.members()));
-        if start >= end {
-            continue;
+        if start < end {
+            part.extend(run, start - run.first..end - run.first);
         }
-        let within = start - run.first..end - run.first;
-        part.temperatures_k.extend_from_slice(of(&run.temperatures_k, run.members(), &within));
-        part.gauges.extend_from_slice(of(&run.gauges, run.members(), &within));
-        part.arrivals.extend_from_slice(of(&run.arrivals, run.members(), &within));
-        part.balances.extend_from_slice(of(&run.balances, run.members(), &within));
-        part.extremes_k.extend_from_slice(of(&run.extremes_k, run.members(), &within));
     }
     part
-}
-
-/// What belongs to some members of values that lie member by member, as many of each.
-fn of<'a, T>(values: &'a [T], members: usize, within: &Range<usize>) -> &'a [T] {
-    let each = values.len() / members;
-    &values[within.start * each..within.end * each]
 }
 
 /// The march of one study: passes on and waits.

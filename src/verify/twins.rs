@@ -29,7 +29,8 @@ const STEPS: [f64; 2] = [1e-7, 1e-8];
 /// Members of each comparison: enough for several vectors of lanes and a ragged end.
 const MEMBERS: usize = 37;
 
-/// One row a march and a case: the largest difference from the processor in double precision.
+/// Two rows a march and a case: the largest difference from the processor in double precision, and that of its derivatives from differences; the latter
+/// of the processor in double precision too.
 ///
 /// # Errors
 /// As [`March::march`].
@@ -56,18 +57,19 @@ pub fn twins(marches: &mut [Box<dyn March>]) -> Result<Vec<Row>, MarchError> {
                 source_of_tolerance: source.to_owned(),
             });
         }
-        for precision in [Precision::F64, Precision::F32] {
-            let (name, tolerance, source) = match precision {
+        let mut cpu: [Box<dyn March>; 1] = [Box::new(Cpu::new(Precision::F64))];
+        for march in cpu.iter_mut().chain(marches.iter_mut()) {
+            let backend = march.backend();
+            let (precision, tolerance, source) = match backend.precision {
                 Precision::F64 => ("f64", DERIVATIVE, "rounding over the step of the differences"),
                 Precision::F32 => ("f32", SINGLE_DERIVATIVE, "rounding over the march"),
             };
-            let mut march = Cpu::new(precision);
             rows.push(Row {
                 group: Group::Twins,
                 case: case.name.clone(),
                 reference: "differences in f64".to_owned(),
-                quantity: format!("{name}, derivatives by {} factors as the march tells them", case.factors.len()),
-                difference: derivatives(&mut march, &mut Cpu::new(Precision::F64), &plan, &nominal(&case))?,
+                quantity: format!("{} {precision}, derivatives by {} factors", backend.kind, case.factors.len()),
+                difference: derivatives(march.as_mut(), &mut Cpu::new(Precision::F64), &plan, &nominal(&case))?,
                 tolerance,
                 unit: "of the largest".to_owned(),
                 source_of_tolerance: source.to_owned(),

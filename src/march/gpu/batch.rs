@@ -1,17 +1,16 @@
 //! Members on their way through a plan on a device: what goes up, what is dispatched, what comes down.
 
 use super::device::{Device, Landing};
+use super::gather::{gather, outcome, state_words, trace_words};
 use super::shader;
 use crate::ensemble::Ensemble;
 use crate::march::{MarchError, arrival};
+use crate::plan::Plan;
 use crate::plan::layout::{
-    Bead, Bulk, Cell, Conduction, Drive, Face, HEATS, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
+    Bead, Bulk, Cell, Conduction, Drive, Face, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
 };
-use crate::plan::{GasPath, Plan};
-use crate::traces::{Balance, Traces};
+use crate::traces::Traces;
 use bytemuck::{Pod, Zeroable};
-use std::array::from_fn;
-use std::ops::Range;
 use std::time::Instant;
 
 #[repr(C)]
@@ -54,8 +53,10 @@ impl Word for f64 {
     }
 }
 /// A kernel as a device compiled it.
-pub(super) struct Kernel {
-    pub(super) pipeline: wgpu::ComputePipeline,
+pub(super) struct Pipeline {
+    pub(super) inner: wgpu::ComputePipeline,
+    /// Whether it tells derivatives.
+    pub(super) tells: bool,
     /// Whether it reads tables from texels.
     pub(super) texels: bool,
     /// Members that were timed, the most so far, and steps that a dispatch of them takes.
@@ -64,11 +65,51 @@ pub(super) struct Kernel {
 
 /// A batch whose dispatches are submitted and whose results land by themselves.
 pub(super) struct Batch {
-    members: Range<usize>,
+    carried: Vec<Carried>,
     progress: Landing,
+    values: Words,
+    changes: Option<Words>,
+}
+
+/// What an invocation carries: a member, and the factor along which it tells how the member changes.
+#[derive(Clone, Copy)]
+pub(super) struct Carried {
+    pub(super) member: usize,
+    pub(super) along: Option<usize>,
+}
+
+/// State and traces of a batch, or their changes, on a device.
+struct Room {
+    state: wgpu::Buffer,
+    traces: wgpu::Buffer,
+}
+
+/// What is read of them.
+struct Words {
     left: Landing,
     shown: Landing,
 }
+
+impl Room {
+    /// For so many bytes a word.
+    fn new(device: &Device, plan: &Plan, bytes: u64) -> Self {
+        Self {
+            state: device.storage("state", state_words(plan) as u64 * bytes),
+            traces: device.storage("traces", trace_words(plan) as u64 * bytes),
+        }
+    }
+
+    fn land(&self, device: &Device, plan: &Plan, bytes: u64) -> Words {
+        let outcome = outcome(plan);
+        Words {
+            left: device.land(&self.state, outcome as u64 * bytes, (state_words(plan) - outcome) as u64 * bytes),
+            shown: device.land(&self.traces, 0, trace_words(plan) as u64 * bytes),
+        }
+    }
+}
+
+/// Where the changes of factors, state and traces are bound where a kernel tells them: behind all others.
+const CHANGES: u32 = 23;
 
 impl Batch {
     /// Upload, submit every dispatch, and have copied down what they leave.
@@ -77,64 +118,85 @@ impl Batch {
     /// When the device has no room for rows of the plan.
     pub(super) fn begin<W: Word>(
         device: &Device,
-        kernel: &mut Kernel,
+        pipeline: &mut Pipeline,
         plan: &Plan,
         ensemble: &Ensemble,
-        members: Range<usize>,
+        carried: Vec<Carried>,
     ) -> Result<Self, MarchError> {
-        let count = members.len();
+        let count = carried.len();
         let bytes = (size_of::<W>() * count) as u64;
         let run = device.uniform("run", &[Run::zeroed()])?;
-        let state = device.storage("state", state_words(plan) as u64 * bytes);
-        let traces = device.storage("traces", trace_words(plan) as u64 * bytes);
+        let values = Room::new(device, plan, bytes);
         let progress = device.storage("progress", (2 * size_of::<u32>() * count) as u64);
-        let rows = rows::<W>(device, plan, kernel.texels)?;
-        let factors = device.upload("factors", &factors::<W>(plan, ensemble, members.clone()));
-        let own = [(0, &run), (14, &factors), (15, &state), (16, &traces), (17, &progress)];
+        let rows = rows::<W>(device, plan, pipeline.texels)?;
+        let factors = device.upload("factors", &factors::<W>(plan, ensemble, &carried));
+        let changes = pipeline.tells.then(|| {
+            (device.upload("changes of factors", &seeds::<W>(plan, &carried)), Room::new(device, plan, bytes))
+        });
+        let own = [(0, &run), (14, &factors), (15, &values.state), (16, &values.traces), (17, &progress)];
+        let told = changes.iter().flat_map(|(seeds, room)| (CHANGES..).zip([seeds, &room.state, &room.traces]));
         let mut entries: Vec<(u32, wgpu::BindingResource<'_>)> =
             rows.buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding())).collect();
-        entries.extend(own.map(|(binding, buffer)| (binding, buffer.as_entire_binding())));
+        entries.extend(own.into_iter().chain(told).map(|(binding, buffer)| (binding, buffer.as_entire_binding())));
         entries.push((22, wgpu::BindingResource::TextureView(&rows.texels)));
-        let group = device.bind(&kernel.pipeline, entries);
-        dispatch(device, plan, kernel, &group, &run, count as u32)?;
-        let outcome = 2 * plan.cells() + 4 * plan.places.len();
+        let group = device.bind(&pipeline.inner, entries);
+        dispatch(device, plan, pipeline, &group, &run, count as u32)?;
         Ok(Self {
-            members,
+            carried,
             progress: device.land(&progress, 0, (2 * size_of::<u32>() * count) as u64),
-            left: device.land(&state, outcome as u64 * bytes, (state_words(plan) - outcome) as u64 * bytes),
-            shown: device.land(&traces, 0, trace_words(plan) as u64 * bytes),
+            values: values.land(device, plan, bytes),
+            changes: changes.map(|(_, room)| room.land(device, plan, bytes)),
         })
     }
 
-    /// What the members did, once they have.
+    /// What the members did, once they have; and how that changes along the factor of each, where that is told.
     ///
     /// # Errors
     /// When the device is lost, or ended loops early.
-    pub(super) fn finish<W: Word>(self, device: &Device, plan: &Plan) -> Result<Traces, MarchError> {
-        let count = self.members.len();
+    pub(super) fn finish<W: Word>(self, device: &Device, plan: &Plan) -> Result<(Traces, Option<Traces>), MarchError> {
+        let (count, first) = (self.carried.len(), self.carried.first().map_or(0, |carried| carried.member));
         let progress: Vec<u32> = device.landed(self.progress)?;
-        if let Some(member) = progress[..count].iter().position(|&step| step as usize != plan.steps() + 1) {
+        if let Some(place) = progress[..count].iter().position(|&step| step as usize != plan.steps() + 1) {
             return Err(MarchError::CutShort {
-                member: self.members.start + member,
-                step: progress[member] as usize,
+                member: self.carried[place].member,
+                step: progress[place] as usize,
                 steps: plan.steps(),
             });
         }
-        let (left, shown) = (device.landed::<W>(self.left)?, device.landed::<W>(self.shown)?);
-        Ok(gather(plan, self.members, &shown, &left, &progress[count..]))
+        let gathered = |words: Words| -> Result<Traces, MarchError> {
+            let (left, shown) = (device.landed::<W>(words.left)?, device.landed::<W>(words.shown)?);
+            Ok(gather(plan, first, count, &shown, &left))
+        };
+        let mut values = gathered(self.values)?;
+        let ends = progress[count..].iter().zip(values.extremes_k.chunks_exact(plan.plies.len()));
+        values.arrivals =
+            ends.map(|(&strayed, extremes_k)| arrival(plan, (strayed as usize).checked_sub(1), extremes_k)).collect();
+        let changes = self.changes.map(gathered).transpose()?;
+        let changes = changes.map(|changes| Traces { arrivals: values.arrivals.clone(), ..changes });
+        Ok((values, changes))
     }
 }
 
 /// Factor × member.
-fn factors<W: Word>(plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Vec<W> {
-    let count = members.len();
+fn factors<W: Word>(plan: &Plan, ensemble: &Ensemble, carried: &[Carried]) -> Vec<W> {
+    let count = carried.len();
     let mut factors = vec![W::word(0.0); plan.factors * count];
-    for (place, member) in members.enumerate() {
-        for (factor, &value) in ensemble.member(member).iter().enumerate() {
+    for (place, carried) in carried.iter().enumerate() {
+        for (factor, &value) in ensemble.member(carried.member).iter().enumerate() {
             factors[factor * count + place] = W::word(value);
         }
     }
     factors
+}
+
+/// How the factors change along that of each, in the same order.
+fn seeds<W: Word>(plan: &Plan, carried: &[Carried]) -> Vec<W> {
+    let count = carried.len();
+    let mut seeds = vec![W::word(0.0); plan.factors * count];
+    for (place, Carried { along, .. }) in carried.iter().enumerate() {
+        along.iter().for_each(|factor| seeds[factor * count + place] = W::word(1.0));
+    }
+    seeds
 }
 
 /// The rows of a plan on a device.
@@ -192,7 +254,7 @@ fn rows<W: Word>(device: &Device, plan: &Plan, texels: bool) -> Result<Rows, Mar
 fn dispatch(
     device: &Device,
     plan: &Plan,
-    kernel: &mut Kernel,
+    pipeline: &mut Pipeline,
     group: &wgpu::BindGroup,
     run: &wgpu::Buffer,
     members: u32,
@@ -216,14 +278,14 @@ fn dispatch(
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&kernel.pipeline);
+            pass.set_pipeline(&pipeline.inner);
             pass.set_bind_group(0, group, &[]);
             pass.dispatch_workgroups(members.div_ceil(shader::WORKGROUP), 1, 1);
         }
         device.queue.submit([encoder.finish()]);
     };
     let mut first_step = 0;
-    let stride = match kernel.timed {
+    let stride = match pipeline.timed {
         _ if device.is_software => shader::steps_a_dispatch(plan, true),
         Some((most, stride)) if members <= most => stride,
         _ => {
@@ -234,7 +296,7 @@ fn dispatch(
             device.wait()?;
             first_step = tried;
             let stride = shader::steps_in_time(tried, began.elapsed());
-            kernel.timed = Some((members, stride));
+            pipeline.timed = Some((members, stride));
             stride
         }
     };
@@ -244,82 +306,4 @@ fn dispatch(
         first_step = end_step;
     }
     Ok(())
-}
-
-/// Words of the sums of heat, in two words each, and of the heat stored: where the extremes begin.
-const HEATS_END: usize = 2 * HEATS + 1;
-
-/// Words of one member in the state: two a cell, four a sensor, then what it leaves behind.
-pub(super) fn state_words(plan: &Plan) -> usize {
-    2 * plan.cells() + 4 * plan.places.len() + HEATS_END + 2 * plan.plies.len() + gas_words(plan)
-}
-
-/// Words of what gas took along before those of the advancements.
-const GONE_WORDS: usize = 14;
-
-/// Words of one member's gas: what it took along, three a reaction in a cell, three a cell and, by Darcy's law, six more.
-fn gas_words(plan: &Plan) -> usize {
-    let made = plan.cells() * (3 * plan.reactions.max(1) + 3);
-    match plan.gas {
-        None => 0,
-        Some(GasPath::Darcy) => GONE_WORDS + made + 6 * plan.cells(),
-        Some(_) => GONE_WORDS + made,
-    }
-}
-
-/// Words of one member in the traces.
-pub(super) fn trace_words(plan: &Plan) -> usize {
-    2 * (plan.places.len() + plan.gauges()) * plan.records
-}
-
-/// Traces from what came down, which lies member by member within each word.
-fn gather<W: Word>(plan: &Plan, members: Range<usize>, shown: &[W], left: &[W], strayed: &[u32]) -> Traces {
-    let (count, sensors, instants) = (members.len(), plan.places.len(), plan.records);
-    let traced = sensors + plan.gauges();
-    let mut temperatures_k = vec![0.0; count * sensors * instants];
-    for instant in 0..instants {
-        for sensor in 0..sensors {
-            let base = 2 * (instant * traced + sensor) * count;
-            for member in 0..count {
-                temperatures_k[(member * sensors + sensor) * instants + instant] =
-                    shown[base + member].real() + shown[base + count + member].real();
-            }
-        }
-    }
-    let mut gauges = vec![0.0; count * plan.gauges() * instants];
-    for instant in 0..instants {
-        for gauge in 0..plan.gauges() {
-            let base = 2 * (instant * traced + sensors + gauge) * count;
-            for member in 0..count {
-                gauges[(member * plan.gauges() + gauge) * instants + instant] = shown[base + member].real();
-            }
-        }
-    }
-    let mut traces = Traces {
-        first: members.start,
-        sensors,
-        instants,
-        temperatures_k,
-        gauges,
-        arrivals: Vec::with_capacity(count),
-        balances: Vec::with_capacity(count),
-        extremes_k: Vec::with_capacity(count * plan.plies.len()),
-    };
-    for member in 0..count {
-        let word = |index: usize| left[index * count + member].real();
-        let heat = |index: usize| word(2 * index) + word(2 * index + 1);
-        let extremes_k: Vec<(f64, f64)> =
-            (0..plan.plies.len()).map(|ply| (word(HEATS_END + 2 * ply), word(HEATS_END + 1 + 2 * ply))).collect();
-        let step = (strayed[member] as usize).checked_sub(1);
-        traces.arrivals.push(arrival(plan, step, &extremes_k));
-        let mut balance = Balance::new(from_fn(heat), word(2 * HEATS));
-        if plan.gas.is_some() {
-            let gone = HEATS_END + 2 * plan.plies.len();
-            let sum = |place: usize| word(gone + 2 * place) + word(gone + 2 * place + 1);
-            balance = balance.and_gas([sum(0), sum(1), sum(2), sum(3), word(gone + 8), word(gone + 9)]);
-        }
-        traces.balances.push(balance);
-        traces.extremes_k.extend(extremes_k);
-    }
-    traces
 }

@@ -1,10 +1,12 @@
 //! The one place that knows devices: adapters, limits and self-tests.
 
 use super::cache::{self, Cache};
-use super::{shader, spirv};
+use super::shader;
+use super::spirv::{self, Kernel};
 use crate::march::MarchError;
 use crate::plan::layout::ABREAST;
 use bytemuck::Pod;
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::mpsc;
 
@@ -162,17 +164,25 @@ impl Device {
         MarchError::Device { device: self.name.clone(), message: message.to_string() }
     }
 
-    /// A pipeline of a kernel's text. Private arrays of more than [`spirv::SHORT`] elements begin as they may.
+    /// The kernel of a text.
     ///
     /// # Errors
     /// When the text does not compile, with the compiler's excerpt.
-    pub fn pipeline(&self, text: &str, entry: &str) -> Result<wgpu::ComputePipeline, MarchError> {
+    pub fn kernel(&self, text: String) -> Result<Kernel, MarchError> {
+        Kernel::of(text).map_err(|why| self.error(why))
+    }
+
+    /// A pipeline of a kernel. Private arrays of more than [`spirv::SHORT`] elements begin as they may.
+    ///
+    /// # Errors
+    /// When the kernel has no such entry point, or the driver refuses it.
+    pub fn pipeline(&self, kernel: &Kernel, entry: &str) -> Result<wgpu::ComputePipeline, MarchError> {
         if self.checks {
-            let descriptor =
-                wgpu::ShaderModuleDescriptor { label: Some(entry), source: wgpu::ShaderSource::Wgsl(text.into()) };
+            let source = wgpu::ShaderSource::Naga(Cow::Owned(kernel.module.clone()));
+            let descriptor = wgpu::ShaderModuleDescriptor { label: Some(entry), source };
             return self.assembled(entry, None, |device| device.create_shader_module(descriptor));
         }
-        let compiled = spirv::compile(text, entry).map_err(|why| self.error(why))?;
+        let compiled = spirv::compile(kernel, entry).map_err(|why| self.error(why))?;
         let entry_of = |&(binding, ty): &(u32, wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
@@ -329,16 +339,16 @@ impl Device {
     /// Run one small kernel over what it binds, and hand back what it wrote into one of its buffers.
     ///
     /// # Errors
-    /// When the kernel does not compile or the device is lost.
+    /// As [`pipeline`](Self::pipeline), or when the device is lost.
     pub fn probe<'a, T: Pod>(
         &self,
-        text: &str,
+        kernel: &Kernel,
         entry: &str,
         groups: u32,
         bound: impl IntoIterator<Item = (u32, wgpu::BindingResource<'a>)>,
         written: &wgpu::Buffer,
     ) -> Result<Vec<T>, MarchError> {
-        let pipeline = self.pipeline(text, entry)?;
+        let pipeline = self.pipeline(kernel, entry)?;
         let group = self.bind(&pipeline, bound);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
@@ -361,8 +371,9 @@ fn unchecked(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::ShaderM
         entry_points: vec![wgpu::PassthroughShaderEntryPoint { name: entry.into(), workgroup_size: (0, 0, 0) }].into(),
         ..Default::default()
     };
-    // SAFETY: the words are naga's, of a text that it validated, less the zeros of arrays that our kernels clear
-    // themselves. Every loop of theirs counts to a constant or to a length fixed before it starts; every index into
+    // SAFETY: the words are naga's, of a module that it validated, less the zeros of arrays that our kernels clear
+    // themselves; one that tells changes has the loops and indices of the one that it was made of. Every loop of theirs counts
+    // to a constant or to a length fixed before it starts; every index into
     // a private array is such a counter or a cell number that the plan bounds by CELLS; table rows are clamped
     // before use; members beyond the last return at once. Tests march shipped cases with checks on and compare bit
     // for bit. Injected loop counters cost about a tenth on a software device, and far more has been seen on hardware.

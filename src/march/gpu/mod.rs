@@ -4,10 +4,16 @@
 //! traces come down once. No dispatch is long, which keeps clear of drivers that time out or stop counting
 //! loops, and the kernel records how far each member came, so that a march cut short is an error and never
 //! a wrong temperature.
+//!
+//! Derivatives come from the same kernel, differentiated by its factors, one direction an invocation: a member with seven factors is seven
+//! invocations, each of which marches the member and how it changes along one. Not taken, all directions in one invocation: private memory is
+//! what invocations are short of.
 
 mod batch;
 mod cache;
 pub mod device;
+mod differentiate;
+mod gather;
 pub mod self_tests;
 pub mod shader;
 pub mod spirv;
@@ -16,8 +22,9 @@ use super::{Backend, Begun, March, MarchError, Precision, read_out};
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
 use crate::traces::Traces;
-use batch::{Batch, Kernel, Word, state_words, trace_words};
+use batch::{Batch, Carried, Pipeline, Word};
 use device::Device;
+use gather::{state_words, trace_words};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::ops::Range;
@@ -34,7 +41,8 @@ const BATCH_BYTES: u64 = 1 << 30;
 pub struct Gpu {
     device: Device,
     precision: Precision,
-    kernels: HashMap<String, Kernel>,
+    /// By the kernel's text, and whether it tells derivatives.
+    pipelines: HashMap<(String, bool), Pipeline>,
 }
 
 impl Gpu {
@@ -55,7 +63,7 @@ impl Gpu {
                 });
             }
         }
-        Ok(Self { device, precision, kernels: HashMap::new() })
+        Ok(Self { device, precision, pipelines: HashMap::new() })
     }
 
     fn word_bytes(&self) -> u64 {
@@ -76,25 +84,63 @@ impl Gpu {
         (trace_words(plan).max(state_words(plan)) as u64) * self.word_bytes()
     }
 
+    /// The pipeline that marches a plan, telling derivatives or not; compiled once.
+    fn pipeline(&mut self, plan: &Plan, tells: bool) -> Result<&mut Pipeline, MarchError> {
+        let texels = self.precision == Precision::F32 && self.device.reads_texels(plan.rows.tables.len());
+        let asked = (shader::kernel(plan, self.precision, texels, shader::MARCH), tells);
+        match self.pipelines.entry(asked) {
+            Entry::Occupied(known) => Ok(known.into_mut()),
+            Entry::Vacant(new) => {
+                let mut kernel = self.device.kernel(new.key().0.clone())?;
+                if tells {
+                    kernel = kernel.differentiated("factors").map_err(|why| self.device.error(why))?;
+                }
+                let inner = self.device.pipeline(&kernel, "march")?;
+                self.device.keep();
+                Ok(new.insert(Pipeline { inner, tells, texels, timed: None }))
+            }
+        }
+    }
+
     fn begin_in<'a, W: Word>(
         &mut self,
         plan: &'a Plan,
         ensemble: &Ensemble,
         members: Range<usize>,
     ) -> Result<Begun<'a>, MarchError> {
-        let texels = self.precision == Precision::F32 && self.device.reads_texels(plan.rows.tables.len());
-        let text = shader::kernel(plan, self.precision, texels, shader::MARCH);
-        let kernel = match self.kernels.entry(text) {
-            Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(new) => {
-                let pipeline = self.device.pipeline(new.key(), "march")?;
-                self.device.keep();
-                new.insert(Kernel { pipeline, texels, timed: None })
-            }
-        };
-        let batch = Batch::begin::<W>(&self.device, kernel, plan, ensemble, members)?;
         let device = self.device.clone();
-        Ok(Box::new(move || Ok(read_out(batch.finish::<W>(&device, plan)?, plan))))
+        let carried = members.map(|member| Carried { member, along: None }).collect();
+        let batch = Batch::begin::<W>(&device, self.pipeline(plan, false)?, plan, ensemble, carried)?;
+        Ok(Box::new(move || Ok(read_out(batch.finish::<W>(&device, plan)?.0, plan))))
+    }
+
+    fn tangents_in<W: Word>(
+        &mut self,
+        plan: &Plan,
+        points: &Ensemble,
+        factors: &[usize],
+    ) -> Result<Traces, MarchError> {
+        let along: Vec<Option<usize>> =
+            if factors.is_empty() { vec![None] } else { factors.iter().copied().map(Some).collect() };
+        let carried: Vec<Carried> =
+            (0..points.len()).flat_map(|member| along.iter().map(move |&along| Carried { member, along })).collect();
+        let mut told = Traces::none(0, plan.places.len(), plan.records);
+        let most = self.capacity(plan).max(1);
+        for (run, some) in carried.chunks(most).enumerate() {
+            let device = self.device.clone();
+            let batch = Batch::begin::<W>(&device, self.pipeline(plan, true)?, plan, points, some.to_vec())?;
+            let (values, changes) = batch.finish::<W>(&device, plan)?;
+            for (place, carried) in some.iter().enumerate() {
+                // The member is the same in each invocation of its point, and told once.
+                if (run * most + place).is_multiple_of(along.len()) {
+                    told.extend(&values, place..place + 1);
+                }
+                if let (Some(changes), Some(_)) = (&changes, carried.along) {
+                    told.extend(changes, place..place + 1);
+                }
+            }
+        }
+        Ok(read_out(told, plan))
     }
 }
 
@@ -129,6 +175,12 @@ impl March for Gpu {
         match self.precision {
             Precision::F32 => self.begin_in::<f32>(plan, ensemble, members),
             Precision::F64 => self.begin_in::<f64>(plan, ensemble, members),
+        }
+    }
+    fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
+        match self.precision {
+            Precision::F32 => self.tangents_in::<f32>(plan, points, factors).map(Some),
+            Precision::F64 => self.tangents_in::<f64>(plan, points, factors).map(Some),
         }
     }
 }

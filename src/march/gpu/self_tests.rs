@@ -39,7 +39,7 @@ impl Device {
             .to_string();
         let (asked, turned) = (self.upload("asked", &[TURNS; 4]), self.storage("turned", 16));
         let bound = [(0, asked.as_entire_binding()), (1, turned.as_entire_binding())];
-        let turned: Vec<u32> = self.probe(&text, "turns", 1, bound, &turned)?;
+        let turned: Vec<u32> = self.probe(&self.kernel(text)?, "turns", 1, bound, &turned)?;
         Ok(SelfTests { transforms, loop_turns: turned[0] })
     }
 
@@ -75,7 +75,7 @@ impl Device {
         let buffers = [("ones", &[W::scalar(1.0); 4][..]), ("pairs", &pairs), ("sums", &pairs)]
             .map(|(label, rows)| self.upload(label, rows));
         let bound = (0..).zip(buffers.iter().map(wgpu::Buffer::as_entire_binding));
-        let sums: Vec<W> = self.probe(&text, "transforms", (PAIRS / 64) as u32, bound, &buffers[2])?;
+        let sums: Vec<W> = self.probe(&self.kernel(text)?, "transforms", (PAIRS / 64) as u32, bound, &buffers[2])?;
         Ok(wrong_sums(&pairs, &sums))
     }
 }

@@ -4,14 +4,51 @@
 //! a software device compiled for three minutes, without them for seconds. wgpu has no switch for it, so kernels that
 //! [clear](super::shader::MARCH) what they lean on are compiled here, and the words handed to the driver as they are.
 
-use naga::AddressSpace;
+use super::differentiate::differentiate;
 use naga::back::spv;
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
-use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::{AddressSpace, Module};
 use std::collections::HashMap;
 
 /// Arrays of more elements than this begin as they may: a kernel's cells are more, what it keeps by the handful is less.
 pub const SHORT: u32 = 32;
+
+/// A kernel as naga reads its text: sound.
+pub struct Kernel {
+    text: String,
+    pub module: Module,
+    info: ModuleInfo,
+    /// Whether no operation may be joined with another or moved into it, which rounds otherwise. The text of a kernel sees to that itself where it
+    /// matters; what it becomes when it is differentiated has sums and products that nobody wrote.
+    is_exact: bool,
+}
+
+impl Kernel {
+    /// The kernel of a text.
+    ///
+    /// # Errors
+    /// When the text does not compile, with the compiler's excerpt.
+    pub fn of(text: String) -> Result<Self, String> {
+        let module = naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string(&text))?;
+        Self::sound(text, module, false)
+    }
+
+    /// The kernel that tells, beside all that this one stores, how that changes with what the buffer `by` holds. To each buffer that changes, `by` among them, belongs one of
+    /// the same shape for the change; these are bound behind all others, in the order of the first.
+    ///
+    /// # Errors
+    /// When there is no such buffer, or the kernel does something with a change that there is no rule for.
+    pub fn differentiated(&self, by: &str) -> Result<Self, String> {
+        Self::sound(self.text.clone(), differentiate(&self.module, &self.info, by)?, true)
+    }
+
+    fn sound(text: String, module: Module, is_exact: bool) -> Result<Self, String> {
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64);
+        let info = validator.validate(&module).map_err(|error| error.emit_to_string(&text))?;
+        Ok(Self { text, module, info, is_exact })
+    }
+}
 
 /// Words of a kernel, and how each thing of the host's is bound: by the number in the text, and in the words by its place here.
 pub struct Compiled {
@@ -19,14 +56,12 @@ pub struct Compiled {
     pub bindings: Vec<(u32, wgpu::BindingType)>,
 }
 
-/// The words of the entry point `entry` of a text, without checks of bounds.
+/// The words of the entry point `entry` of a kernel, without checks of bounds.
 ///
 /// # Errors
-/// When the text does not compile, with the compiler's excerpt.
-pub fn compile(text: &str, entry: &str) -> Result<Compiled, String> {
-    let module = naga::front::wgsl::parse_str(text).map_err(|error| error.emit_to_string(text))?;
-    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64);
-    let info = validator.validate(&module).map_err(|error| error.emit_to_string(text))?;
+/// When there is no such entry point, or naga cannot write it.
+pub fn compile(kernel: &Kernel, entry: &str) -> Result<Compiled, String> {
+    let Kernel { module, info, is_exact, .. } = kernel;
     let named = |point: &naga::EntryPoint| point.name == entry;
     let place = module.entry_points.iter().position(named).ok_or_else(|| format!("no entry point {entry:?}"))?;
     let mut bound: Vec<_> = module
@@ -52,9 +87,10 @@ pub fn compile(text: &str, entry: &str) -> Result<Compiled, String> {
         ..spv::Options::default()
     };
     let pipeline = spv::PipelineOptions { shader_stage: naga::ShaderStage::Compute, entry_point: entry.to_owned() };
-    let words = spv::write_vec(&module, &info, &options, Some(&pipeline)).map_err(|error| error.to_string())?;
+    let words = spv::write_vec(module, info, &options, Some(&pipeline)).map_err(|error| error.to_string())?;
     let bindings = bound.into_iter().map(|(binding, kind)| (binding.binding, kind)).collect();
-    Ok(Compiled { words: without_zeros(&words), bindings })
+    let words = without_zeros(&words);
+    Ok(Compiled { words: if *is_exact { exact(&words) } else { words }, bindings })
 }
 
 fn binding(space: AddressSpace) -> Option<wgpu::BindingType> {
@@ -78,21 +114,36 @@ const TEXELS: wgpu::BindingType = wgpu::BindingType::StorageTexture {
     view_dimension: wgpu::TextureViewDimension::D2,
 };
 
-/// Words without the initial values of private arrays of more than [`SHORT`] elements. By the specification of SPIR-V
-/// an instruction's first word is its length in words above its code; variables follow the types they are of.
+/// Words of the header of SPIR-V.
+const HEADER: usize = 5;
+
+/// Each instruction's code and words, the first left out. By the specification of SPIR-V an instruction's first word is its length in words above
+/// its code.
+fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
+    let mut rest = &words[HEADER..];
+    std::iter::from_fn(move || {
+        let &first = rest.first()?;
+        let (instruction, after) = rest.split_at((first >> 16) as usize);
+        rest = after;
+        Some((first & 0xffff, &instruction[1..]))
+    })
+}
+
+fn push(words: &mut Vec<u32>, code: u32, operands: &[u32]) {
+    words.push((operands.len() as u32 + 1) << 16 | code);
+    words.extend(operands);
+}
+
+/// Words without the initial values of private arrays of more than [`SHORT`] elements; variables follow the types they are of.
 fn without_zeros(words: &[u32]) -> Vec<u32> {
-    const HEADER: usize = 5;
     const CONSTANT: u32 = 43;
     const TYPE_ARRAY: u32 = 28;
     const TYPE_POINTER: u32 = 32;
     const VARIABLE: u32 = 59;
     const PRIVATE: u32 = 6;
     let (mut lengths, mut long, mut kept) = (HashMap::new(), HashMap::new(), words[..HEADER].to_vec());
-    let mut rest = &words[HEADER..];
-    while let Some(&first) = rest.first() {
-        let (instruction, after) = rest.split_at((first >> 16) as usize);
-        rest = after;
-        match (first & 0xffff, &instruction[1..]) {
+    for (code, operands) in instructions(words) {
+        match (code, operands) {
             (CONSTANT, &[_, id, value]) => {
                 lengths.insert(id, value);
             }
@@ -103,12 +154,33 @@ fn without_zeros(words: &[u32]) -> Vec<u32> {
                 long.insert(id, long.get(&pointed) == Some(&true));
             }
             (VARIABLE, &[kind, id, PRIVATE, _zeros]) if long.get(&kind) == Some(&true) => {
-                kept.extend([4 << 16 | VARIABLE, kind, id, PRIVATE]);
+                push(&mut kept, VARIABLE, &[kind, id, PRIVATE]);
                 continue;
             }
             _ => {}
         }
-        kept.extend(instruction);
+        push(&mut kept, code, operands);
+    }
+    kept
+}
+
+/// Words in which every sum, difference, product, quotient and change of sign stands alone (`NoContraction`): drivers otherwise take factors out of sums and move constants into
+/// products. Decorations come before the first type.
+fn exact(words: &[u32]) -> Vec<u32> {
+    const DECORATE: u32 = 71;
+    const NO_CONTRACTION: u32 = 42;
+    const ARITHMETIC: [u32; 5] = [127, 129, 131, 133, 136];
+    const TYPES: std::ops::RangeInclusive<u32> = 19..=39;
+    let mut kept = words[..HEADER].to_vec();
+    let mut decorated = false;
+    for (code, operands) in instructions(words) {
+        if TYPES.contains(&code) && !decorated {
+            decorated = true;
+            for (_, of) in instructions(words).filter(|(code, _)| ARITHMETIC.contains(code)) {
+                push(&mut kept, DECORATE, &[of[1], NO_CONTRACTION]);
+            }
+        }
+        push(&mut kept, code, operands);
     }
     kept
 }
@@ -118,16 +190,8 @@ mod tests {
     use super::*;
 
     fn variables(words: &[u32]) -> Vec<usize> {
-        let mut lengths = Vec::new();
-        let mut rest = &words[5..];
-        while let Some(&first) = rest.first() {
-            let (instruction, after) = rest.split_at((first >> 16) as usize);
-            if first & 0xffff == 59 && instruction[3] == 6 {
-                lengths.push(instruction.len());
-            }
-            rest = after;
-        }
-        lengths
+        let private = |(code, operands): &(u32, &[u32])| *code == 59 && operands[2] == 6;
+        instructions(words).filter(private).map(|(_, operands)| operands.len() + 1).collect()
     }
 
     #[test]
@@ -137,7 +201,8 @@ mod tests {
             @group(0) @binding(2) var<storage, read> into: array<f32>;
             @group(0) @binding(3) var<storage, read> unused: array<f32>;
             @compute @workgroup_size(1) fn probe() { out[0] = into[0] + long[7] + short[7] + alone; }";
-        let compiled = compile(text, "probe").expect("the text is sound");
+        let kernel = Kernel::of(text.to_owned()).expect("the text is sound");
+        let compiled = compile(&kernel, "probe").expect("it has the entry point");
         let mut lengths = variables(&compiled.words);
         lengths.sort_unstable();
         assert_eq!(lengths, [4, 5, 5]);
@@ -151,8 +216,24 @@ mod tests {
 
     #[test]
     fn a_text_that_is_wrong_is_refused_with_an_excerpt() {
-        let refused = compile("@compute @workgroup_size(1) fn probe() { lost = 1; }", "probe").err();
+        let refused = Kernel::of("@compute @workgroup_size(1) fn probe() { lost = 1; }".to_owned()).err();
         assert!(refused.is_some_and(|why| why.contains("lost")), "names what is not known");
-        assert!(compile("fn probe() {}", "probe").is_err(), "no entry point");
+        let without = Kernel::of("fn probe() {}".to_owned()).expect("the text is sound");
+        assert!(compile(&without, "probe").is_err(), "no entry point");
+    }
+
+    #[test]
+    fn every_operation_of_a_kernel_that_tells_changes_stands_alone() {
+        let text = "@group(0) @binding(0) var<storage, read> x: array<f32>;
+            @group(0) @binding(1) var<storage, read_write> y: array<f32>;
+            @compute @workgroup_size(1) fn probe() { y[0] = x[0] * x[1] - x[2]; }";
+        let kernel = Kernel::of(text.to_owned()).expect("the text is sound");
+        let alone = |kernel: &Kernel| {
+            let words = compile(kernel, "probe").expect("it has the entry point").words;
+            instructions(&words).filter(|(code, operands)| *code == 71 && operands[1] == 42).count()
+        };
+        assert_eq!(alone(&kernel), 0);
+        // The difference of a product, and its change: two products, their sum, and a difference.
+        assert_eq!(alone(&kernel.differentiated("x").expect("there is a rule for each")), 2 + 4);
     }
 }

@@ -1,0 +1,179 @@
+//! Kernels that tell changes: each rule of differentiation on the device against the dual number on the processor, bit for bit.
+
+use crate::support::{Uniform, adapter, device};
+use bondline::march::Precision;
+use bondline::march::gpu::device::Device;
+use bondline::march::gpu::shader;
+use bondline::march::gpu::spirv::Kernel;
+use bondline::physics::Real;
+use bondline::physics::compensated::{Pair, advanced, difference};
+use bondline::physics::dual::Dual;
+use bondline::physics::exponential::{decay, exponential, logarithm, power};
+use bondline::physics::lanes::{Doubles, Singles};
+use bondline::physics::tridiagonal::settled;
+use bytemuck::Pod;
+use simdeez::engines::scalar::Scalar;
+
+/// A value and one direction.
+type Single = Dual<f32, Singles<Scalar>>;
+type Double = Dual<f64, Doubles<Scalar>>;
+
+const SAMPLES: usize = 1024;
+/// Numbers that go into a kernel, each with its change.
+const INPUTS: usize = 4;
+
+/// What a kernel computes of `x`, and the same of dual numbers.
+type Rule<R> = (&'static str, fn(&[R]) -> R);
+
+fn rules<R: Real>() -> Vec<Rule<R>> {
+    vec![
+        ("x[0] * x[1] - 2.0 * x[0]", |x| x[0] * x[1] - R::constant(2.0) * x[0]),
+        ("x[0] / x[1]", |x| x[0] / x[1]),
+        ("3.0 / x[1] + x[0] / 7.0", |x| R::constant(3.0) / x[1] + x[0] / R::constant(7.0)),
+        ("sqrt(x[0]) + -x[1]", |x| x[0].sqrt() + -x[1]),
+        ("max(x[0], x[1])", |x| x[0].max(x[1])),
+        ("min(x[0], x[1])", |x| x[0].min(x[1])),
+        ("min(x[0], 1.5) + max(1.5, x[1])", |x| x[0].min(R::constant(1.5)) + R::constant(1.5).max(x[1])),
+        ("clamp(x[0], 1.0, 2.0)", |x| x[0].max(R::constant(1.0)).min(R::constant(2.0))),
+        ("select(x[0] * x[1], x[2], x[0] > x[1])", |x| if x[0].lane(0) > x[1].lane(0) { x[2] } else { x[0] * x[1] }),
+        ("real(u32(x[0])) * x[1]", |x| x[1] * x[0].floor(9)),
+        ("reached(x[0], x[1]) * x[2]", |x| x[0].reached(x[1]) * x[2]),
+        ("settled(x[0] * real(1e-26)) + settled(x[1])", |x| settled(x[0] * R::constant(1e-26)) + settled(x[1])),
+        ("exponential(x[0] - x[1])", |x| exponential(x[0] - x[1])),
+        ("decay(x[0])", |x| decay(x[0])),
+        ("logarithm(x[0])", |x| logarithm(x[0])),
+        ("power(x[0], x[1])", |x| power(x[0], x[1])),
+        ("raised(x[0], u32(x[2]))", |x| (0..x[2].lane(0) as u32).fold(R::constant(1.0), |power, _| power * x[0])),
+        ("hold(&held, 1u, x[0]) * held[1].high + hold(&held, 2u, x[1])", |x| {
+            (x[0] * x[0] + x[0]) * x[0] + R::constant(1.0)
+        }),
+        ("difference(Pair(x[0], x[1]), Pair(x[2], x[3]))", |x| {
+            difference(Pair { high: x[0], low: x[1] }, Pair { high: x[2], low: x[3] })
+        }),
+        ("advanced(Pair(x[0], real(1e-6) * x[1]), x[2]).low", |x| {
+            advanced(Pair { high: x[0], low: R::constant(1e-6) * x[1] }, x[2]).low
+        }),
+        ("turned(vec2<real>(x[0], x[1])).y", |x| x[0] * R::constant(2.0) + x[1]),
+    ]
+}
+
+/// Functions that the rules call: a loop, a struct in a private array behind a pointer, a return ahead of another, a vector.
+const CALLED: &str = "
+struct Held { high: real, count: u32, low: real }
+var<private> held: array<Held, 3>;
+fn hold(into: ptr<private, array<Held, 3>>, i: u32, value: real) -> real {
+    if i == 2u { return 1.0; }
+    (*into)[i] = Held(value, i, value * value);
+    return (*into)[i].low + value;
+}
+fn raised(x: real, times: u32) -> real {
+    var power = real(1.0);
+    for (var i = 0u; i < times; i++) { power = power * x; }
+    return power;
+}
+fn turned(two: vec2<real>) -> vec2<real> { return two.yx * 2.0 + two; }
+";
+
+fn text(precision: Precision, expressions: &[&str]) -> String {
+    let parts = ["prelude", "compensated", "exponential", "tridiagonal"];
+    let parts = shader::PARTS.iter().filter(|(name, _)| parts.contains(name)).map(|(_, part)| *part);
+    let places = expressions.iter().zip(0..).map(|(expression, place)| format!("y[{place}] = {expression};\n"));
+    format!(
+        "{}const CELLS = 2u;\n{}{CALLED}
+         @group(0) @binding(0) var<storage, read> ones: array<real>;
+         @group(0) @binding(1) var<storage, read> inputs: array<real>;
+         @group(0) @binding(2) var<storage, read_write> outputs: array<real>;
+         @compute @workgroup_size(64) fn probe(@builtin(global_invocation_id) id: vec3<u32>) {{
+             one = ones[0];
+             var x: array<real, {INPUTS}>;
+             for (var i = 0u; i < {INPUTS}u; i++) {{ x[i] = inputs[id.x * {INPUTS}u + i]; }}
+             var y: array<real, {outs}>;
+             {}
+             for (var i = 0u; i < {outs}u; i++) {{ outputs[id.x * {outs}u + i] = y[i]; }}
+         }}",
+        shader::head(precision),
+        parts.collect::<String>(),
+        places.collect::<String>(),
+        outs = expressions.len(),
+    )
+}
+
+fn sound(precision: Precision, expressions: &[&str]) -> Kernel {
+    Kernel::of(text(precision, expressions)).expect("the text is sound")
+}
+
+fn kernel(precision: Precision, expressions: &[&str]) -> Result<Kernel, String> {
+    sound(precision, expressions).differentiated("inputs")
+}
+
+/// The rules whose changes on the device are not those of dual numbers, with how often.
+fn wrong<W, R>(device: &Device, precision: Precision, rules: &[Rule<R>]) -> Vec<(&'static str, usize)>
+where
+    W: Pod + Real<Scalar = W> + PartialEq,
+    R: Real<Scalar = W>,
+{
+    let expressions: Vec<&str> = rules.iter().map(|(expression, _)| *expression).collect();
+    let kernel = kernel(precision, &expressions).expect("there is a rule for each");
+    let mut uniform = Uniform(2026);
+    let mut drawn = |low, high| (0..SAMPLES * INPUTS).map(|_| uniform.between(low, high)).collect::<Vec<f64>>();
+    let (mut values, changes) = (drawn(0.5, 4.0), drawn(-1.0, 1.0));
+    // Of two as large, one is to be taken.
+    values.chunks_exact_mut(8 * INPUTS).for_each(|of| of[1] = of[0]);
+    let words = |of: &[f64]| of.iter().map(|&number| W::scalar(number)).collect::<Vec<W>>();
+    let none = vec![W::scalar(0.0); SAMPLES * rules.len()];
+    let buffers = [
+        device.upload("ones", &[W::scalar(1.0); 4]),
+        device.upload("inputs", &words(&values)),
+        device.upload("outputs", &none),
+        device.upload("changes of inputs", &words(&changes)),
+        device.upload("changes of outputs", &none),
+    ];
+    let bound = (0..).zip(buffers.iter().map(wgpu::Buffer::as_entire_binding));
+    let groups = (SAMPLES / 64) as u32;
+    let told: Vec<W> = device.probe(&kernel, "probe", groups, bound, &buffers[4]).expect("the probe runs");
+    let mut wrong: Vec<(&str, usize)> = expressions.iter().map(|expression| (*expression, 0)).collect();
+    let points = values.chunks_exact(INPUTS).zip(changes.chunks_exact(INPUTS));
+    for ((values, changes), told) in points.zip(told.chunks_exact(rules.len())) {
+        let x: Vec<R> = values
+            .iter()
+            .zip(changes)
+            .map(|(&value, &change)| R::from_lanes(|lane| if lane == 0 { value } else { change }))
+            .collect();
+        for (place, (_, rule)) in rules.iter().enumerate() {
+            wrong[place].1 += usize::from(rule(&x).lane(1) != told[place].lane(0));
+        }
+    }
+    wrong.retain(|(_, times)| *times > 0);
+    wrong
+}
+
+#[test]
+fn every_rule_on_the_device_is_that_of_dual_numbers_bit_for_bit() {
+    let device = Device::open(adapter(), false).expect("the device opens");
+    assert_eq!(wrong::<f32, Single>(&device, Precision::F32, &rules()), [], "in f32");
+    assert_eq!(wrong::<f64, Double>(&device, Precision::F64, &rules()), [], "in f64");
+}
+
+#[test]
+fn a_change_that_is_not_that_of_its_expression_is_caught() {
+    let spoiled: [Rule<Double>; 2] = [("x[0] * x[1]", |x| x[0] * x[0]), ("reached(x[0], x[1])", |x| x[0])];
+    assert_eq!(wrong::<f64, Double>(&device(), Precision::F64, &spoiled).len(), 2);
+}
+
+#[test]
+fn what_has_no_rule_is_refused_by_its_name() {
+    for (expression, named) in [("exp(x[0])", "Exp"), ("x[0] % x[1]", "Modulo"), ("x[0] + abs(x[1])", "Abs")] {
+        let refused = kernel(Precision::F32, &[expression]).err().expect("there is no rule for it");
+        assert!(refused.contains(named) && refused.contains("probe"), "{refused}");
+    }
+    let unknown = sound(Precision::F32, &["x[0]"]).differentiated("exits").err();
+    assert!(unknown.is_some_and(|refused| refused.contains("exits")));
+}
+
+#[test]
+fn what_the_direction_cannot_reach_has_no_change() {
+    let kernel = kernel(Precision::F32, &["hold(&held, 1u, x[0])"]).expect("there is a rule for each");
+    let names = kernel.module.global_variables.iter().filter_map(|(_, variable)| variable.name.as_deref());
+    let changes: Vec<&str> = names.filter(|name| name.ends_with("_change")).collect();
+    assert_eq!(changes, ["held_change", "inputs_change", "outputs_change", "hold_change"]);
+}
