@@ -35,6 +35,15 @@ fn corrects(edge: Edge, side: real) -> real {
     return (side - edge.driven) * (1.0 - edge.held) - edge.held * edge.rise_k;
 }
 
+// By a number that is not known beforehand a driver picks rows of several fields up in so many words that compiling takes ten times
+// as long.
+fn edge_of(cell: u32) -> Edge {
+    if cell == 0u {
+        return edges[0];
+    }
+    return edges[1];
+}
+
 fn advance(step: u32) {
     hold(step);
     var start: Ends;
@@ -140,7 +149,7 @@ fn assemble(step: u32) {
                 row.diagonal = row.diagonal + restraint(restraints[i], capacity, eased);
             }
             if i == 0u || i == LAST_CELL {
-                row = bounds(edges[select(0u, 1u, i == LAST_CELL)], row);
+                row = bounds(edge_of(i), row);
             }
             let done = eliminated(row.lower, row.diagonal, reciprocal, upper_before);
             before = descended(row.side, done.under, before);
@@ -172,7 +181,7 @@ fn correct(step: u32) {
         let carried = capacity * per_length * first[i];
         var side = weight * second[i] - (carried + carried);
         if i == 0u || i == LAST_CELL {
-            side = corrects(edges[select(0u, 1u, i == LAST_CELL)], side);
+            side = corrects(edge_of(i), side);
         }
         before = descended(side, lower[i], before);
         second[i] = before;

@@ -187,6 +187,7 @@ const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("member", "note", "the processor hands readings to its caller, the device writes them to a binding"),
     ("compensated", "lane", "the host reads a member through it; the device has bindings"),
     ("member", "shown_k", "the host reads a member through it; the device has bindings"),
+    ("step", "edge_of", "the host picks a row by its number; that costs a driver, see there"),
     ("member", "heat_j_m2", "the host reads a member through it; the device has bindings"),
     ("member", "stored_j_m2", "the host reads a member through it; the device has bindings"),
     ("member", "gone", "the host reads a member through it; the device has bindings"),

@@ -6,7 +6,6 @@ use super::spirv::{self, Kernel};
 use crate::march::MarchError;
 use crate::plan::layout::ABREAST;
 use bytemuck::Pod;
-use std::borrow::Cow;
 use std::path::Path;
 use std::sync::mpsc;
 
@@ -177,12 +176,7 @@ impl Device {
     /// # Errors
     /// When the kernel has no such entry point, or the driver refuses it.
     pub fn pipeline(&self, kernel: &Kernel, entry: &str) -> Result<wgpu::ComputePipeline, MarchError> {
-        if self.checks {
-            let source = wgpu::ShaderSource::Naga(Cow::Owned(kernel.module.clone()));
-            let descriptor = wgpu::ShaderModuleDescriptor { label: Some(entry), source };
-            return self.assembled(entry, None, |device| device.create_shader_module(descriptor));
-        }
-        let compiled = spirv::compile(kernel, entry).map_err(|why| self.error(why))?;
+        let compiled = spirv::compile(kernel, entry, self.checks).map_err(|why| self.error(why))?;
         let entry_of = |&(binding, ty): &(u32, wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
@@ -198,20 +192,11 @@ impl Device {
             ..Default::default()
         };
         let layout = self.device.create_pipeline_layout(&layout);
-        self.assembled(entry, Some(&layout), |device| unchecked(device, entry, &compiled.words))
-    }
-
-    fn assembled(
-        &self,
-        entry: &str,
-        layout: Option<&wgpu::PipelineLayout>,
-        module: impl FnOnce(&wgpu::Device) -> wgpu::ShaderModule,
-    ) -> Result<wgpu::ComputePipeline, MarchError> {
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(entry),
-            layout,
-            module: &module(&self.device),
+            layout: Some(&layout),
+            module: &handed_over(&self.device, entry, &compiled.words),
             entry_point: Some(entry),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             cache: self.cache.as_ref().map(Cache::compiled),
@@ -364,7 +349,7 @@ impl Device {
 
 /// A shader of words that wgpu does not look into.
 #[expect(unsafe_code, reason = "argued at the block")]
-fn unchecked(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::ShaderModule {
+fn handed_over(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::ShaderModule {
     let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
         label: Some(entry),
         spirv: Some(words.into()),

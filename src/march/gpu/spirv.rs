@@ -2,7 +2,8 @@
 //!
 //! WGSL gives every private variable zeros to begin with, and drivers write them out element by element: with 320 cells
 //! a software device compiled for three minutes, without them for seconds. wgpu has no switch for it, so kernels that
-//! [clear](super::shader::MARCH) what they lean on are compiled here, and the words handed to the driver as they are.
+//! [clear](super::shader::MARCH) what they lean on are compiled here, and the words handed to the driver as they are. Every operation stands alone in them
+//! (`NoContraction`): left to themselves drivers join, reorder and move constants, each in its own way, and no two marches have the same bits.
 
 use super::differentiate::differentiate;
 use naga::back::spv;
@@ -19,9 +20,6 @@ pub struct Kernel {
     text: String,
     pub module: Module,
     info: ModuleInfo,
-    /// Whether no operation may be joined with another or moved into it, which rounds otherwise. The text of a kernel sees to that itself where it
-    /// matters; what it becomes when it is differentiated has sums and products that nobody wrote.
-    is_exact: bool,
 }
 
 impl Kernel {
@@ -31,7 +29,7 @@ impl Kernel {
     /// When the text does not compile, with the compiler's excerpt.
     pub fn of(text: String) -> Result<Self, String> {
         let module = naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string(&text))?;
-        Self::sound(text, module, false)
+        Self::sound(text, module)
     }
 
     /// The kernel that tells, beside all that this one stores, how that changes with what the buffer `by` holds. To each buffer that changes, `by` among them, belongs one of
@@ -40,13 +38,13 @@ impl Kernel {
     /// # Errors
     /// When there is no such buffer, or the kernel does something with a change that there is no rule for.
     pub fn differentiated(&self, by: &str) -> Result<Self, String> {
-        Self::sound(self.text.clone(), differentiate(&self.module, &self.info, by)?, true)
+        Self::sound(self.text.clone(), differentiate(&self.module, &self.info, by)?)
     }
 
-    fn sound(text: String, module: Module, is_exact: bool) -> Result<Self, String> {
+    fn sound(text: String, module: Module) -> Result<Self, String> {
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64);
         let info = validator.validate(&module).map_err(|error| error.emit_to_string(&text))?;
-        Ok(Self { text, module, info, is_exact })
+        Ok(Self { text, module, info })
     }
 }
 
@@ -56,12 +54,12 @@ pub struct Compiled {
     pub bindings: Vec<(u32, wgpu::BindingType)>,
 }
 
-/// The words of the entry point `entry` of a kernel, without checks of bounds.
+/// The words of the entry point `entry` of a kernel; with checks of bounds, an end to every loop, and zeros to begin with, or without.
 ///
 /// # Errors
 /// When there is no such entry point, or naga cannot write it.
-pub fn compile(kernel: &Kernel, entry: &str) -> Result<Compiled, String> {
-    let Kernel { module, info, is_exact, .. } = kernel;
+pub fn compile(kernel: &Kernel, entry: &str, checks: bool) -> Result<Compiled, String> {
+    let Kernel { module, info, .. } = kernel;
     let named = |point: &naga::EntryPoint| point.name == entry;
     let place = module.entry_points.iter().position(named).ok_or_else(|| format!("no entry point {entry:?}"))?;
     let mut bound: Vec<_> = module
@@ -74,23 +72,24 @@ pub fn compile(kernel: &Kernel, entry: &str) -> Result<Compiled, String> {
     // The driver's layout numbers bindings without gaps, in their order.
     let at =
         |(binding, place)| (binding, spv::BindingInfo { descriptor_set: 0, binding: place, binding_array_size: None });
+    let policy = if checks { BoundsCheckPolicy::Restrict } else { BoundsCheckPolicy::Unchecked };
     let options = spv::Options {
         flags: spv::WriterFlags::empty(),
         binding_map: bound.iter().map(|(binding, _)| *binding).zip(0..).map(at).collect(),
         bounds_check_policies: BoundsCheckPolicies {
-            index: BoundsCheckPolicy::Unchecked,
-            buffer: BoundsCheckPolicy::Unchecked,
-            image_load: BoundsCheckPolicy::Unchecked,
-            binding_array: BoundsCheckPolicy::Unchecked,
+            index: policy,
+            buffer: policy,
+            image_load: policy,
+            binding_array: policy,
         },
-        force_loop_bounding: false,
+        force_loop_bounding: checks,
         ..spv::Options::default()
     };
     let pipeline = spv::PipelineOptions { shader_stage: naga::ShaderStage::Compute, entry_point: entry.to_owned() };
     let words = spv::write_vec(module, info, &options, Some(&pipeline)).map_err(|error| error.to_string())?;
     let bindings = bound.into_iter().map(|(binding, kind)| (binding.binding, kind)).collect();
-    let words = without_zeros(&words);
-    Ok(Compiled { words: if *is_exact { exact(&words) } else { words }, bindings })
+    let words = exact(&if checks { words } else { without_zeros(&words) });
+    Ok(Compiled { words, bindings })
 }
 
 fn binding(space: AddressSpace) -> Option<wgpu::BindingType> {
@@ -202,7 +201,7 @@ mod tests {
             @group(0) @binding(3) var<storage, read> unused: array<f32>;
             @compute @workgroup_size(1) fn probe() { out[0] = into[0] + long[7] + short[7] + alone; }";
         let kernel = Kernel::of(text.to_owned()).expect("the text is sound");
-        let compiled = compile(&kernel, "probe").expect("it has the entry point");
+        let compiled = compile(&kernel, "probe", false).expect("it has the entry point");
         let mut lengths = variables(&compiled.words);
         lengths.sort_unstable();
         assert_eq!(lengths, [4, 5, 5]);
@@ -219,20 +218,20 @@ mod tests {
         let refused = Kernel::of("@compute @workgroup_size(1) fn probe() { lost = 1; }".to_owned()).err();
         assert!(refused.is_some_and(|why| why.contains("lost")), "names what is not known");
         let without = Kernel::of("fn probe() {}".to_owned()).expect("the text is sound");
-        assert!(compile(&without, "probe").is_err(), "no entry point");
+        assert!(compile(&without, "probe", false).is_err(), "no entry point");
     }
 
     #[test]
-    fn every_operation_of_a_kernel_that_tells_changes_stands_alone() {
+    fn every_operation_of_a_kernel_stands_alone() {
         let text = "@group(0) @binding(0) var<storage, read> x: array<f32>;
             @group(0) @binding(1) var<storage, read_write> y: array<f32>;
             @compute @workgroup_size(1) fn probe() { y[0] = x[0] * x[1] - x[2]; }";
         let kernel = Kernel::of(text.to_owned()).expect("the text is sound");
         let alone = |kernel: &Kernel| {
-            let words = compile(kernel, "probe").expect("it has the entry point").words;
+            let words = compile(kernel, "probe", false).expect("it has the entry point").words;
             instructions(&words).filter(|(code, operands)| *code == 71 && operands[1] == 42).count()
         };
-        assert_eq!(alone(&kernel), 0);
+        assert_eq!(alone(&kernel), 2);
         // The difference of a product, and its change: two products, their sum, and a difference.
         assert_eq!(alone(&kernel.differentiated("x").expect("there is a rule for each")), 2 + 4);
     }
