@@ -234,38 +234,49 @@ fn pressure_rises(step: u32) -> array<real, 2> {
     return array<real, 2>(hot, back);
 }
 
+fn pressure_rise(cell: u32) -> real {
+    return 1.5 * pressed_first[cell] + 0.5 * pressed_second[cell];
+}
+
+fn given_off(cell: u32, per_length: real) -> real {
+    let storage = later[cell].storage;
+    let held = storage * pressure_rise(cell) + (storage - pores[cell].storage) * pressures[cell].high;
+    return made_mean[cell] - held * per_length;
+}
+
+fn driven_through(cell: u32) -> real {
+    let here = pressed_first[cell] + pressed_second[cell];
+    let next = pressed_first[cell + 1u] + pressed_second[cell + 1u];
+    let implicit = real(PRESSURE_GAMMA) * (slopes_below[cell] * next - slopes_above[cell] * here);
+    return 0.5 * (first_flows[cell] + implicit);
+}
+
+const LEAST_PASSING = 1e-30;
+
 fn take_in(step: u32) {
-    let gamma = real(PRESSURE_GAMMA);
-    for (var i = 0u; i <= LAST_CELL; i++) {
-        let here = pressed_first[i] + pressed_second[i];
-        var next = real(0.0);
-        if i < LAST_CELL {
-            next = pressed_first[i + 1u] + pressed_second[i + 1u];
+    let per_length = 1.0 / lengths[step];
+    var mean = real(0.0);
+    for (var up = 0u; up <= LAST_CELL; up++) {
+        let i = LAST_CELL - up;
+        if i + 1u == LAST_CELL && BACK_IS_OPEN {
+            mean = driven_through(i);
+        } else if i < LAST_CELL {
+            let passes = reached(slopes_above[i] + slopes_below[i], real(LEAST_PASSING));
+            mean = passes * (mean + given_off(i + 1u, per_length));
         }
-        let implicit = gamma * (slopes_below[i] * next - slopes_above[i] * here);
-        let mean = 0.5 * (first_flows[i] + implicit);
         flows[i] = 2.0 * mean - mean_flows[i];
         mean_flows[i] = mean;
     }
-    let per_length = 1.0 / lengths[step];
-    var left: array<real, 2>;
-    for (var face = 0u; face < run.faces; face++) {
-        let cell = face * LAST_CELL;
-        let inner = select(-mean_flows[LAST_CELL - 1u], mean_flows[0], face == 0u);
-        let rise = 1.5 * pressed_first[cell] + 0.5 * pressed_second[cell];
-        let storage = later[cell].storage;
-        let held = storage * rise + (storage - pores[cell].storage) * pressures[cell].high;
-        left[face] = inner + made_mean[cell] - held * per_length;
-    }
-    if !BACK_IS_OPEN {
-        left[1] = 0.0;
+    var left = array<real, 2>(mean_flows[0] + given_off(0u, per_length), 0.0);
+    if BACK_IS_OPEN {
+        left[1] = given_off(LAST_CELL, per_length) - mean_flows[LAST_CELL - 1u];
     }
     leaving = array<real, 2>(mean_leaving, 2.0 * left[0] - mean_leaving);
     mean_leaving = left[0];
     back_leaving = left[1];
     let_out(step, left[0], left[1]);
     for (var i = 0u; i <= LAST_CELL; i++) {
-        let rise = 1.5 * pressed_first[i] + 0.5 * pressed_second[i];
+        let rise = pressure_rise(i);
         pressures[i] = advanced(pressures[i], rise);
         pores[i] = later[i];
         pressure_rates[i] = rise * per_length;

@@ -1,8 +1,7 @@
 //! Truths of heat that no case may break, and what a seed promises.
 
 use crate::support::{
-    BALANCE, BALANCE_FAR, INDEX, MASS, MASS_SINGLE, MASS_SINGLE_DRIVEN, ROUNDING_K, case, cases, coarse, drawn,
-    with_factor,
+    BALANCE, BALANCE_FAR, INDEX, MASS, MASS_SINGLE, ROUNDING_K, case, cases, coarse, drawn, with_factor,
 };
 use bondline::case::{Bounds, Case, Emissivity, Face, GasPath, OpenFace, Pores, Property, Schedule};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
@@ -179,9 +178,7 @@ fn heat_that_reactions_lose_between_steps_falls_with_the_square_of_the_steps() {
 fn what_solid_loses_leaves_as_gas_or_stays_in_the_pores_in_every_case() {
     let mut lost_kg_m2 = 0.0_f64;
     for case in cases() {
-        let is_driven = case.gas.as_ref().is_some_and(|gas| gas.path == GasPath::Darcy);
-        let single = if is_driven && decomposes(&case) { MASS_SINGLE_DRIVEN } else { MASS_SINGLE };
-        for (precision, allowed) in [(Precision::F64, MASS), (Precision::F32, single)] {
+        for (precision, allowed) in [(Precision::F64, MASS), (Precision::F32, MASS_SINGLE)] {
             for (member, balance) in marched(&case, &drawn(&case, 7), precision).balances.iter().enumerate() {
                 let residual = balance.mass_residual().abs();
                 assert!(residual <= allowed, "{} in {precision:?}, member {member}: {residual:.1e}", case.id);

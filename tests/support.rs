@@ -23,9 +23,6 @@ pub(crate) const BALANCE_FAR: f64 = 1e-2;
 pub(crate) const MASS: f64 = 1e-8;
 /// The same in single precision: rounding of a hundred steps.
 pub(crate) const MASS_SINGLE: f64 = 1e-5;
-/// The same where reactions make gas that Darcy's law drives. It grows as cells get finer, as if by rounding where gas
-/// passes one in a millionth of a step: seven members of `tacot-held` are 2.5e-5 off at most.
-pub(crate) const MASS_SINGLE_DRIVEN: f64 = 5e-5;
 /// What ought to be equal or in order but for rounding in double precision, K: ten thousand times the spacing of
 /// doubles at 1,000 K, a ten-thousandth of what anybody prints.
 pub(crate) const ROUNDING_K: f64 = 1e-9;
