@@ -3,7 +3,7 @@
 // once where it picks storage up member by member, and hardware from memory made for it.
 
 // Lengths of short loops come at run time, so that drivers do not unroll a step of many plies and so that one text
-// serves every clock. What compiling costs (9 s cold on lavapipe at 160 cells) comes with the private arrays.
+// serves every clock. What compiling costs (seconds on lavapipe, cold) comes with the private arrays.
 struct Run {
     @align(16) first_step: u32,
     end_step: u32,

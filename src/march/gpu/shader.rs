@@ -117,7 +117,8 @@ pub fn kernel(plan: &Plan, precision: Precision, texels: bool, entry: (&str, &st
 }
 
 /// Turns of all loops of one step, and of all that surrounds the steps of a dispatch: what a driver that
-/// counts loops would count. Every loop takes a turn more, on which it ends.
+/// counts loops would count. Every loop takes a turn more, on which it ends. At most: passes over cells that have become one are counted
+/// apart, which costs a dispatch more now and then, where a turn too few would cost a march.
 pub fn loop_turns(plan: &Plan) -> (u32, u32) {
     let (cells, plies, sensors) = (plan.cells() as u32, plan.plies.len() as u32, plan.places.len() as u32);
     let whole = |turns: u32| turns + 1;
