@@ -32,9 +32,11 @@ fn power_of_e(x: real) -> Power {
     let rest = keep(bounded - twos * real(LN_2_HIGH)) - twos * real(LN_2_LOW);
     let square = keep(rest * rest);
     let fourth = keep(square * square);
-    let low = four_terms(0u, rest, square) + keep(four_terms(4u, rest, square) * fourth);
-    let high = four_terms(8u, rest, square) + keep(real(1.0 / 6227020800.0) * fourth);
-    let sum = low + keep(high * keep(fourth * fourth));
+    var sum = four_terms(0u, rest, square) + keep(four_terms(4u, rest, square) * fourth);
+    if DIGITS > 23u {
+        let high = four_terms(8u, rest, square) + keep(real(1.0 / 6227020800.0) * fourth);
+        sum = sum + keep(high * keep(fourth * fourth));
+    }
     return Power(two_to(twos), keep(sum * rest));
 }
 

@@ -10,7 +10,7 @@ use crate::ensemble::Ensemble;
 use crate::march::cpu::Cpu;
 use crate::march::extrapolated::march_both;
 use crate::march::{MarchError, Precision};
-use crate::plan::clock::Pace;
+use crate::plan::clock::{Clock, Pace};
 use crate::plan::grid::Density;
 use crate::plan::{Plan, Reached};
 use crate::traces::{Arrival, Traces};
@@ -48,8 +48,8 @@ struct Cut {
 impl Cut {
     /// Few cells, and few steps.
     fn first(case: &Case) -> Self {
-        let density = Density::shared(case, CELLS_FIRST);
-        let steps = |pace: &Pace| steps(case, &density, pace);
+        let times_s = |pace: &Pace| Clock::new(case, pace, 1).times_s;
+        let steps = |pace: &Pace| times_s(pace).len() - 1;
         let mut pace = Pace { lands: false, ..Pace::slowed(&case.resolution, 2.0) };
         let mut number = steps(&pace);
         while number > STEPS_FIRST {
@@ -65,11 +65,10 @@ impl Cut {
             }
             (pace, number) = (slower, fewer);
         }
-        let plan = Plan::cut(case, &density, &pace);
-        let times_s = &plan.coarse.as_ref().map_or(&plan.times_s, |coarse| &coarse.times_s);
+        let times_s = times_s(&pace);
         pace.haste = (0..SLICES).map(|slice| (times_s[slice * (times_s.len() - 1) / SLICES], 1.0)).collect();
         pace.haste.dedup_by(|later, earlier| later.0 <= earlier.0);
-        Self { density, pace }
+        Self { density: Density::shared(case, CELLS_FIRST), pace }
     }
 
     /// Shares: of the plies, then of the slices.
@@ -82,8 +81,9 @@ impl Cut {
         if share < plies { &mut self.density.plies[share] } else { &mut self.pace.haste[share - plies].1 }
     }
 
-    fn plan(&self, case: &Case) -> Plan {
-        Plan::cut(case, &self.density, &self.pace)
+    /// A plan like another one of the case, cut so.
+    fn plan(&self, case: &Case, like: &Plan) -> Plan {
+        like.recut(case, &self.density, &self.pace)
     }
 
     /// With twice as much of these shares.
@@ -101,14 +101,15 @@ impl Cut {
 /// # Errors
 /// None that the processor makes; see [`March::march`](crate::march::March::march).
 pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
+    let stated = Plan::new(case);
     let Some(tolerance_k) = case.resolution.tolerance_k.filter(|_| !case.sensors.is_empty()) else {
-        return Ok(Plan::new(case));
+        return Ok(stated);
     };
     let nominal = Ensemble::nominal(&case.factors);
     let mut cut = Cut::first(case);
     let mut best: Option<(Cut, f64, f64)> = None;
     for _ in 0..ROUNDS {
-        let plan = cut.plan(case);
+        let plan = cut.plan(case, &stated);
         if work(&plan) > WORK_MOST {
             break;
         }
@@ -123,7 +124,7 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
         let tried = tried
             .par_iter()
             .map(|shares| {
-                let finer = cut.doubled(shares.iter().copied()).plan(case);
+                let finer = cut.doubled(shares.iter().copied()).plan(case, &stated);
                 let cost = work(&finer) / work(&plan) - 1.0;
                 Ok(Tried { error_k: worst_k(&marched(&finer, &nominal)?, &base, 0), cost })
             })
@@ -143,14 +144,14 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
         if is_better {
             best = Some((cut, error_k, work(&plan)));
         }
-        if error_k <= tolerance_k && work(&next.plan(case)) > WORTH * work(&plan) {
+        if error_k <= tolerance_k && work(&next.plan(case, &stated)) > WORTH * work(&plan) {
             break;
         }
         cut = next;
     }
-    let Some((cut, nominal_k, _)) = best else { return Ok(Plan::new(case)) };
-    let plan = cut.plan(case);
-    let corners_k = corners_k(case, &plan, &cut.doubled(0..cut.shares()).plan(case))?;
+    let Some((cut, nominal_k, _)) = best else { return Ok(stated) };
+    let plan = cut.plan(case, &stated);
+    let corners_k = corners_k(case, &plan, &cut.doubled(0..cut.shares()).plan(case, &stated))?;
     Ok(Plan { reached: Some(Reached { tolerance_k, nominal_k, corners_k }), ..plan })
 }
 
@@ -173,11 +174,6 @@ fn corners_k(case: &Case, plan: &Plan, finer: &Plan) -> Result<Option<f64>, Marc
 
 fn work(plan: &Plan) -> f64 {
     (plan.cells() * plan.steps()) as f64
-}
-
-/// Steps before they are cut.
-fn steps(case: &Case, density: &Density, pace: &Pace) -> usize {
-    Plan::cut(case, density, pace).steps() / 2
 }
 
 /// What doubling one share does.

@@ -15,7 +15,7 @@ use bondline::traces::{Arrival, Traces};
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
-use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 /// Members drawn beside the nominal one, and of the two cases marched at length: two workgroups and a ragged end.
@@ -116,7 +116,7 @@ fn spoiled(plan: &Plan, share: f64) -> Plan {
     plies.dedup();
     for (table, width, states) in plies {
         let end = table + plan.levels * TABLE_NODES * width;
-        for row in plan.rows.tables[table..end].chunks_exact_mut(width) {
+        for row in Arc::make_mut(&mut plan.rows.tables)[table..end].chunks_exact_mut(width) {
             for state in row[..columns * states as usize].chunks_exact_mut(columns) {
                 // Solid, radiative and of gas, each with its rise.
                 for place in [0, 1, 8, 9, 12, 13].into_iter().filter(|&place| place < columns) {
@@ -135,7 +135,8 @@ fn spoiled_in_the_last_bit(plan: &Plan, temperature_k: f64) -> Plan {
     let node = (temperature_k / TABLE_STEP_K) as usize;
     for level in 0..plan.levels {
         let place = (plan.plies[0].table + (level * TABLE_NODES + node) as u32 * plan.plies[0].columns) as usize;
-        plan.rows.tables[place] = f64::from((plan.rows.tables[place] as f32).next_up());
+        let word = &mut Arc::make_mut(&mut plan.rows.tables)[place];
+        *word = f64::from((*word as f32).next_up());
     }
     plan
 }

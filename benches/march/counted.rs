@@ -85,6 +85,7 @@ impl Real for Counted {
     type Still = Self;
     type Row<'a> = &'a [f64];
     const LANES: usize = 1;
+    const DIGITS: u32 = 52;
 
     fn scalar(value: f64) -> f64 {
         value

@@ -66,7 +66,7 @@ fn march(plan: &Plan) -> Value {
         "table_columns": 2 * plan.properties(),
         "face_table": plan.face_table(),
         "face_columns": FACE_COLUMNS,
-        "tables": rows.tables,
+        "tables": *rows.tables,
     })
 }
 

@@ -96,6 +96,7 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Real<Scalar = V>> Real for 
     type Still = V;
     type Row<'a> = V::Row<'a>;
     const LANES: usize = 1 + D::LANES;
+    const DIGITS: u32 = D::DIGITS;
 
     #[inline(always)]
     fn scalar(value: f64) -> V {

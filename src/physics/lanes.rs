@@ -63,6 +63,7 @@ macro_rules! lanes {
             type Still = Self;
             type Row<'a> = Rows<'a, $real>;
             const LANES: usize = S::$vector::WIDTH;
+            const DIGITS: u32 = $digits;
 
             #[inline(always)]
             fn scalar(value: f64) -> $real {

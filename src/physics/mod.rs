@@ -71,6 +71,8 @@ pub trait Real:
     type Row<'a>: Copy;
     /// Lanes, that is members carried at once.
     const LANES: usize;
+    /// Binary digits behind the first.
+    const DIGITS: u32;
 
     fn scalar(value: f64) -> Self::Scalar;
     /// The same value in every lane.
@@ -119,6 +121,7 @@ macro_rules! scalar {
             type Still = $real;
             type Row<'a> = &'a [$real];
             const LANES: usize = 1;
+            const DIGITS: u32 = $digits;
 
             #[inline(always)]
             fn scalar(value: f64) -> $real {

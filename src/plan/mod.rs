@@ -22,8 +22,10 @@ use layout::{
     TABLE_NODES,
 };
 use readout::Readout;
+use std::sync::Arc;
 use steps::{beads, drives, instants};
 use substances::{bulk, conductions, paths, plies, reactions, states, substances};
+use tables::Tables;
 
 /// Largest errors of temperatures at any sensor and instant, K, held against twice the cells and steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,8 +109,8 @@ pub struct Rows<S> {
     /// Ply × level × node × state × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI, and where the
     /// conductivity is in parts, the first of which is then the solid one, × (radiative, its slope, gas, its slope); in each row
     /// what all states are like is followed by what the gas is like, where there is one. Plies of one material share their
-    /// tables. Then the faces' table. Each property with by how much it rises to the next node.
-    pub tables: Vec<S>,
+    /// tables. Then the faces' table. Each property with by how much it rises to the next node. Plans of one case share them.
+    pub tables: Arc<[S]>,
     pub sensors: Vec<Sensor<S>>,
     /// Step × sensor.
     pub beads: Vec<Bead<S>>,
@@ -144,27 +146,38 @@ impl Plan {
     pub fn finer(case: &Case, cells: usize, steps: usize) -> Self {
         let density = Density::shared(case, 0.5 * case.resolution.cells as f64);
         let pace = Pace::slowed(&case.resolution, 2.0);
-        Self::of(case, Grid::new(case, &density, 2 * cells), Clock::new(case, &pace, 2 * steps))
+        let (grid, clock) = (Grid::new(case, &density, 2 * cells), Clock::new(case, &pace, 2 * steps));
+        Self::of(case, grid, clock, &Tables::new(case))
     }
 
     /// A case at the cells of a density and the steps of a pace, and with each cut into two.
     pub fn cut(case: &Case, density: &Density, pace: &Pace) -> Self {
+        Self::with_tables(case, density, pace, &Tables::new(case))
+    }
+
+    /// The case of this plan at other cells and steps. Tables depend on neither and are shared: to make them takes about as long as
+    /// to march a member, and a pilot tries a hundred plans.
+    pub fn recut(&self, case: &Case, density: &Density, pace: &Pace) -> Self {
+        let places = self.plies.iter().map(|ply| ply.table as usize).collect();
+        Self::with_tables(case, density, pace, &Tables { words: Arc::clone(&self.rows.tables), places })
+    }
+
+    fn with_tables(case: &Case, density: &Density, pace: &Pace, tables: &Tables) -> Self {
         let [coarse, fine] =
-            [1, 2].map(|cuts| Self::of(case, Grid::new(case, density, cuts), Clock::new(case, pace, cuts)));
+            [1, 2].map(|cuts| Self::of(case, Grid::new(case, density, cuts), Clock::new(case, pace, cuts), tables));
         Self { coarse: Some(Box::new(coarse)), ..fine }
     }
 
-    fn of(case: &Case, grid: Grid, clock: Clock) -> Self {
+    fn of(case: &Case, grid: Grid, clock: Clock, tables: &Tables) -> Self {
         let (instants, records) = match &clock.readout {
             None => (instants(&clock), clock.instants_s.len()),
             Some(_) => ((0..clock.times_s.len() as u32).collect(), clock.times_s.len()),
         };
         let conductions: Vec<_> = case.layup.plies.iter().flat_map(|ply| conductions(case, ply)).collect();
-        let parts = parts(case, &conductions);
+        let parts = tables::parts(case);
         let (levels, middle_pa) = tables::levels(case);
         let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
         let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
-        let (tables, places_of_tables) = tables::tables(case, parts, levels);
         let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
         let rows = Rows {
             bulks: case.layup.plies.iter().map(|ply| bulk(&ply.material, holder_w_m3_k)).collect(),
@@ -174,7 +187,7 @@ impl Plan {
             faces: [face(&case.exposure.hot_face), face(&case.exposure.back_face)],
             drives: drives(&case.exposure, &clock.times_s),
             lengths_s: clock.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
-            tables,
+            tables: Arc::clone(&tables.words),
             sensors,
             beads: beads(case, &clock),
             cells: grid.cells,
@@ -185,7 +198,7 @@ impl Plan {
             instants,
             records,
             readout: clock.readout,
-            plies: plies(case, &grid.plies, &places_of_tables, parts),
+            plies: plies(case, &grid.plies, &tables.places, parts),
             conductions,
             scalings: scalings(case),
             has_depths: places.iter().any(|place| place.depth > 0),
@@ -228,16 +241,6 @@ impl Plan {
     /// Gauges read at every instant: all, or none where there is no gas.
     pub fn gauges(&self) -> usize {
         if self.gas.is_some() { layout::GAUGES } else { 0 }
-    }
-}
-
-fn parts(case: &Case, conductions: &[Conduction<u32>]) -> usize {
-    if case.factors.iter().any(|factor| factor.property.is_part()) {
-        3
-    } else if conductions.iter().any(|conduction| conduction.extinction > 0) {
-        2
-    } else {
-        1
     }
 }
 

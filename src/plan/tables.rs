@@ -2,13 +2,27 @@
 
 use super::COLD_WALL_K;
 use super::layout::{FACE_COLUMNS, GAS_COLUMNS, LEVELS_MAX, STATES_MAX, TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
+use super::substances::conductions;
 use crate::case::air::air_enthalpy_j_kg;
 use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Conductivity, Emissivity, Face, GasPath, Material, Ply, Table};
+use std::sync::Arc;
 
-/// All tables, the faces' last, and where those of each ply begin.
-pub(super) fn tables(case: &Case, parts: usize, levels: usize) -> (Vec<f64>, Vec<usize>) {
-    let (_, middle_pa) = self::levels(case);
+/// All tables of a case, the faces' last, and where those of each ply begin.
+pub(super) struct Tables {
+    pub(super) words: Arc<[f64]>,
+    pub(super) places: Vec<usize>,
+}
+
+impl Tables {
+    pub(super) fn new(case: &Case) -> Self {
+        let (words, places) = tables(case);
+        Self { words: words.into(), places }
+    }
+}
+
+fn tables(case: &Case) -> (Vec<f64>, Vec<usize>) {
+    let (parts, (levels, middle_pa)) = (parts(case), levels(case));
     let pressures_pa: Vec<f64> = match levels {
         1 => vec![case.exposure.pressure_pa.after(0.0)],
         _ => (0..levels).map(|level| level_pa(level, levels, middle_pa)).collect(),
@@ -37,6 +51,15 @@ fn states(material: &Material) -> impl Iterator<Item = (&Conductivity, &Table)> 
     let residues = material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
     std::iter::once((&material.conductivity, &material.heat_capacity))
         .chain(residues.map(|residue| (&residue.conductivity, &residue.heat_capacity)))
+}
+
+/// Conductivity columns of a state: see [`Plan::parts`](super::Plan::parts).
+pub(super) fn parts(case: &Case) -> usize {
+    if case.factors.iter().any(|factor| factor.property.is_part()) {
+        return 3;
+    }
+    let conductions = case.layup.plies.iter().flat_map(|ply| conductions(case, ply));
+    if conductions.into_iter().any(|conduction| conduction.extinction > 0) { 2 } else { 1 }
 }
 
 /// Properties of a state: four more where its conductivity is in parts.

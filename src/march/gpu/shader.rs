@@ -50,13 +50,14 @@ pub const PARTS: &[(&str, &str)] = &[
 /// The entry point that carries one member in an invocation.
 pub const MARCH: (&str, &str) = part!("march");
 
-/// What all parts lean on: the real number, one so large that the next is one more, and whether next to nothing is nothing.
+/// What all parts lean on: the real number, its binary digits behind the first, one so large that the next is one more, and whether
+/// next to nothing is nothing.
 pub fn head(precision: Precision) -> String {
-    let (real, whole, settles) = match precision {
-        Precision::F32 => ("f32", "12582912.0", true),
-        Precision::F64 => ("f64", "6755399441055744.0", false),
+    let (real, digits, whole, settles) = match precision {
+        Precision::F32 => ("f32", 23, "12582912.0", true),
+        Precision::F64 => ("f64", 52, "6755399441055744.0", false),
     };
-    format!("alias real = {real};\nconst WHOLE = {whole};\nconst SETTLES = {settles};\n")
+    format!("alias real = {real};\nconst DIGITS = {digits}u;\nconst WHOLE = {whole};\nconst SETTLES = {settles};\n")
 }
 
 /// The text of a kernel: the parts for a plan, whose tables are texels or not, and an entry point.
