@@ -68,6 +68,10 @@ def plot(results):
         xs, ys = zip(*lines[COMMAND])
         panel.loglog([xs[0], xs[-1]], [ys[-1] * 0.4 * xs[0] / xs[-1], ys[-1] * 0.4], "k:", linewidth=0.8, label="linear")
         panel.set(xlabel=axis, title=title, ylabel="processor time, s" if axis == "members" else None)
+        if axis != "members":
+            # Less than a decade: the sizes themselves are the ticks, and none between.
+            panel.set_xticks(xs, [f"{x:,}" for x in xs])
+            panel.xaxis.set_minor_formatter("")
         panel.grid(True, which="major", linewidth=0.3)
     panels[0].legend(fontsize=7)
     figure.tight_layout()
