@@ -22,7 +22,7 @@ fn main() {
     for id in CASES {
         let case = common::case(id);
         let plan = Plan::new(&case);
-        let mut carriers: Vec<Carrier> = lanes().into_iter().chain(devices()).collect();
+        let mut carriers: Vec<Carrier> = lanes().into_iter().chain(devices(None)).collect();
         // A Jacobian is one ensemble of the point and two neighbours a factor.
         let nominal: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
         let stencil = Ensemble::at(nominal.len(), nominal.repeat(1 + 2 * case.estimate.factors.len()));

@@ -34,7 +34,8 @@ fn main() {
         let factors: Vec<usize> = (0..nominal.len()).collect();
         let point = Ensemble::at(nominal.len(), nominal.clone());
         let processor = |precision| Carrier::new("processor", Some(1), OnOneThread::new(Cpu::new(precision)));
-        for carrier in [Precision::F64, Precision::F32].map(processor).into_iter().chain(devices()) {
+        let processors = [Precision::F64, Precision::F32].map(processor).into_iter();
+        for carrier in processors.chain(devices(Some(false))).chain(devices(Some(true))) {
             let title = carrier.title();
             let stencil = stencil(&nominal, difference_step(carrier.precision));
             let mut both = Extrapolated::new(Box::new(carrier.march));

@@ -3,8 +3,8 @@
 var<private> gas_heat: Pair;
 var<private> reaction_gain: Pair;
 var<private> stage_heat: real;
-var<private> gas_j_kg: Column;
-var<private> gas_rises: Column;
+var<COLUMNS> gas_j_kg: GasColumn;
+var<COLUMNS> gas_rises: GasColumn;
 
 fn carried_slopes(flow: real, rise: real, next_rise: real) -> array<real, 2> {
     let half = 0.5 * flow;
@@ -50,9 +50,9 @@ fn first_storage(p: u32, cell: u32) -> real {
 fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
     var out = real(0.0);
     var drawn = array<real, 2>(-given_ends[0], -given_ends[1]);
-    for (var p = 0u; p < run.plies; p++) {
+    for (var p = first_ply(); p < end_ply(); p++) {
         let ply = plies[p];
-        for (var i = ply.first_cell; i < ply.end_cell; i++) {
+        for (var i = first_of(p); i < end_of(p); i++) {
             if ply.end_reaction > ply.first_reaction {
                 second[i] = second[i] - absorbed_at(i, stage);
                 if UNHINDERED {
@@ -73,14 +73,20 @@ fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
         }
     }
     if !UNHINDERED {
-        var above = gas_j_kg[0];
-        out = leaving[stage] * above;
-        drawn[0] = drawn[0] + out;
-        for (var i = 0u; i < LAST_CELL; i++) {
+        var above = gas_j_kg[first_link()];
+        if has(0u) {
+            out = leaving[stage] * above;
+            drawn[0] = drawn[0] + out;
+        }
+        for (var i = first_link(); i < min(end_cell(), LAST_CELL); i++) {
             let below = gas_j_kg[i + 1u];
             let gained = 0.5 * flows[i] * (below - above);
-            second[i] = second[i] + gained;
-            second[i + 1u] = second[i + 1u] + gained;
+            if has(i) {
+                second[i] = second[i] + gained;
+            }
+            if has(i + 1u) {
+                second[i + 1u] = second[i + 1u] + gained;
+            }
             let carried = 0.5 * flows[i] * (below + above);
             if i == 0u {
                 drawn[0] = drawn[0] - carried;
@@ -90,9 +96,11 @@ fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
             }
             above = below;
         }
-        let back = back_leaving * above;
-        out = out + back;
-        drawn[1] = drawn[1] + back;
+        if has(LAST_CELL) {
+            let back = back_leaving * above;
+            out = out + back;
+            drawn[1] = drawn[1] + back;
+        }
     }
     tally(step, stage, out);
     return Ends(

@@ -5,32 +5,34 @@ fn raised(temperature: Pair, added: real) -> Pair {
 }
 
 fn properties(step: u32, stage: u32) {
-    var above = real(0.0);
-    for (var p = 0u; p < run.plies; p++) {
-        let ply = plies[p];
-        if ply.states > 1u || LEVELS > 1u {
-            for (var i = ply.first_cell; i < ply.end_cell; i++) {
+    for (var p = first_ply(); p < end_ply(); p++) {
+        if plies[p].states > 1u || LEVELS > 1u {
+            for (var i = first_of(p); i < end_of(p); i++) {
                 blend(p, i, spot(temperatures[i].high + first[i]), step, stage);
             }
         } else {
             plain(p, stage);
         }
         if DARCY {
-            for (var i = ply.first_cell; i < ply.end_cell; i++) {
+            for (var i = first_of(p); i < end_of(p); i++) {
                 evaluated[i] = evaluated[i] + gas_capacity(i);
             }
         }
-        if p > 0u {
-            above = link_across(p, stage, above);
-        }
-        above = link_within(p, stage, above);
     }
-    second[LAST_CELL] = above;
+    meet();
+    var above = real(0.0);
+    for (var p = first_ply(); p < end_ply(); p++) {
+        above = link_within(p, stage, above);
+        if p + 1u < run.plies && has(plies[p].end_cell - 1u) {
+            above = link_across(p + 1u, stage, above);
+        }
+    }
+    hand_down(above);
 }
 
 fn plain(p: u32, stage: u32) {
     let ply = plies[p];
-    for (var i = ply.first_cell; i < ply.end_cell; i++) {
+    for (var i = first_of(p); i < end_of(p); i++) {
         let row = row_of(p, spot(temperatures[i].high + first[i]));
         let here = solid(row, state_scales[ply.first_state], stage == 0u);
         conductivities[i] = here.conductivity;
@@ -44,12 +46,12 @@ fn plain(p: u32, stage: u32) {
 
 fn link_within(p: u32, stage: u32, arriving: real) -> real {
     var above = arriving;
-    let end_cell = plies[p].end_cell;
-    var i = plies[p].first_cell;
+    let end_link = min(end_of(p), plies[p].end_cell - 1u);
+    var i = first_of(p);
     var here = raised(temperatures[i], first[i]);
     var slope = slopes[i];
     var conductivity = conductivities[i];
-    for (; i < end_cell - 1u; i++) {
+    for (; i < end_link; i++) {
         let half_over_next_1_m = cells[i].half_over_next_1_m;
         let next_conductivity = conductivities[i + 1u];
         let conductance = conductance_within(conductivity, next_conductivity, half_over_next_1_m);
@@ -131,7 +133,11 @@ fn through(face: u32, drive: Drive, cell: u32, neighbour: u32) -> FaceFlux {
 
 fn imbalance(hot: Drive, back: Drive) -> Ends {
     let ends = Ends(through(0u, hot, 0u, 1u), through(1u, back, LAST_CELL, LAST_CELL - 1u));
-    second[0] = second[0] + ends.hot.flux;
-    second[LAST_CELL] = second[LAST_CELL] + ends.back.flux;
+    if has(0u) {
+        second[0] = second[0] + ends.hot.flux;
+    }
+    if has(LAST_CELL) {
+        second[LAST_CELL] = second[LAST_CELL] + ends.back.flux;
+    }
     return ends;
 }

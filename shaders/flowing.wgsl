@@ -2,7 +2,10 @@
 
 const PRESSURE_GAMMA = 1.7071067811865475;
 
-var<private> flows: Column;
+// A column where gas flows through pores; of one cell where not.
+alias PoreColumn = array<real, PORE_CELLS>;
+
+var<COLUMNS> flows: GasColumn;
 var<private> leaving: array<real, 2>;
 var<private> back_leaving: real;
 // Out of the hot face at the stage at hand; means of the last two steps.
@@ -12,22 +15,22 @@ var<private> gas_in: Pair;
 var<private> gas_out: Pair;
 // Solid lost and gas stored since the start.
 var<private> lost_and_stored: array<real, 2>;
-var<private> pressures: array<Pair, CELLS>;
-var<private> pressure_rates: Column;
-var<private> pores: array<Porous, CELLS>;
-var<private> later: array<Porous, CELLS>;
-var<private> mean_flows: Column;
+var<COLUMNS> pressures: array<Pair, PORE_CELLS>;
+var<COLUMNS> pressure_rates: PoreColumn;
+var<COLUMNS> pores: array<Porous, PORE_CELLS>;
+var<COLUMNS> later: array<Porous, PORE_CELLS>;
+var<COLUMNS> mean_flows: PoreColumn;
 var<private> mean_leaving: real;
-var<private> supply: Column;
-var<private> surges: Column;
-var<private> first_flows: Column;
-var<private> slopes_above: Column;
-var<private> slopes_below: Column;
-var<private> pressed_first: Column;
-var<private> pressed_second: Column;
-var<private> pressure_lower: Column;
-var<private> pressure_diagonal: Column;
-var<private> pressure_upper: Column;
+var<COLUMNS> supply: PoreColumn;
+var<COLUMNS> surges: PoreColumn;
+var<COLUMNS> first_flows: PoreColumn;
+var<COLUMNS> slopes_above: PoreColumn;
+var<COLUMNS> slopes_below: PoreColumn;
+var<COLUMNS> pressed_first: PoreColumn;
+var<COLUMNS> pressed_second: PoreColumn;
+var<COLUMNS> pressure_lower: PoreColumn;
+var<COLUMNS> pressure_diagonal: PoreColumn;
+var<COLUMNS> pressure_upper: PoreColumn;
 
 fn flow(step: u32, stage: u32) {
     if DARCY {
@@ -39,18 +42,14 @@ fn flow(step: u32, stage: u32) {
         return;
     }
     let carries = select(real(0.0), real(1.0), QUASI_STEADY);
-    var risen = real(0.0);
-    for (var from_back = 0u; from_back < run.plies; from_back++) {
-        let p = run.plies - 1u - from_back;
-        let ply = plies[p];
-        for (var up = 0u; up < ply.end_cell - ply.first_cell; up++) {
-            let i = ply.end_cell - 1u - up;
-            let here = made_at(i, stage);
-            flows[i] = carries * risen;
-            risen = risen + here;
-        }
+    var risen = made_behind(stage);
+    for (var up = 0u; up < end_cell() - first_cell(); up++) {
+        let i = end_cell() - 1u - up;
+        let here = made_at(i, stage);
+        flows[i] = carries * risen;
+        risen = risen + here;
     }
-    leaving[stage] = risen;
+    leaving[stage] = at_hot_face(risen);
     if stage == 1u {
         let mean = 0.5 * (leaving[0] + leaving[1]);
         let_out(step, mean, 0.0);
@@ -59,7 +58,9 @@ fn flow(step: u32, stage: u32) {
 
 fn let_out(step: u32, hot_kg_m2_s: real, back_kg_m2_s: real) {
     let length_s = lengths[step];
-    pass_out(hot_kg_m2_s * length_s, back_kg_m2_s * length_s);
+    if lane == 0u {
+        pass_out(hot_kg_m2_s * length_s, back_kg_m2_s * length_s);
+    }
     recent = array<real, 2>(recent[1], hot_kg_m2_s);
 }
 
@@ -100,9 +101,8 @@ fn porous(p: u32, i: u32) -> Porous {
 }
 
 fn settle(step: u32) {
-    for (var p = 0u; p < run.plies; p++) {
-        let ply = plies[p];
-        for (var i = ply.first_cell; i < ply.end_cell; i++) {
+    for (var p = first_ply(); p < end_ply(); p++) {
+        for (var i = first_of(p); i < end_of(p); i++) {
             let held = pores[i].storage;
             flows[i] = mean_flows[i];
             pores[i] = porous(p, i);
@@ -117,8 +117,8 @@ fn settle(step: u32) {
 
 fn face_pressures(step: u32) {
     for (var face = 0u; face < run.faces; face++) {
-        if face == 0u || BACK_IS_OPEN {
-            let cell = face * LAST_CELL;
+        let cell = face * LAST_CELL;
+        if has(cell) && (face == 0u || BACK_IS_OPEN) {
             let outside = Pair(drives[4u * step + 2u * face].pressure_pa, 0.0);
             let taken = pores[cell].storage * difference(pressures[cell], outside);
             pass_out(taken, 0.0);
@@ -142,19 +142,46 @@ fn pressed(cell: u32) -> Pair {
     return Pair(pair.high, pair.low + pressed_first[cell]);
 }
 
+// On columns of its own, as WGSL passes none by reference where a workgroup shares them.
+fn factorise() {
+    var reciprocal = real(1.0);
+    var upper_before = real(0.0);
+    for (var i = first_cell(); i < end_cell(); i++) {
+        let row = eliminated(pressure_lower[i], pressure_diagonal[i], reciprocal, upper_before);
+        reciprocal = row.reciprocal;
+        upper_before = pressure_upper[i];
+        pressure_lower[i] = row.under;
+        pressure_diagonal[i] = reciprocal;
+        pressure_upper[i] = upper_before * reciprocal;
+    }
+}
+
+fn substitute() {
+    var before = real(0.0);
+    for (var i = first_cell(); i < end_cell(); i++) {
+        before = descended(pressed_second[i], pressure_lower[i], before);
+        pressed_second[i] = before;
+    }
+    before = pressed_under_block();
+    for (var up = 0u; up < end_cell() - first_cell(); up++) {
+        let i = end_cell() - 1u - up;
+        before = ascended(pressed_second[i], pressure_diagonal[i], pressure_upper[i], before);
+        pressed_second[i] = before;
+    }
+}
+
 fn percolate(step: u32) {
     let gamma = real(PRESSURE_GAMMA);
     let per_length = 1.0 / lengths[step];
     let open = array<real, 2>(1.0, select(real(0.0), real(1.0), BACK_IS_OPEN));
-    for (var i = 0u; i <= LAST_CELL; i++) {
+    for (var i = first_cell(); i < end_cell(); i++) {
         pressed_first[i] = 0.0;
     }
     let length_s = lengths[step];
     let before_s = lengths[max(step, 1u) - 1u];
     let share = (gamma - 0.5) * 2.0 * length_s / (length_s + before_s);
-    for (var p = 0u; p < run.plies; p++) {
-        let ply = plies[p];
-        for (var i = ply.first_cell; i < ply.end_cell; i++) {
+    for (var p = first_ply(); p < end_ply(); p++) {
+        for (var i = first_of(p); i < end_of(p); i++) {
             later[i] = porous(p, i);
             let expansion = (later[i].storage - pores[i].storage) * per_length;
             let next = made_mean[i] - pressures[i].high * expansion;
@@ -162,12 +189,13 @@ fn percolate(step: u32) {
             supply[i] = next;
         }
     }
+    meet();
     var arriving = real(0.0);
     var returned = real(0.0);
     var above = real(0.0);
     var surged = real(0.0);
     let surging = 2.0 * gamma - 1.0;
-    for (var i = 0u; i <= LAST_CELL; i++) {
+    for (var i = first_link(); i < end_cell(); i++) {
         var under: GasFlux;
         var ending = real(0.0);
         if i < LAST_CELL {
@@ -177,15 +205,17 @@ fn percolate(step: u32) {
             under = GasFlux(0.0, 0.0, 0.0);
         }
         let surge = surging * (ending - under.flux);
-        surges[i] = surges[i] + keep(surge - surged);
+        if has(i) {
+            surges[i] = surges[i] + keep(surge - surged);
+            slopes_above[i] = under.above;
+            slopes_below[i] = under.below;
+            first_flows[i] = under.flux;
+            pressed_second[i] = under.flux - above + keep(supply[i] + surges[i]);
+            pressure_diagonal[i] = later[i].storage * per_length + gamma * (under.above + returned);
+            pressure_lower[i] = -(gamma * arriving);
+            pressure_upper[i] = -(gamma * under.below);
+        }
         surged = surge;
-        slopes_above[i] = under.above;
-        slopes_below[i] = under.below;
-        first_flows[i] = under.flux;
-        pressed_second[i] = under.flux - above + keep(supply[i] + surges[i]);
-        pressure_diagonal[i] = later[i].storage * per_length + gamma * (under.above + returned);
-        pressure_lower[i] = -(gamma * arriving);
-        pressure_upper[i] = -(gamma * under.below);
         arriving = under.above;
         returned = under.below;
         above = under.flux;
@@ -196,25 +226,30 @@ fn percolate(step: u32) {
         let is_open = select(open[1], open[0], face == 0u);
         let rise = select(rises[1], rises[0], face == 0u);
         let free = 1.0 - is_open;
-        pressure_diagonal[cell] = is_open + free * pressure_diagonal[cell];
-        pressure_lower[cell] = free * pressure_lower[cell];
-        pressure_upper[cell] = free * pressure_upper[cell];
-        pressed_second[cell] = is_open * rise + free * pressed_second[cell];
+        if has(cell) {
+            pressure_diagonal[cell] = is_open + free * pressure_diagonal[cell];
+            pressure_lower[cell] = free * pressure_lower[cell];
+            pressure_upper[cell] = free * pressure_upper[cell];
+            pressed_second[cell] = is_open * rise + free * pressed_second[cell];
+        }
     }
-    factorise(&pressure_lower, &pressure_diagonal, &pressure_upper);
-    substitute(&pressure_lower, &pressure_diagonal, &pressure_upper, &pressed_second);
-    for (var i = 0u; i <= LAST_CELL; i++) {
+    factorise();
+    substitute();
+    for (var i = first_cell(); i < end_cell(); i++) {
         pressed_first[i] = pressed_second[i];
     }
+    meet();
     above = 0.0;
-    for (var i = 0u; i <= LAST_CELL; i++) {
+    for (var i = first_link(); i < end_cell(); i++) {
         var under = real(0.0);
         if i < LAST_CELL {
             under = gas_under(i, false).flux;
         }
-        let carried = later[i].storage * per_length * pressed_first[i];
-        pressed_second[i] = under - above + keep(supply[i] - surges[i]) - (carried + carried);
-        first_flows[i] = first_flows[i] + under;
+        if has(i) {
+            let carried = later[i].storage * per_length * pressed_first[i];
+            pressed_second[i] = under - above + keep(supply[i] - surges[i]) - (carried + carried);
+            first_flows[i] = first_flows[i] + under;
+        }
         above = under;
     }
     for (var face = 0u; face < run.faces; face++) {
@@ -222,9 +257,12 @@ fn percolate(step: u32) {
         let is_open = select(open[1], open[0], face == 0u);
         let rise = select(rises[1], rises[0], face == 0u);
         let free = 1.0 - is_open;
-        pressed_second[cell] = free * pressed_second[cell] - is_open * rise;
+        if has(cell) {
+            pressed_second[cell] = free * pressed_second[cell] - is_open * rise;
+        }
     }
-    substitute(&pressure_lower, &pressure_diagonal, &pressure_upper, &pressed_second);
+    substitute();
+    meet();
     take_in(step);
 }
 
@@ -253,29 +291,48 @@ fn driven_through(cell: u32) -> real {
 
 const LEAST_PASSING = 1e-30;
 
+fn passing(cell: u32) -> real {
+    if cell == LAST_CELL {
+        return 1.0;
+    }
+    if cell + 1u == LAST_CELL && BACK_IS_OPEN {
+        return 0.0;
+    }
+    return reached(slopes_above[cell] + slopes_below[cell], real(LEAST_PASSING));
+}
+
+fn driven_into(cell: u32, behind: real, per_length: real) -> real {
+    if cell == LAST_CELL {
+        return behind;
+    }
+    if cell + 1u == LAST_CELL && BACK_IS_OPEN {
+        return driven_through(cell);
+    }
+    return passing(cell) * (behind + given_off(cell + 1u, per_length));
+}
+
 fn take_in(step: u32) {
     let per_length = 1.0 / lengths[step];
-    var mean = real(0.0);
-    for (var up = 0u; up <= LAST_CELL; up++) {
-        let i = LAST_CELL - up;
-        if i + 1u == LAST_CELL && BACK_IS_OPEN {
-            mean = driven_through(i);
-        } else if i < LAST_CELL {
-            let passes = reached(slopes_above[i] + slopes_below[i], real(LEAST_PASSING));
-            mean = passes * (mean + given_off(i + 1u, per_length));
-        }
+    var mean = driven_behind(per_length);
+    for (var up = 0u; up < end_cell() - first_cell(); up++) {
+        let i = end_cell() - 1u - up;
+        mean = driven_into(i, mean, per_length);
         flows[i] = 2.0 * mean - mean_flows[i];
         mean_flows[i] = mean;
     }
+    meet();
     var left = array<real, 2>(mean_flows[0] + given_off(0u, per_length), 0.0);
     if BACK_IS_OPEN {
-        left[1] = given_off(LAST_CELL, per_length) - mean_flows[LAST_CELL - 1u];
+        // No constant, as there may be no such cell where no kernel comes here.
+        var last = LAST_CELL;
+        left[1] = given_off(last, per_length) - mean_flows[last - 1u];
     }
     leaving = array<real, 2>(mean_leaving, 2.0 * left[0] - mean_leaving);
     mean_leaving = left[0];
     back_leaving = left[1];
     let_out(step, left[0], left[1]);
-    for (var i = 0u; i <= LAST_CELL; i++) {
+    meet();
+    for (var i = first_cell(); i < end_cell(); i++) {
         let rise = pressure_rise(i);
         pressures[i] = advanced(pressures[i], rise);
         pores[i] = later[i];

@@ -3,17 +3,24 @@
 const VIRGIN_LOST = 0.02;
 const CHAR_LOST = 0.98;
 
+// A node with how far it is converted, and where its cell ends.
+struct Node {
+    converted: real,
+    node_m: real,
+    end_m: real,
+}
+
 fn gauges(step: u32) -> array<real, GAUGES> {
     let outside = drives[4u * step].pressure_pa;
     var lost = real(0.0);
     var virgin_m = real(0.0);
     var char_m = real(0.0);
-    var depth_m = real(0.0);
-    var before = real(0.0);
-    var before_m = real(0.0);
-    for (var p = 0u; p < run.plies; p++) {
-        let ply = plies[p];
-        for (var i = ply.first_cell; i < ply.end_cell; i++) {
+    let over = node_above();
+    var before = over.converted;
+    var before_m = over.node_m;
+    var depth_m = over.end_m;
+    for (var p = first_ply(); p < end_ply(); p++) {
+        for (var i = first_of(p); i < end_of(p); i++) {
             let density = mass_left(p, phases_of(p, i, 0.0));
             let width_m = cells[i].width_m;
             lost = lost + ply_scales[p].mass_kg_m3 * width_m * (1.0 - density);
@@ -26,18 +33,21 @@ fn gauges(step: u32) -> array<real, GAUGES> {
             depth_m = depth_m + width_m;
         }
     }
-    virgin_m = max(virgin_m, crossing(before, before_m, 0.0, depth_m, real(VIRGIN_LOST)));
-    char_m = max(char_m, crossing(before, before_m, 0.0, depth_m, real(CHAR_LOST)));
+    if has(LAST_CELL) {
+        virgin_m = max(virgin_m, crossing(before, before_m, 0.0, depth_m, real(VIRGIN_LOST)));
+        char_m = max(char_m, crossing(before, before_m, 0.0, depth_m, real(CHAR_LOST)));
+    }
     var peak = outside;
     var back = outside;
     if DARCY {
-        for (var i = 0u; i <= LAST_CELL; i++) {
+        for (var i = first_cell(); i < end_cell(); i++) {
             peak = max(peak, pressures[i].high);
         }
-        back = pressures[LAST_CELL].high;
+        var last = LAST_CELL;
+        back = pressures[last].high;
     }
     let flux = 1.5 * recent[1] - 0.5 * recent[0];
-    return array<real, GAUGES>(flux, lost, virgin_m, char_m, peak, back);
+    return array<real, GAUGES>(flux, summed(lost), largest(virgin_m), largest(char_m), largest(peak), back);
 }
 
 fn crossing(before: real, before_m: real, here: real, here_m: real, mark: real) -> real {

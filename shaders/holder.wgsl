@@ -18,8 +18,8 @@ fn conductance_sideways(ply: u32, cell: u32) -> real {
 fn exchange(step: u32, stage: u32) -> real {
     let holder_k = holder_k(step, stage);
     var sum = real(0.0);
-    for (var p = 0u; p < run.plies; p++) {
-        for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
+    for (var p = first_ply(); p < end_ply(); p++) {
+        for (var i = first_of(p); i < end_of(p); i++) {
             let flux = flux_sideways(conductance_sideways(p, i), holder_k, staged(i));
             second[i] = second[i] + flux;
             sum = sum + flux;
@@ -30,13 +30,15 @@ fn exchange(step: u32, stage: u32) -> real {
 
 fn account_sideways(step: u32, start: real, end: real) {
     var taken = real(0.0);
-    for (var p = 0u; p < run.plies; p++) {
-        for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
+    for (var p = first_ply(); p < end_ply(); p++) {
+        for (var i = first_of(p); i < end_of(p); i++) {
             taken = taken + conductance_sideways(p, i) * second[i];
         }
     }
     let half_length = 0.5 * lengths[step];
-    let amount = half_length * (start + end - real(GAMMA) * taken);
-    heat[4] = advanced(heat[4], max(amount, 0.0));
-    heat[5] = advanced(heat[5], max(-amount, 0.0));
+    let amount = summed(half_length * (start + end - real(GAMMA) * taken));
+    if lane == 0u {
+        heat[4] = advanced(heat[4], max(amount, 0.0));
+        heat[5] = advanced(heat[5], max(-amount, 0.0));
+    }
 }

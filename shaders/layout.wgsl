@@ -15,6 +15,8 @@ struct Run {
     faces: u32,
     stages: u32,
     gauges: u32,
+    lanes: u32,
+    sums: u32,
 }
 
 struct Cell {

@@ -1,4 +1,4 @@
-// Entry point: one invocation a member. A dispatch carries every member a few steps further (past the last
+// Entry point: LANES invocations a member. A dispatch carries every member a few steps further (past the last
 // step it only reads the sensors and sums up); all it needs to go on is in `state`, so that no dispatch is long and none runs out of the loops a driver allows it.
 
 const OUTCOME = 2u * CELLS + 4u * SENSORS;
@@ -16,7 +16,7 @@ fn slot(index: u32) -> u32 {
 // Columns begin as the memory held them (see src/march/gpu/spirv.rs), so that a loop here clears them: what no step
 // before has written is nothing.
 fn clear() {
-    for (var i = 0u; i < CELLS; i++) {
+    for (var i = first_cell(); i < end_cell(); i++) {
         first[i] = 0.0;
         second[i] = 0.0;
         lower[i] = 0.0;
@@ -35,10 +35,6 @@ fn clear() {
 
 fn clear_gas(i: u32) {
     flows[i] = 0.0;
-    first_flows[i] = 0.0;
-    mean_flows[i] = 0.0;
-    supply[i] = 0.0;
-    surges[i] = 0.0;
     made[i] = 0.0;
     absorbed[i] = 0.0;
     made_mean[i] = 0.0;
@@ -54,6 +50,10 @@ fn clear_gas(i: u32) {
     if DARCY {
         pressures[i] = Pair(0.0, 0.0);
         pressure_rates[i] = 0.0;
+        first_flows[i] = 0.0;
+        mean_flows[i] = 0.0;
+        supply[i] = 0.0;
+        surges[i] = 0.0;
         pores[i] = Porous();
         later[i] = Porous();
         slopes_above[i] = 0.0;
@@ -67,15 +67,16 @@ fn clear_gas(i: u32) {
 }
 
 fn load() {
-    for (var i = 0u; i < CELLS; i++) {
+    for (var i = first_cell(); i < end_cell(); i++) {
         temperatures[i] = Pair(state[slot(2u * i)], state[slot(2u * i + 1u)]);
     }
-    for (var s = 0u; s < run.sensors; s++) {
+    for (var s = lane; s < run.sensors; s += LANES) {
         let base = 2u * CELLS + 4u * s;
         readings[s] = Pair(state[slot(base)], state[slot(base + 1u)]);
         beads_now[s] = Pair(state[slot(base + 2u)], state[slot(base + 3u)]);
     }
-    for (var h = 0u; h < HEATS; h++) {
+    // Of a sum that lanes have in parts the first takes what there is.
+    for (var h = 0u; h < HEATS && lane == 0u; h++) {
         heat[h] = Pair(state[slot(OUTCOME + 2u * h)], state[slot(OUTCOME + 2u * h + 1u)]);
     }
     for (var p = 0u; p < run.plies; p++) {
@@ -89,27 +90,29 @@ fn load() {
 }
 
 fn load_gas() {
-    gas_in = Pair(state[slot(GONE)], state[slot(GONE + 1u)]);
-    gas_out = Pair(state[slot(GONE + 2u)], state[slot(GONE + 3u)]);
-    gas_heat = Pair(state[slot(GONE + 4u)], state[slot(GONE + 5u)]);
-    reaction_gain = Pair(state[slot(GONE + 6u)], state[slot(GONE + 7u)]);
-    lost_and_stored = array<real, 2>(state[slot(GONE + 8u)], state[slot(GONE + 9u)]);
+    if lane == 0u {
+        gas_in = Pair(state[slot(GONE)], state[slot(GONE + 1u)]);
+        gas_out = Pair(state[slot(GONE + 2u)], state[slot(GONE + 3u)]);
+        gas_heat = Pair(state[slot(GONE + 4u)], state[slot(GONE + 5u)]);
+        reaction_gain = Pair(state[slot(GONE + 6u)], state[slot(GONE + 7u)]);
+        lost_and_stored = array<real, 2>(state[slot(GONE + 8u)], state[slot(GONE + 9u)]);
+    }
     recent = array<real, 2>(state[slot(GONE + 10u)], state[slot(GONE + 11u)]);
     mean_leaving = state[slot(GONE + 12u)];
     back_leaving = state[slot(GONE + 13u)];
-    for (var i = 0u; i < CELLS * REACTIONS; i++) {
+    for (var i = first_cell() * REACTIONS; i < end_cell() * REACTIONS; i++) {
         let base = ADVANCED + 3u * i;
         advancements[i] = Pair(state[slot(base)], state[slot(base + 1u)]);
         paces[i] = state[slot(base + 2u)];
     }
-    for (var i = 0u; i < CELLS; i++) {
+    for (var i = first_cell(); i < end_cell(); i++) {
         let base = MADE + 3u * i;
         made_mean[i] = state[slot(base)];
         absorbed_mean[i] = state[slot(base + 1u)];
         restraints[i] = state[slot(base + 2u)];
     }
     if DARCY {
-        for (var i = 0u; i < CELLS; i++) {
+        for (var i = first_cell(); i < end_cell(); i++) {
             let base = PRESSED + 6u * i;
             pressures[i] = Pair(state[slot(base)], state[slot(base + 1u)]);
             pressure_rates[i] = state[slot(base + 2u)];
@@ -121,34 +124,20 @@ fn load_gas() {
 }
 
 fn save_gas() {
-    state[slot(GONE)] = gas_in.high;
-    state[slot(GONE + 1u)] = gas_in.low;
-    state[slot(GONE + 2u)] = gas_out.high;
-    state[slot(GONE + 3u)] = gas_out.low;
-    state[slot(GONE + 4u)] = gas_heat.high;
-    state[slot(GONE + 5u)] = gas_heat.low;
-    state[slot(GONE + 6u)] = reaction_gain.high;
-    state[slot(GONE + 7u)] = reaction_gain.low;
-    state[slot(GONE + 8u)] = lost_and_stored[0];
-    state[slot(GONE + 9u)] = lost_and_stored[1];
-    state[slot(GONE + 10u)] = recent[0];
-    state[slot(GONE + 11u)] = recent[1];
-    state[slot(GONE + 12u)] = mean_leaving;
-    state[slot(GONE + 13u)] = back_leaving;
-    for (var i = 0u; i < CELLS * REACTIONS; i++) {
+    for (var i = first_cell() * REACTIONS; i < end_cell() * REACTIONS; i++) {
         let base = ADVANCED + 3u * i;
         state[slot(base)] = advancements[i].high;
         state[slot(base + 1u)] = advancements[i].low;
         state[slot(base + 2u)] = paces[i];
     }
-    for (var i = 0u; i < CELLS; i++) {
+    for (var i = first_cell(); i < end_cell(); i++) {
         let base = MADE + 3u * i;
         state[slot(base)] = made_mean[i];
         state[slot(base + 1u)] = absorbed_mean[i];
         state[slot(base + 2u)] = restraints[i];
     }
     if DARCY {
-        for (var i = 0u; i < CELLS; i++) {
+        for (var i = first_cell(); i < end_cell(); i++) {
             let base = PRESSED + 6u * i;
             state[slot(base)] = pressures[i].high;
             state[slot(base + 1u)] = pressures[i].low;
@@ -160,16 +149,8 @@ fn save_gas() {
     }
 }
 
-// The cells come last: drivers that stop counting loops stop all that follow, so that if this loop is whole,
-// all before it were.
-fn save() -> u32 {
-    for (var s = 0u; s < run.sensors; s++) {
-        let base = 2u * CELLS + 4u * s;
-        state[slot(base)] = readings[s].high;
-        state[slot(base + 1u)] = readings[s].low;
-        state[slot(base + 2u)] = beads_now[s].high;
-        state[slot(base + 3u)] = beads_now[s].low;
-    }
+// What a member has but once.
+fn save_whole() {
     for (var h = 0u; h < HEATS; h++) {
         state[slot(OUTCOME + 2u * h)] = heat[h].high;
         state[slot(OUTCOME + 2u * h + 1u)] = heat[h].low;
@@ -181,25 +162,58 @@ fn save() -> u32 {
     }
     progress[run.members + member] = strayed;
     if GAS {
+        state[slot(GONE)] = gas_in.high;
+        state[slot(GONE + 1u)] = gas_in.low;
+        state[slot(GONE + 2u)] = gas_out.high;
+        state[slot(GONE + 3u)] = gas_out.low;
+        state[slot(GONE + 4u)] = gas_heat.high;
+        state[slot(GONE + 5u)] = gas_heat.low;
+        state[slot(GONE + 6u)] = reaction_gain.high;
+        state[slot(GONE + 7u)] = reaction_gain.low;
+        state[slot(GONE + 8u)] = lost_and_stored[0];
+        state[slot(GONE + 9u)] = lost_and_stored[1];
+        state[slot(GONE + 10u)] = recent[0];
+        state[slot(GONE + 11u)] = recent[1];
+        state[slot(GONE + 12u)] = mean_leaving;
+        state[slot(GONE + 13u)] = back_leaving;
+    }
+}
+
+// The cells come last: drivers that stop counting loops stop all that follow, so that if this loop is whole,
+// all before it were.
+fn save() -> u32 {
+    unite();
+    if lane == 0u {
+        save_whole();
+    }
+    for (var s = lane; s < run.sensors; s += LANES) {
+        let base = 2u * CELLS + 4u * s;
+        state[slot(base)] = readings[s].high;
+        state[slot(base + 1u)] = readings[s].low;
+        state[slot(base + 2u)] = beads_now[s].high;
+        state[slot(base + 3u)] = beads_now[s].low;
+    }
+    if GAS {
         save_gas();
     }
     var saved = 0u;
-    for (var i = 0u; i < CELLS; i++) {
+    for (var i = first_cell(); i < end_cell(); i++) {
         state[slot(2u * i)] = temperatures[i].high;
         state[slot(2u * i + 1u)] = temperatures[i].low;
         saved++;
     }
-    return saved;
+    return u32(summed(real(saved)));
 }
 
 @compute @workgroup_size(WORKGROUP)
 fn march(@builtin(global_invocation_id) id: vec3<u32>) {
-    member = id.x;
+    member = id.x / LANES;
     one = real(run.one);
     // A member that a dispatch cut short stays where it is.
     if member >= run.members || progress[member] != run.first_step {
         return;
     }
+    stand(id.x % LANES);
     clear();
     scale();
     if run.first_step == 0u {
@@ -211,7 +225,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
     for (; step < run.end_step; step++) {
         advance(step);
     }
-    if save() == CELLS {
+    if save() == CELLS && lane == 0u {
         progress[member] = step;
     }
 }

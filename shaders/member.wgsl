@@ -9,7 +9,7 @@ var<private> ply_scales: array<PlyScale, PLIES>;
 var<private> state_scales: array<StateScale, SUBSTANCES>;
 var<private> contact_scales: array<real, PLIES>;
 var<private> face_scales: array<FaceScale, 2>;
-var<private> temperatures: array<Pair, CELLS>;
+var<COLUMNS> temperatures: array<Pair, CELLS>;
 var<private> readings: array<Pair, SENSORS>;
 var<private> beads_now: array<Pair, SENSORS>;
 var<private> heat: array<Pair, HEATS>;
@@ -17,16 +17,16 @@ var<private> stored_j_m2: real;
 var<private> coldest: array<real, PLIES>;
 var<private> hottest: array<real, PLIES>;
 var<private> strayed: u32;
-var<private> conductivities: Column;
-var<private> slopes: Column;
-var<private> conductances: Column;
-var<private> capacities: Column;
-var<private> evaluated: Column;
-var<private> lower: Column;
-var<private> diagonal: Column;
-var<private> upper: Column;
-var<private> first: Column;
-var<private> second: Column;
+var<COLUMNS> conductivities: Column;
+var<COLUMNS> slopes: Column;
+var<COLUMNS> conductances: Column;
+var<COLUMNS> capacities: Column;
+var<COLUMNS> evaluated: Column;
+var<COLUMNS> lower: Column;
+var<COLUMNS> diagonal: Column;
+var<COLUMNS> upper: Column;
+var<COLUMNS> first: Column;
+var<COLUMNS> second: Column;
 
 const LAST_CELL = CELLS - 1u;
 
@@ -50,7 +50,7 @@ fn scale() {
 }
 
 fn start() {
-    for (var i = 0u; i < CELLS; i++) {
+    for (var i = first_cell(); i < end_cell(); i++) {
         temperatures[i] = Pair(cells[i].start_k, 0.0);
         if DARCY {
             pressures[i] = Pair(drives[0].pressure_pa, 0.0);
@@ -65,11 +65,13 @@ fn start() {
 fn hold(step: u32) {
     for (var face = 0u; face < run.faces; face++) {
         let cell = face * LAST_CELL;
-        let held = faces[face].held;
-        let free = 1.0 - held;
-        let held_k = drives[4u * step + 2u * face].held_k;
-        let pair = temperatures[cell];
-        temperatures[cell] = Pair(held * held_k + free * pair.high, free * pair.low);
+        if has(cell) {
+            let held = faces[face].held;
+            let free = 1.0 - held;
+            let held_k = drives[4u * step + 2u * face].held_k;
+            let pair = temperatures[cell];
+            temperatures[cell] = Pair(held * held_k + free * pair.high, free * pair.low);
+        }
     }
 }
 
@@ -122,7 +124,7 @@ fn displaced(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> real {
 }
 
 fn look(step: u32) {
-    for (var s = 0u; s < run.sensors; s++) {
+    for (var s = lane; s < run.sensors; s += LANES) {
         let now = read_sensor(s, step);
         if step == 0u {
             beads_now[s] = now;
@@ -139,14 +141,14 @@ fn note(step: u32) {
     if instant == NO_INSTANT {
         return;
     }
-    for (var s = 0u; s < run.sensors; s++) {
+    for (var s = lane; s < run.sensors; s += LANES) {
         let base = 2u * (instant * TRACED + s);
         traces[base * run.members + member] = beads_now[s].high;
         traces[(base + 1u) * run.members + member] = beads_now[s].low;
     }
     if GAS {
         var read = gauges(step);
-        for (var g = 0u; g < run.gauges; g++) {
+        for (var g = lane; g < run.gauges; g += LANES) {
             let base = 2u * (instant * TRACED + SENSORS + g);
             traces[base * run.members + member] = read[g];
             traces[(base + 1u) * run.members + member] = 0.0;
@@ -155,9 +157,8 @@ fn note(step: u32) {
 }
 
 fn finish() {
-    for (var p = 0u; p < run.plies; p++) {
-        let ply = plies[p];
-        for (var i = ply.first_cell; i < ply.end_cell; i++) {
+    for (var p = first_ply(); p < end_ply(); p++) {
+        for (var i = first_of(p); i < end_of(p); i++) {
             let more = gained(p, i);
             stored_j_m2 = stored_j_m2 + more;
             let hot = select(0.0, faces[0].held * more, i == 0u);

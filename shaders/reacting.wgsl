@@ -1,17 +1,19 @@
 // A member's reactions: twin of src/physics/reacting.rs.
 
 alias Phases = array<real, STATES>;
+// A column where gas is made; of one cell where not, as columns that nobody reads still want room.
+alias GasColumn = array<real, GAS_CELLS>;
 
 var<private> remains: array<real, SUBSTANCES>;
 // Cell × reaction.
-var<private> advancements: array<Pair, CELLS * REACTIONS>;
-var<private> paces: array<real, CELLS * REACTIONS>;
+var<COLUMNS> advancements: array<Pair, GAS_CELLS * REACTIONS>;
+var<COLUMNS> paces: array<real, GAS_CELLS * REACTIONS>;
 var<private> lead_s: real;
-var<private> made: Column;
-var<private> absorbed: Column;
-var<private> made_mean: Column;
-var<private> absorbed_mean: Column;
-var<private> restraints: Column;
+var<COLUMNS> made: GasColumn;
+var<COLUMNS> absorbed: GasColumn;
+var<COLUMNS> made_mean: GasColumn;
+var<COLUMNS> absorbed_mean: GasColumn;
+var<COLUMNS> restraints: GasColumn;
 var<private> given: real;
 var<private> given_ends: array<real, 2>;
 
@@ -188,12 +190,12 @@ fn react(step: u32, stage: u32) {
     if stage == 0u {
         return;
     }
-    for (var p = 0u; p < run.plies; p++) {
+    for (var p = first_ply(); p < end_ply(); p++) {
         let ply = plies[p];
         if ply.end_reaction == ply.first_reaction {
             continue;
         }
-        for (var i = ply.first_cell; i < ply.end_cell; i++) {
+        for (var i = first_of(p); i < end_of(p); i++) {
             react_cell(p, i, ply.first_reaction, ply.end_reaction, length_s);
         }
     }

@@ -83,8 +83,13 @@ fn advance(step: u32) {
         } else {
             correct(step);
             update(step);
-            account(0u, step, start.hot, ends.hot, onward[0], 0u, 1u);
-            account(1u, step, start.back, ends.back, onward[1], LAST_CELL, LAST_CELL - 1u);
+            meet();
+            if has(0u) {
+                account(0u, step, start.hot, ends.hot, onward[0], 0u, 1u);
+            }
+            if has(LAST_CELL) {
+                account(1u, step, start.back, ends.back, onward[1], LAST_CELL, LAST_CELL - 1u);
+            }
             if HOLDER == 1u {
                 account_sideways(step, start_sideways, sideways);
             }
@@ -121,15 +126,19 @@ fn assemble(step: u32) {
     let gamma = real(GAMMA);
     let per_length = 1.0 / lengths[step];
     let eased = EASE / lengths[step];
-    lower[LAST_CELL] = 0.0;
-    upper[LAST_CELL] = 0.0;
-    var arriving = real(0.0);
-    var returned = real(0.0);
-    var reciprocal = real(0.0);
+    if has(LAST_CELL) {
+        lower[LAST_CELL] = 0.0;
+        upper[LAST_CELL] = 0.0;
+    }
+    // A block begins with a reciprocal of one, so that its first `lower` keeps what the cell owes to the one above it.
+    let entered = entering();
+    var arriving = entered[0];
+    var returned = entered[1];
+    var reciprocal = real(1.0);
     var upper_before = real(0.0);
     var before = real(0.0);
-    for (var p = 0u; p < run.plies; p++) {
-        for (var i = plies[p].first_cell; i < plies[p].end_cell; i++) {
+    for (var p = first_ply(); p < end_ply(); p++) {
+        for (var i = first_of(p); i < end_of(p); i++) {
             let leaving = lower[i];
             let below = upper[i];
             let capacity = evaluated[i];
@@ -164,9 +173,9 @@ fn assemble(step: u32) {
 }
 
 fn ascend() {
-    var before = real(0.0);
-    for (var back = 0u; back <= LAST_CELL; back++) {
-        let i = LAST_CELL - back;
+    var before = under_block();
+    for (var up = 0u; up < end_cell() - first_cell(); up++) {
+        let i = end_cell() - 1u - up;
         before = ascended(second[i], diagonal[i], upper[i], before);
         first[i] = before;
     }
@@ -175,7 +184,7 @@ fn ascend() {
 fn correct(step: u32) {
     let per_length = 1.0 / lengths[step];
     var before = real(0.0);
-    for (var i = 0u; i <= LAST_CELL; i++) {
+    for (var i = first_cell(); i < end_cell(); i++) {
         let capacity = capacities[i];
         let weight = capacity / evaluated[i];
         let carried = capacity * per_length * first[i];
@@ -208,15 +217,14 @@ fn account(
 }
 
 fn update(step: u32) {
-    var before = real(0.0);
-    for (var from_back = 0u; from_back < run.plies; from_back++) {
-        let p = run.plies - 1u - from_back;
-        let ply = plies[p];
+    var before = under_block();
+    for (var from_back = 0u; from_back < end_ply() - first_ply(); from_back++) {
+        let p = end_ply() - 1u - from_back;
         var sum = real(0.0);
         var low = coldest[p];
         var top = hottest[p];
-        for (var up = 0u; up < ply.end_cell - ply.first_cell; up++) {
-            let i = ply.end_cell - 1u - up;
+        for (var up = 0u; up < end_of(p) - first_of(p); up++) {
+            let i = end_of(p) - 1u - up;
             before = ascended(second[i], diagonal[i], upper[i], before);
             let start = first[i];
             let increment = 1.5 * start + 0.5 * before;

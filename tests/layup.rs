@@ -25,7 +25,7 @@ fn held_sideways() -> Case {
 }
 
 /// The same under a held face.
-fn held_above_too() -> Case {
+pub(crate) fn held_above_too() -> Case {
     let mut case = held_sideways();
     case.factors.retain(|factor| ![Property::Heating, Property::Emissivity].contains(&factor.property));
     let temperature_k = Schedule { times_s: vec![0.0, 40.0, 200.0], values: vec![300.0, 1500.0, 500.0] };

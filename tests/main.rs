@@ -21,3 +21,4 @@ mod tangents; // derivatives that a march tells, against differences
 mod tidy; // the tree's own rules, read from its sources
 mod twins; // each WGSL function against its Rust twin, on the device
 mod verification; // every row of the verification suite, and that a row can fail
+mod workgroup; // members cut into blocks of cells, a lane each, against the processor

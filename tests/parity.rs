@@ -98,7 +98,7 @@ pub(crate) fn differing(one: &Traces, other: &Traces) -> usize {
 }
 
 /// The largest difference of temperature, K; infinite where members arrived otherwise or a number is none.
-fn apart_k(one: &Traces, other: &Traces) -> f64 {
+pub(crate) fn apart_k(one: &Traces, other: &Traces) -> f64 {
     if one.arrivals != other.arrivals || one.temperatures_k.len() != other.temperatures_k.len() {
         return f64::INFINITY;
     }
@@ -107,7 +107,7 @@ fn apart_k(one: &Traces, other: &Traces) -> f64 {
 }
 
 /// A plan with every conductivity off by a share of itself.
-fn spoiled(plan: &Plan, share: f64) -> Plan {
+pub(crate) fn spoiled(plan: &Plan, share: f64) -> Plan {
     let mut plan = plan.clone();
     let columns = 2 * plan.properties();
     // Plies of one material share their tables, which come one after the other.

@@ -4,6 +4,7 @@
 use crate::support::{LOOPS_ENDED, case, cases, text, with_factor};
 use bondline::case::{Case, Property};
 use bondline::march::Precision;
+use bondline::march::gpu::LANES;
 use bondline::march::gpu::shader::{self, loop_turns};
 use bondline::physics::TWINS;
 use bondline::plan::Plan;
@@ -11,7 +12,7 @@ use bondline::plan::layout::{
     Bead, Bulk, Cell, Conduction, Drive, Face, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use naga::{Module, TypeInner};
+use naga::{AddressSpace, Module, TypeInner};
 
 /// Every shipped case, and one whose factors tell the parts of a conductivity apart.
 fn all() -> Vec<Case> {
@@ -21,7 +22,11 @@ fn all() -> Vec<Case> {
 }
 
 fn kernel(case: &Case, precision: Precision) -> String {
-    shader::kernel(&Plan::new(case), precision, precision == Precision::F32, shader::MARCH)
+    in_lanes(case, precision, 1)
+}
+
+fn in_lanes(case: &Case, precision: Precision, lanes: u32) -> String {
+    shader::kernel(&Plan::new(case), precision, precision == Precision::F32, lanes, shader::MARCH)
 }
 
 /// The module of a text that parses and validates.
@@ -36,12 +41,35 @@ fn compiled(text: &str) -> Result<Module, String> {
 fn the_kernel_of_every_case_compiles_in_both_precisions() {
     for case in all() {
         for precision in [Precision::F32, Precision::F64] {
-            if let Err(error) = compiled(&kernel(&case, precision)) {
-                panic!("{} in {precision:?}: {error}", case.id);
+            for lanes in [1, LANES] {
+                if let Err(error) = compiled(&in_lanes(&case, precision, lanes)) {
+                    panic!("{} in {precision:?} on {lanes} lanes: {error}", case.id);
+                }
             }
         }
     }
     assert_eq!(Plan::new(&all()[cases().len()]).parts, 3, "the last case has a conductivity in three parts");
+}
+
+/// Bytes of all that the workgroups of a text share.
+fn shared(text: &str) -> usize {
+    let module = compiled(text).unwrap_or_else(|error| panic!("{error}"));
+    let shared = module.global_variables.iter().filter(|(_, variable)| variable.space == AddressSpace::WorkGroup);
+    shared.map(|(_, variable)| module.types[variable.ty].inner.size(module.to_ctx()) as usize).sum()
+}
+
+#[test]
+fn a_workgroup_shares_as_many_bytes_as_the_host_counts() {
+    for case in all() {
+        for precision in [Precision::F32, Precision::F64] {
+            let text = in_lanes(&case, precision, LANES);
+            let counted = shader::shared_bytes(&Plan::new(&case), precision, LANES);
+            assert_eq!(shared(&text), counted, "{} in {precision:?}", case.id);
+            let longer = text.replacen("handed: array<real, LANES>", "handed: array<real, LANES + 1u>", 1);
+            assert_ne!(shared(&longer), counted, "{}: a lane more passed", case.id);
+        }
+        assert_eq!(shared(&kernel(&case, Precision::F32)), 0, "{}: one lane shares nothing", case.id);
+    }
 }
 
 #[test]
@@ -187,6 +215,14 @@ const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("member", "note", "the processor hands readings to its caller, the device writes them to a binding"),
     ("compensated", "lane", "the host reads a member through it; the device has bindings"),
     ("member", "shown_k", "the host reads a member through it; the device has bindings"),
+    (
+        "tridiagonal",
+        "factorise",
+        "the device's are beside their one system, as WGSL lends no memory of a workgroup: see flowing",
+    ),
+    ("tridiagonal", "substitute", "the device's are beside their one system: see flowing"),
+    ("flowing", "factorise", "the host's are lent columns: see tridiagonal"),
+    ("flowing", "substitute", "the host's are lent columns: see tridiagonal"),
     ("step", "edge_of", "the host picks a row by its number; that costs a driver, see there"),
     ("member", "heat_j_m2", "the host reads a member through it; the device has bindings"),
     ("member", "stored_j_m2", "the host reads a member through it; the device has bindings"),
@@ -222,9 +258,29 @@ fn every_part_of_the_physics_has_a_twin() {
     assert_eq!(parts, TWINS);
     for (file, function, _) in ONE_SIDED {
         let sides = [format!("src/physics/{file}.rs"), format!("shaders/{file}.wgsl")].map(|path| text(&path));
-        let there = sides.map(|side| side.contains(&format!("fn {function}(")));
+        let there = sides.map(|side| ["(", "<"].iter().any(|open| side.contains(&format!("fn {function}{open}"))));
         assert_ne!(there[0], there[1], "{file}: {function} is listed as one-sided");
     }
+}
+
+/// Functions that lanes have for themselves where there are many.
+const OF_MANY: [&str; 6] = ["summed_pair", "sum_of", "keep_sum", "no_joint", "lengthened", "beside"];
+
+/// Functions of both texts on lanes, but for those of many.
+fn on_lanes(shared: &str) -> [Vec<String>; 2] {
+    [&text("shaders/alone.wgsl"), shared].map(|text| {
+        let names = functions("lanes", text).into_iter().filter(|name| !OF_MANY.contains(name));
+        names.map(str::to_owned).collect()
+    })
+}
+
+#[test]
+fn one_lane_has_the_functions_of_many() {
+    let shared = text("shaders/shared.wgsl");
+    let [alone, of_both] = on_lanes(&shared);
+    assert_eq!(alone, of_both);
+    let [alone, renamed] = on_lanes(&shared.replacen("fn entering(", "fn entered(", 1));
+    assert_ne!(alone, renamed);
 }
 
 #[test]
@@ -238,10 +294,10 @@ fn a_function_missing_or_moved_is_caught() {
 }
 
 /// Loop turns of the longest dispatch of a case on the software device.
-fn turns(case: &Case) -> u32 {
+fn turns(case: &Case, lanes: u32) -> u32 {
     let plan = Plan::new(case);
-    let (turns_step, turns_around) = loop_turns(&plan);
-    shader::steps_a_dispatch(&plan, true) * turns_step + turns_around
+    let (turns_step, turns_around) = loop_turns(&plan, lanes);
+    shader::steps_a_dispatch(&plan, lanes, true) * turns_step + turns_around
 }
 
 fn with_cells(cells: usize) -> Case {
@@ -254,12 +310,14 @@ fn with_cells(cells: usize) -> Case {
 fn a_dispatch_of_any_case_ends_before_the_software_device_ends_its_loops() {
     // The last has the most cells that a case file may ask for.
     for case in all().into_iter().chain([with_cells(1024)]) {
-        let turns = turns(&case);
-        assert!(turns < LOOPS_ENDED, "{}, {} cells: {turns} loop turns", case.id, case.resolution.cells);
+        for lanes in [1, LANES] {
+            let turns = turns(&case, lanes);
+            assert!(turns < LOOPS_ENDED, "{}, {} cells: {turns} loop turns", case.id, case.resolution.cells);
+        }
     }
 }
 
 #[test]
 fn a_step_too_long_for_any_dispatch_is_caught() {
-    assert!(turns(&with_cells(8192)) > LOOPS_ENDED);
+    assert!(turns(&with_cells(8192), 1) > LOOPS_ENDED);
 }

@@ -57,6 +57,9 @@ where
     let mut text = shader::head(precision);
     for (name, value) in [
         ("CELLS", CELLS as u32),
+        ("GAS_CELLS", CELLS as u32),
+        ("PORE_CELLS", CELLS as u32),
+        ("LANES", 1),
         ("PLIES", 3),
         ("SENSORS", 1),
         ("PARTS", 3),
@@ -86,8 +89,8 @@ where
         text += &format!("const {name} = false;\n");
     }
     text += &format!("const TEXELS = {texels};\nconst MIDDLE_PA = 1e5;\nconst TABLE_STEP_K = {TABLE_STEP_K:?};\n");
-    for (_, part) in shader::PARTS {
-        text += part;
+    for (_, part) in shader::PARTS.iter().chain([&shader::ALONE]) {
+        text += &shader::placed(part, 1);
     }
     text += &format!(
         "@group(0) @binding(30) var<storage, read> ones: array<real>;
@@ -328,11 +331,11 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
         },
         Probe {
             body: "for (var i = 0u; i < CELLS; i++) {
-                       lower[i] = -x[i % 5u]; upper[i] = -x[(i + 1u) % 5u];
-                       diagonal[i] = x[i % 5u] + x[(i + 1u) % 5u] + x[5]; second[i] = x[(i + 3u) % 5u]; }
-                   factorise(&lower, &diagonal, &upper);
-                   substitute(&lower, &diagonal, &upper, &second);
-                   y[0] = second[0]; y[1] = second[CELLS / 2u]; y[2] = second[CELLS - 1u];",
+                       pressure_lower[i] = -x[i % 5u]; pressure_upper[i] = -x[(i + 1u) % 5u];
+                       pressure_diagonal[i] = x[i % 5u] + x[(i + 1u) % 5u] + x[5]; pressed_second[i] = x[(i + 3u) % 5u]; }
+                   factorise();
+                   substitute();
+                   y[0] = pressed_second[0]; y[1] = pressed_second[CELLS / 2u]; y[2] = pressed_second[CELLS - 1u];",
             inputs: vec![(1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (0.1, 1000.0)],
             outputs: 3,
             twin: &|x, _, y| {

@@ -3,8 +3,8 @@
 use bondline::case::Case;
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
-use bondline::march::gpu::Gpu;
 use bondline::march::gpu::device::{self, Device};
+use bondline::march::gpu::{Gpu, LANES};
 use bondline::march::{Backend, March, MarchError, Precision};
 use bondline::plan::Plan;
 use bondline::traces::Traces;
@@ -55,15 +55,21 @@ pub(crate) fn lanes() -> [Carrier; 2] {
     [Precision::F64, Precision::F32].map(|precision| Carrier::new("lanes", Some(threads), Cpu::new(precision)))
 }
 
-/// The first Vulkan device, in f32 and, where it has it, in f64; none where there is no device.
-pub(crate) fn devices() -> Vec<Carrier> {
+/// The first Vulkan device, in f32 and, where it has it, in f64, with an invocation or a workgroup for each member, or what it chooses; none where
+/// there is no device.
+pub(crate) fn devices(workgroups: Option<bool>) -> Vec<Carrier> {
     let Ok(adapter) = device::find(None) else { return vec![] };
     let threads = adapter.is_software().then(rayon::current_num_threads);
-    let name = adapter.name.split(' ').next().unwrap_or("device").to_owned();
+    let of = if workgroups == Some(true) { ", a workgroup a member," } else { "" };
+    let name = adapter.name.split(' ').next().unwrap_or("device").to_owned() + of;
     let precisions = [Precision::F32, Precision::F64].into_iter().take(if adapter.has_f64 { 2 } else { 1 });
     let open = |precision| Gpu::new(Device::open(adapter.clone(), false)?, precision);
     precisions
         .map(|precision| open(precision).unwrap_or_else(|error| panic!("{error}")))
+        .map(|gpu| match workgroups {
+            Some(of) => gpu.with_lanes(if of { LANES } else { 1 }),
+            None => gpu,
+        })
         .map(|gpu| Carrier::new(&name, threads, gpu))
         .collect()
 }

@@ -281,6 +281,32 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         (self.first_flows[cell] + implicit) * R::fixed(0.5)
     }
 
+    /// One where the face under a cell passes all that comes from behind, zero where it passes nothing, or what the pressures beside it say.
+    #[inline(always)]
+    fn passing(&self, cell: usize) -> R {
+        let last = self.flows.len() - 1;
+        if cell == last {
+            return R::constant(1.0);
+        }
+        if cell + 1 == last && self.plan.back_is_open {
+            return R::constant(0.0);
+        }
+        (self.slopes_above[cell] + self.slopes_below[cell]).reached(R::constant(LEAST_PASSING))
+    }
+
+    /// What passes the face under a cell, the mean of a step, by what passes that behind it, kg/m²/s.
+    #[inline(always)]
+    fn driven_into(&self, cell: usize, behind: R, per_length: R::Still) -> R {
+        let last = self.flows.len() - 1;
+        if cell == last {
+            return behind;
+        }
+        if cell + 1 == last && self.plan.back_is_open {
+            return self.driven_through(cell);
+        }
+        self.passing(cell) * (behind + self.given_off(cell + 1, per_length))
+    }
+
     /// Mean flux of the step, the pressures at its end, and the gas that left. What passes a face is what passes the one below and what
     /// the cell between gives off: a sum from the back, where by the pressures found it would be off by the rounding of a system whose
     /// pivots hardly know in f32 what a cell holds (2.5e-5 of the mass that moves). Where the law lets nothing pass nothing does.
@@ -292,12 +318,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mut mean = zero;
         for up in 0..=last {
             let i = last - up;
-            if i + 1 == last && self.plan.back_is_open {
-                mean = self.driven_through(i);
-            } else if i < last {
-                let passes = (self.slopes_above[i] + self.slopes_below[i]).reached(R::constant(LEAST_PASSING));
-                mean = passes * (mean + self.given_off(i + 1, per_length));
-            }
+            mean = self.driven_into(i, mean, per_length);
             // The stages of heat: that of the step before, and what makes their mean the mean.
             self.flows[i] = mean * R::fixed(2.0) - self.mean_flows[i];
             self.mean_flows[i] = mean;

@@ -63,7 +63,7 @@ pub fn factorise<R: Real>(lower: &mut [R], diagonal: &mut [R], upper: &mut [R]) 
 pub fn substitute<R: Real>(under: &[R], reciprocals: &[R], over: &[R], side: &mut [R]) {
     let last = side.len() - 1;
     // Held on to, as to write it and read it again takes longer than to work it out.
-    let mut before = side[0];
+    let mut before = settled(side[0]);
     for i in 1..=last {
         before = descended(side[i], under[i], before);
         side[i] = before;

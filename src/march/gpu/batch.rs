@@ -26,7 +26,8 @@ struct Run {
     faces: u32,
     stages: u32,
     gauges: u32,
-    unused: [u32; 2],
+    lanes: u32,
+    sums: u32,
 }
 
 /// A scalar that crosses to the device.
@@ -55,6 +56,8 @@ impl Word for f64 {
 /// A kernel as a device compiled it.
 pub(super) struct Pipeline {
     pub(super) inner: wgpu::ComputePipeline,
+    /// Invocations that carry each member.
+    pub(super) lanes: u32,
     /// Whether it tells derivatives.
     pub(super) tells: bool,
     /// Whether it reads tables from texels.
@@ -260,6 +263,8 @@ fn dispatch(
     members: u32,
 ) -> Result<(), MarchError> {
     let steps = plan.steps() as u32 + 1;
+    let lanes = pipeline.lanes;
+    let groups = (members * lanes).div_ceil(shader::workgroup(lanes));
     let submit = |first_step: u32, end_step: u32| {
         let words = Run {
             first_step,
@@ -272,7 +277,8 @@ fn dispatch(
             faces: 2,
             stages: 2,
             gauges: plan.gauges() as u32,
-            unused: [0; 2],
+            lanes,
+            sums: shader::sums(plan),
         };
         device.queue.write_buffer(run, 0, bytemuck::bytes_of(&words));
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -280,16 +286,16 @@ fn dispatch(
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&pipeline.inner);
             pass.set_bind_group(0, group, &[]);
-            pass.dispatch_workgroups(members.div_ceil(shader::WORKGROUP), 1, 1);
+            pass.dispatch_workgroups(groups, 1, 1);
         }
         device.queue.submit([encoder.finish()]);
     };
     let mut first_step = 0;
     let stride = match pipeline.timed {
-        _ if device.is_software => shader::steps_a_dispatch(plan, true),
+        _ if device.is_software => shader::steps_a_dispatch(plan, lanes, true),
         Some((most, stride)) if members <= most => stride,
         _ => {
-            let tried = shader::steps_a_dispatch(plan, false).min(steps);
+            let tried = shader::steps_a_dispatch(plan, lanes, false).min(steps);
             device.wait()?;
             let began = Instant::now();
             submit(0, tried);

@@ -8,12 +8,16 @@
 //! Derivatives come from the same kernel, differentiated by its factors, one direction an invocation: a member with seven factors is seven
 //! invocations, each of which marches the member and how it changes along one. Not taken, all directions in one invocation: private memory is
 //! what invocations are short of.
+//!
+//! Few members on hardware have a workgroup each, whose lanes share a member's cells: see `lanes.rs`. Derivatives have not, as their
+//! invocations are more to begin with.
 
 mod batch;
 mod cache;
 pub mod device;
 mod differentiate;
 mod gather;
+mod lanes;
 pub mod self_tests;
 pub mod shader;
 pub mod spirv;
@@ -25,6 +29,7 @@ use crate::traces::Traces;
 use batch::{Batch, Carried, Pipeline, Word};
 use device::Device;
 use gather::{state_words, trace_words};
+pub use lanes::LANES;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::ops::Range;
@@ -41,6 +46,8 @@ const BATCH_BYTES: u64 = 1 << 30;
 pub struct Gpu {
     device: Device,
     precision: Precision,
+    /// Lanes of a member, where they were asked for.
+    lanes: Option<u32>,
     /// By the kernel's text, and whether it tells derivatives.
     pipelines: HashMap<(String, bool), Pipeline>,
 }
@@ -63,7 +70,24 @@ impl Gpu {
                 });
             }
         }
-        Ok(Self { device, precision, pipelines: HashMap::new() })
+        Ok(Self { device, precision, lanes: None, pipelines: HashMap::new() })
+    }
+
+    /// The same with so many invocations for each member, whatever is faster: to prove and to measure them. A plan that a workgroup has no
+    /// room for has one all the same.
+    #[must_use]
+    pub fn with_lanes(mut self, lanes: u32) -> Self {
+        let limits = &self.device.limits;
+        let most = limits.max_compute_workgroup_size_x.min(limits.max_compute_invocations_per_workgroup);
+        self.lanes = Some(lanes.clamp(1, most));
+        self
+    }
+
+    /// Invocations that carry each of so many members.
+    pub fn lanes(&self, plan: &Plan, members: usize) -> u32 {
+        let shared_bytes = |lanes| shader::shared_bytes(plan, self.precision, lanes);
+        let room_bytes = self.device.limits.max_compute_workgroup_storage_size;
+        lanes::lanes(self.lanes, self.device.is_software, members, shared_bytes, room_bytes)
     }
 
     fn word_bytes(&self) -> u64 {
@@ -84,10 +108,10 @@ impl Gpu {
         (trace_words(plan).max(state_words(plan)) as u64) * self.word_bytes()
     }
 
-    /// The pipeline that marches a plan, telling derivatives or not; compiled once.
-    fn pipeline(&mut self, plan: &Plan, tells: bool) -> Result<&mut Pipeline, MarchError> {
+    /// The pipeline that marches a plan, so many lanes a member, or telling derivatives; compiled once.
+    fn pipeline(&mut self, plan: &Plan, lanes: u32, tells: bool) -> Result<&mut Pipeline, MarchError> {
         let texels = self.precision == Precision::F32 && self.device.reads_texels(plan.rows.tables.len());
-        let asked = (shader::kernel(plan, self.precision, texels, shader::MARCH), tells);
+        let asked = (shader::kernel(plan, self.precision, texels, lanes, shader::MARCH), tells);
         match self.pipelines.entry(asked) {
             Entry::Occupied(known) => Ok(known.into_mut()),
             Entry::Vacant(new) => {
@@ -97,7 +121,7 @@ impl Gpu {
                 }
                 let inner = self.device.pipeline(&kernel, "march")?;
                 self.device.keep();
-                Ok(new.insert(Pipeline { inner, tells, texels, timed: None }))
+                Ok(new.insert(Pipeline { inner, lanes, tells, texels, timed: None }))
             }
         }
     }
@@ -110,7 +134,8 @@ impl Gpu {
     ) -> Result<Begun<'a>, MarchError> {
         let device = self.device.clone();
         let carried = members.map(|member| Carried { member, along: None }).collect();
-        let batch = Batch::begin::<W>(&device, self.pipeline(plan, false)?, plan, ensemble, carried)?;
+        let lanes = self.lanes(plan, ensemble.len());
+        let batch = Batch::begin::<W>(&device, self.pipeline(plan, lanes, false)?, plan, ensemble, carried)?;
         Ok(Box::new(move || Ok(read_out(batch.finish::<W>(&device, plan)?.0, plan))))
     }
 
@@ -128,7 +153,7 @@ impl Gpu {
         let most = self.capacity(plan).max(1);
         for (run, some) in carried.chunks(most).enumerate() {
             let device = self.device.clone();
-            let batch = Batch::begin::<W>(&device, self.pipeline(plan, true)?, plan, points, some.to_vec())?;
+            let batch = Batch::begin::<W>(&device, self.pipeline(plan, 1, true)?, plan, points, some.to_vec())?;
             let (values, changes) = batch.finish::<W>(&device, plan)?;
             for (place, carried) in some.iter().enumerate() {
                 // The member is the same in each invocation of its point, and told once.

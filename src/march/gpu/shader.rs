@@ -12,8 +12,11 @@ use crate::plan::{GasPath, Plan};
 use std::fmt::Write;
 use std::time::Duration;
 
-/// Invocations in a workgroup: two subgroups of hardware, and no matter to a software device.
-pub const WORKGROUP: u32 = 64;
+/// Invocations in a workgroup, so many of which carry a member: where each carries one, two subgroups of hardware, and no matter to a
+/// software device.
+pub fn workgroup(lanes: u32) -> u32 {
+    if lanes == 1 { 64 } else { lanes }
+}
 
 /// Texels in a row of the tables: as wide as any device takes them.
 pub const TEXELS_ABREAST: u32 = 4096;
@@ -47,8 +50,17 @@ pub const PARTS: &[(&str, &str)] = &[
     part!("step"),
 ];
 
-/// The entry point that carries one member in an invocation.
+/// The entry point that carries members.
 pub const MARCH: (&str, &str) = part!("march");
+
+/// Lanes of a member: where one invocation carries it, and where a workgroup does.
+pub const ALONE: (&str, &str) = part!("alone");
+pub const SHARED: (&str, &str) = part!("shared");
+
+/// A part with its columns where so many lanes of a member reach them; WGSL has no word of one's own for that.
+pub fn placed(part: &str, lanes: u32) -> String {
+    part.replace("<COLUMNS>", if lanes == 1 { "<private>" } else { "<workgroup>" })
+}
 
 /// What all parts lean on: the real number, its binary digits behind the first, one so large that the next is one more, and whether
 /// next to nothing is nothing.
@@ -60,11 +72,15 @@ pub fn head(precision: Precision) -> String {
     format!("alias real = {real};\nconst DIGITS = {digits}u;\nconst WHOLE = {whole};\nconst SETTLES = {settles};\n")
 }
 
-/// The text of a kernel: the parts for a plan, whose tables are texels or not, and an entry point.
-pub fn kernel(plan: &Plan, precision: Precision, texels: bool, entry: (&str, &str)) -> String {
+/// The text of a kernel: the parts for a plan, whose tables are texels or not and whose members are carried by so many lanes each, and an
+/// entry point.
+pub fn kernel(plan: &Plan, precision: Precision, texels: bool, lanes: u32, entry: (&str, &str)) -> String {
     let mut text = head(precision);
     let sizes = [
         ("CELLS", plan.cells() as u32),
+        ("GAS_CELLS", gas_cells(plan) as u32),
+        ("PORE_CELLS", pore_cells(plan) as u32),
+        ("LANES", lanes),
         ("PLIES", plan.plies.len() as u32),
         ("SENSORS", plan.places.len() as u32),
         ("PARTS", plan.parts as u32),
@@ -87,7 +103,7 @@ pub fn kernel(plan: &Plan, precision: Precision, texels: bool, entry: (&str, &st
         ("STATES_MAX", STATES_MAX as u32),
         ("GAUGES", GAUGES as u32),
         ("NO_INSTANT", NO_INSTANT),
-        ("WORKGROUP", WORKGROUP),
+        ("WORKGROUP", workgroup(lanes)),
     ];
     let mut line = |words: std::fmt::Arguments<'_>| {
         text.write_fmt(words).expect("writing to a string cannot fail");
@@ -111,17 +127,35 @@ pub fn kernel(plan: &Plan, precision: Precision, texels: bool, entry: (&str, &st
     }
     line(format_args!("const MIDDLE_PA = {:?};", plan.middle_pa));
     line(format_args!("const TABLE_STEP_K = {TABLE_STEP_K:?};"));
-    for (name, part) in PARTS.iter().chain([&entry]) {
-        line(format_args!("// shaders/{name}.wgsl\n{part}"));
+    let across = if lanes == 1 { ALONE } else { SHARED };
+    for (name, part) in PARTS.iter().chain([&across, &entry]) {
+        line(format_args!("// shaders/{name}.wgsl\n{}", placed(part, lanes)));
     }
     text
 }
 
-/// Turns of all loops of one step, and of all that surrounds the steps of a dispatch: what a driver that
+/// Cells of columns for gas, and for what flows through pores: one where a plan has none, as WGSL has no array of none.
+fn gas_cells(plan: &Plan) -> usize {
+    if plan.gas.is_some() { plan.cells() } else { 1 }
+}
+
+fn pore_cells(plan: &Plan) -> usize {
+    if plan.gas == Some(GasPath::Darcy) { plan.cells() } else { 1 }
+}
+
+/// Bytes that a workgroup shares where it carries a member by so many lanes: what a cell has in columns, and what lanes hand to each other. A
+/// test holds this against the kernels.
+pub fn shared_bytes(plan: &Plan, precision: Precision, lanes: u32) -> usize {
+    let of_gas = gas_cells(plan) * (8 + 3 * plan.reactions.max(1));
+    let words = 12 * plan.cells() + of_gas + 22 * pore_cells(plan) + 14 * lanes as usize;
+    words * if precision == Precision::F32 { 4 } else { 8 }
+}
+
+/// Turns of all loops of one step, and of all that surrounds the steps of a dispatch, in one of so many lanes of a member: what a driver that
 /// counts loops would count. Every loop takes a turn more, on which it ends. At most: passes over cells that have become one are counted
 /// apart, which costs a dispatch more now and then, where a turn too few would cost a march.
-pub fn loop_turns(plan: &Plan) -> (u32, u32) {
-    let (cells, plies, sensors) = (plan.cells() as u32, plan.plies.len() as u32, plan.places.len() as u32);
+pub fn loop_turns(plan: &Plan, lanes: u32) -> (u32, u32) {
+    let (cells, plies, sensors) = (block(plan, lanes), plan.plies.len() as u32, plan.places.len() as u32);
     let whole = |turns: u32| turns + 1;
     let (cells_by_ply, faces) = (whole(2 * plies + cells), whole(2));
     // Properties, imbalance, substitution both ways; over a ply's cells once and over the gaps between them once.
@@ -135,18 +169,41 @@ pub fn loop_turns(plan: &Plan) -> (u32, u32) {
     let displaced = if plan.has_depths { steps.sum() } else { 0 };
     let carried = whole(cells) + whole(sensors) + whole(plies) + whole(HEATS as u32);
     let around = whole(cells) + 2 * carried + whole(plies) + whole(cells) + whole(plies) + cells_by_ply + 1;
-    let (gas, gas_around) = gas_turns(plan);
-    (1 + advance + seen + sideways + displaced + gas, around + gas_around)
+    let (gas, gas_around) = gas_turns(plan, lanes);
+    let (across, across_around) = if lanes == 1 { (0, 0) } else { turns_across(plan, lanes) };
+    (1 + advance + seen + sideways + displaced + gas + across, around + gas_around + across_around)
+}
+
+/// Cells of the largest block.
+fn block(plan: &Plan, lanes: u32) -> u32 {
+    (plan.cells() as u32).div_ceil(lanes)
+}
+
+/// Those of what crosses from lane to lane.
+fn turns_across(plan: &Plan, lanes: u32) -> (u32, u32) {
+    let (cells, plies) = (plan.cells() as u32, plan.plies.len() as u32);
+    let whole = |turns: u32| turns + 1;
+    let solved = 2 * whole(block(plan, lanes)) + whole(lanes.ilog2() + 1);
+    let behind = whole(block(plan, lanes)) + whole(lanes);
+    // Two systems for either stage, what is behind at both, gauges, and a holder.
+    let step = 4 * solved + 2 * behind + whole(cells) + 5 * whole(lanes);
+    (step, 2 * whole(plies) + whole(sums(plan)) + (sums(plan) + 2 * plies + 2) * whole(lanes))
+}
+
+/// Sums that lanes of a member have in parts.
+pub(super) fn sums(plan: &Plan) -> u32 {
+    HEATS as u32 + if plan.gas.is_some() { 7 } else { 1 }
 }
 
 /// Those of mixtures, reactions and gas. The look that ends a loop counts too, which short loops in a loop over cells make
 /// matter.
-fn gas_turns(plan: &Plan) -> (u32, u32) {
-    let (cells, plies) = (plan.cells() as u32, plan.plies.len() as u32);
+fn gas_turns(plan: &Plan, lanes: u32) -> (u32, u32) {
+    let (cells, plies) = (block(plan, lanes), plan.plies.len() as u32);
     let each = |turns: &dyn Fn(u32, u32) -> u32| {
         let of = |ply: &Ply<u32>| turns(ply.states, ply.end_reaction - ply.first_reaction);
         let of_cells = |ply: &Ply<u32>| (ply.end_cell - ply.first_cell) * of(ply);
-        (plan.plies.iter().map(of_cells).sum::<u32>(), plan.plies.iter().map(of).max().unwrap_or(0))
+        let most = plan.plies.iter().map(of).max().unwrap_or(0);
+        (plan.plies.iter().map(of_cells).sum::<u32>().min(cells * most), most)
     };
     let cells_by_ply = 2 * plies + cells + 1;
     // Volumes, density, weights, properties.
@@ -173,8 +230,8 @@ const TURNS_SOFTWARE: u32 = 40_000;
 const TURNS_HARDWARE: u32 = 1_000_000;
 
 /// Steps that one dispatch takes: as many as its loop turns allow, and one at least.
-pub fn steps_a_dispatch(plan: &Plan, is_software: bool) -> u32 {
-    let (turns_step, turns_around) = loop_turns(plan);
+pub fn steps_a_dispatch(plan: &Plan, lanes: u32, is_software: bool) -> u32 {
+    let (turns_step, turns_around) = loop_turns(plan, lanes);
     let turns = if is_software { TURNS_SOFTWARE } else { TURNS_HARDWARE };
     (turns.saturating_sub(turns_around) / turns_step).max(1)
 }

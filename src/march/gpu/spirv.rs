@@ -83,6 +83,11 @@ pub fn compile(kernel: &Kernel, entry: &str, checks: bool) -> Result<Compiled, S
             binding_array: policy,
         },
         force_loop_bounding: checks,
+        zero_initialize_workgroup_memory: if checks {
+            spv::ZeroInitializeWorkgroupMemoryMode::Polyfill
+        } else {
+            spv::ZeroInitializeWorkgroupMemoryMode::None
+        },
         ..spv::Options::default()
     };
     let pipeline = spv::PipelineOptions { shader_stage: naga::ShaderStage::Compute, entry_point: entry.to_owned() };

@@ -1,0 +1,82 @@
+// Lanes of a member where one invocation carries it whole: there is one, which has every cell, so that there is nobody to meet and nothing to hand over.
+// What these functions mean is said where they do something, in shaders/shared.wgsl, which has the same ones.
+
+const lane = 0u;
+
+fn stand(place: u32) {}
+
+fn first_cell() -> u32 {
+    return 0u;
+}
+
+fn end_cell() -> u32 {
+    return CELLS;
+}
+
+fn first_ply() -> u32 {
+    return 0u;
+}
+
+fn end_ply() -> u32 {
+    return run.plies;
+}
+
+fn first_of(ply: u32) -> u32 {
+    return plies[ply].first_cell;
+}
+
+fn end_of(ply: u32) -> u32 {
+    return plies[ply].end_cell;
+}
+
+fn has(cell: u32) -> bool {
+    return true;
+}
+
+fn first_link() -> u32 {
+    return 0u;
+}
+
+fn meet() {}
+
+fn summed(part: real) -> real {
+    return part;
+}
+
+fn largest(part: real) -> real {
+    return part;
+}
+
+fn unite() {}
+
+fn hand_down(above: real) {
+    second[LAST_CELL] = above;
+}
+
+fn entering() -> array<real, 2> {
+    return array<real, 2>(0.0, 0.0);
+}
+
+fn under_block() -> real {
+    return 0.0;
+}
+
+fn pressed_under_block() -> real {
+    return 0.0;
+}
+
+fn made_behind(stage: u32) -> real {
+    return 0.0;
+}
+
+fn at_hot_face(risen: real) -> real {
+    return risen;
+}
+
+fn driven_behind(per_length: real) -> real {
+    return 0.0;
+}
+
+fn node_above() -> Node {
+    return Node(0.0, 0.0, 0.0);
+}

@@ -1,0 +1,258 @@
+//! Members that a workgroup carries, a block of cells a lane: as the processor carries them, whatever the blocks.
+
+use crate::layup::held_above_too;
+use crate::parity::{apart_k, differing, numbers, spoiled};
+use crate::support::{
+    BALANCE, MASS, MASS_SINGLE, ROUNDING_K, SINGLE_K, SINGLE_REACTING_K, Uniform, adapter, case, cases, drawn,
+};
+use bondline::case::{Case, GasPath};
+use bondline::ensemble::Ensemble;
+use bondline::march::cpu::Cpu;
+use bondline::march::gpu::device::Device;
+use bondline::march::gpu::{Gpu, LANES, shader};
+use bondline::march::{March, Precision};
+use bondline::physics::tridiagonal::{factorise, substitute};
+use bondline::plan::Plan;
+use bondline::traces::{Arrival, Balance, Traces};
+use std::sync::LazyLock;
+use std::thread;
+
+/// Lanes that cases have in turn, on some forty cells: blocks of two, of six and not by a power of two, of one cell with lanes that have none, of three.
+const IN_TURN: [u32; 4] = [LANES, 7, 64, 16];
+
+/// A case carried by workgroups.
+struct Marched {
+    case: Case,
+    plan: Plan,
+    ensemble: Ensemble,
+    lanes: u32,
+    precision: Precision,
+    traces: Traces,
+}
+
+/// A case on few cells and long steps, at which one kernel is held against another as well as at any.
+fn coarsened(mut case: Case) -> Case {
+    case.resolution.cells = 40;
+    case.resolution.growth = 0.2;
+    case.resolution.largest_step_s = 2.0;
+    case
+}
+
+/// A case whose gas leaves where it is made.
+fn unhindered() -> Case {
+    let mut case = coarsened(case("lcat-2259-pyrolysis"));
+    case.gas.as_mut().expect("it has gas").path = GasPath::Unhindered;
+    case
+}
+
+fn gpu(precision: Precision, lanes: u32) -> Gpu {
+    let device = Device::open(adapter(), false).expect("the device opens");
+    Gpu::new(device, precision).expect("the device passes its self-tests").with_lanes(lanes)
+}
+
+fn carried(march: &mut dyn March, plan: &Plan, ensemble: &Ensemble) -> Traces {
+    march.march(plan, ensemble, 0..ensemble.len()).expect("the march does not fail")
+}
+
+fn marched(case: Case, precision: Precision, lanes: u32) -> Marched {
+    let (plan, ensemble) = (Plan::new(&case), drawn(&case, 2));
+    let mut gpu = gpu(precision, lanes);
+    assert_eq!(gpu.lanes(&plan, ensemble.len()), lanes, "{}: no room in a workgroup", case.id);
+    let traces = carried(&mut gpu, &plan, &ensemble);
+    Marched { case, plan, ensemble, lanes, precision, traces }
+}
+
+/// Every shipped case in double precision, with what they lack: a holder, a contact and depths in doubt, and gas that leaves where it is made; and
+/// one of each kind in single precision. In two threads, as compiling takes longest.
+static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
+    let every = cases().into_iter().map(coarsened).chain([held_above_too(), unhindered()]);
+    let double = every.zip(IN_TURN.into_iter().cycle()).map(|(case, lanes)| (case, Precision::F64, lanes));
+    let kinds = [held_above_too(), coarsened(case("permeation"))];
+    let asked = double.chain(kinds.map(|case| (case, Precision::F32, LANES)));
+    let (even, odd): (Vec<_>, Vec<_>) = asked.enumerate().partition(|(place, _)| place % 2 == 0);
+    let march = |asked: Vec<(usize, (Case, Precision, u32))>| -> Vec<Marched> {
+        asked.into_iter().map(|(_, (case, precision, lanes))| marched(case, precision, lanes)).collect()
+    };
+    thread::scope(|scope| {
+        let odd = scope.spawn(move || march(odd));
+        let mut all = march(even);
+        all.extend(odd.join().expect("the device carries every case"));
+        all
+    })
+});
+
+fn of(precision: Precision) -> impl Iterator<Item = &'static Marched> {
+    MARCHED.iter().filter(move |marched| marched.precision == precision)
+}
+
+/// How far all numbers of two marches are apart at most, each as a share of one more than it is: kelvins of temperatures near nothing, shares of heats.
+fn apart(one: &Traces, other: &Traces) -> f64 {
+    if one.arrivals != other.arrivals {
+        return f64::INFINITY;
+    }
+    let (one, other) = (numbers(one), numbers(other));
+    assert_eq!(one.len(), other.len());
+    let pairs = one.iter().zip(&other).map(|(a, b)| (a - b).abs() / (1.0 + b.abs()));
+    pairs.fold(0.0, |worst, off| if off.is_nan() { f64::INFINITY } else { off.max(worst) })
+}
+
+#[test]
+fn a_member_cut_into_blocks_is_the_processors_but_for_rounding_in_every_case_whatever_the_blocks() {
+    for Marched { case, plan, ensemble, lanes, traces, .. } in of(Precision::F64) {
+        let processor = carried(&mut Cpu::new(Precision::F64), plan, ensemble);
+        assert!(traces.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{}: not all arrive", case.id);
+        let off_k = apart_k(traces, &processor);
+        assert!(off_k <= ROUNDING_K, "{} on {lanes} lanes: {off_k:.1e} K", case.id);
+        let off = apart(traces, &processor);
+        assert!(off <= ROUNDING_K, "{} on {lanes} lanes: {off:.1e} of any number", case.id);
+        let spoiled_k = apart_k(traces, &carried(&mut Cpu::new(Precision::F64), &spoiled(plan, 1e-6), ensemble));
+        assert!(spoiled_k > ROUNDING_K, "{}: a conductivity off by a millionth passed", case.id);
+    }
+}
+
+#[test]
+fn single_precision_suffices_where_a_workgroup_carries_a_member() {
+    for Marched { case, plan, ensemble, lanes, traces, .. } in of(Precision::F32) {
+        let processor = |plan: &Plan| carried(&mut Cpu::new(Precision::F64), plan, ensemble);
+        let allowed_k = if plan.reactions > 0 { SINGLE_REACTING_K } else { SINGLE_K };
+        let off_k = apart_k(traces, &processor(plan));
+        assert!(off_k <= allowed_k, "{} on {lanes} lanes: {off_k:.1e} K", case.id);
+        let spoiled_k = apart_k(traces, &processor(&spoiled(plan, 1e-3)));
+        assert!(spoiled_k > allowed_k, "{}: a conductivity off by a thousandth passed", case.id);
+    }
+}
+
+/// Heat within what the processor in double precision leaves at steps as long.
+#[test]
+fn heat_and_mass_are_accounted_for_across_the_lanes() {
+    for Marched { case, plan, ensemble, traces, precision, .. } in MARCHED.iter() {
+        let allowed = if *precision == Precision::F32 { MASS_SINGLE } else { MASS };
+        let processor = carried(&mut Cpu::new(Precision::F64), plan, ensemble);
+        for (balance, expected) in traces.balances.iter().zip(&processor.balances) {
+            let mass = balance.mass_residual().abs();
+            assert!(mass <= allowed, "{} in {precision:?}: mass {mass:.1e}", case.id);
+            let unlike = |balance: &Balance| (balance.residual() - expected.residual()).abs();
+            assert!(unlike(balance) <= BALANCE, "{} in {precision:?}: heat {:.1e}", case.id, unlike(balance));
+            let leaking =
+                Balance { stored_j_m2: balance.stored_j_m2 + 5.0 * BALANCE * balance.hot_in_j_m2, ..*balance };
+            assert!(balance.hot_in_j_m2 == 0.0 || unlike(&leaking) > BALANCE, "{}: heat to nowhere passed", case.id);
+        }
+    }
+}
+
+/// More sensors make steps longer in loop turns, and dispatches shorter in steps.
+#[test]
+fn a_member_put_down_and_taken_up_at_other_steps_reads_the_same_to_the_bit() {
+    let whole = of(Precision::F32).find(|marched| marched.case.id == "permeation").expect("it is among the kinds");
+    let mut case = whole.case.clone();
+    let added = case.sensors[0].clone();
+    case.sensors.extend(vec![added; 40]);
+    let plan = Plan::new(&case);
+    let steps = |plan: &Plan| shader::steps_a_dispatch(plan, LANES, true) as usize;
+    assert!(steps(&plan) < steps(&whole.plan) && steps(&plan) < plan.steps(), "dispatches are cut alike");
+    let cut = carried(&mut gpu(Precision::F32, LANES), &plan, &whole.ensemble);
+    for member in 0..whole.ensemble.len() {
+        for sensor in 0..whole.case.sensors.len() {
+            assert_eq!(
+                cut.trace(member, sensor),
+                whole.traces.trace(member, sensor),
+                "member {member}, sensor {sensor}"
+            );
+        }
+    }
+    assert_eq!(cut.gauges, whole.traces.gauges);
+    assert_eq!(cut.extremes_k, whole.traces.extremes_k);
+    assert_ne!(differing(&cut, &whole.traces), 0, "the sensors added read something");
+}
+
+/// Systems with one neighbour on each side, four words a cell, and their solutions by elimination in one go.
+fn systems(cells: usize, count: usize) -> (Vec<f64>, Vec<f64>) {
+    let mut uniform = Uniform(2026);
+    let (mut rows, mut solutions) = (vec![], vec![]);
+    for _ in 0..count {
+        let coupled: Vec<f64> = (0..=cells).map(|_| 10_f64.powf(uniform.between(-2.0, 3.0))).collect();
+        let inner = |link: usize| if link == 0 || link == cells { 0.0 } else { -coupled[link] };
+        let mut lower: Vec<f64> = (0..cells).map(inner).collect();
+        let mut upper: Vec<f64> = (1..=cells).map(inner).collect();
+        let mut diagonal: Vec<f64> = (0..cells).map(|i| uniform.between(0.01, 1.0) - lower[i] - upper[i]).collect();
+        let mut side: Vec<f64> = (0..cells).map(|_| uniform.between(-1.0, 1.0)).collect();
+        rows.extend((0..cells).flat_map(|i| [lower[i], diagonal[i], upper[i], side[i]]));
+        factorise(&mut lower, &mut diagonal, &mut upper);
+        substitute(&lower, &diagonal, &upper, &mut side);
+        solutions.extend(side);
+    }
+    (rows, solutions)
+}
+
+/// Solves systems by the kernel's own text: those of the pressures.
+const SOLVE: (&str, &str) = (
+    "solve",
+    "@group(0) @binding(30) var<storage, read> systems: array<real>;
+     @group(0) @binding(31) var<storage, read_write> solutions: array<real>;
+     @compute @workgroup_size(WORKGROUP)
+     fn solve(@builtin(global_invocation_id) id: vec3<u32>) {
+         one = real(run.one);
+         stand(id.x % LANES);
+         let system = id.x / LANES;
+         for (var i = first_cell(); i < end_cell(); i++) {
+             let place = 4u * (system * CELLS + i);
+             pressure_lower[i] = systems[place];
+             pressure_diagonal[i] = systems[place + 1u];
+             pressure_upper[i] = systems[place + 2u];
+             pressed_second[i] = systems[place + 3u];
+         }
+         factorise();
+         substitute();
+         for (var i = first_cell(); i < end_cell(); i++) {
+             solutions[system * CELLS + i] = pressed_second[i];
+         }
+     }",
+);
+
+/// How far the solutions of systems cut over so many lanes are from those of whole ones, of the largest of each.
+fn off(device: &Device, plan: &Plan, lanes: u32, spoil: impl Fn(String) -> String) -> f64 {
+    const COUNT: usize = 8;
+    let cells = plan.cells();
+    let (rows, expected) = systems(cells, COUNT);
+    let text = spoil(shader::kernel(plan, Precision::F64, false, lanes, SOLVE));
+    // Words of a dispatch: one, and lanes; no plies, as nothing is asked of them.
+    let mut run = [0_u32; 12];
+    (run[4], run[10]) = (1_f32.to_bits(), lanes);
+    let run = device.uniform("run", &run).expect("it is small");
+    let plies = device.uniform("plies", &vec![0_u32; 20 * plan.plies.len()]).expect("it is small");
+    let (rows, solutions) = (device.upload("systems", &rows), device.upload("solutions", &vec![0.0; COUNT * cells]));
+    let bound = [(0, &run), (2, &plies), (30, &rows), (31, &solutions)];
+    let bound = bound.map(|(binding, buffer)| (binding, buffer.as_entire_binding()));
+    let kernel = device.kernel(text).expect("the text is sound");
+    let found: Vec<f64> = device.probe(&kernel, "solve", COUNT as u32, bound, &solutions).expect("the probe runs");
+    let each = found.chunks_exact(cells).zip(expected.chunks_exact(cells)).map(|(found, expected)| {
+        let largest = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let apart = found.iter().zip(expected).map(|(a, b)| (a - b).abs() / largest);
+        apart.fold(0.0, |worst, off| if off.is_nan() { f64::INFINITY } else { off.max(worst) })
+    });
+    each.fold(0.0, f64::max)
+}
+
+#[test]
+fn a_system_cut_over_lanes_has_the_solution_of_the_whole_and_not_without_what_they_hand_over() {
+    let device = Device::open(adapter(), false).expect("the device opens");
+    let plan = Plan::new(&coarsened(case("permeation")));
+    let cells = plan.cells() as u32;
+    for lanes in [7, LANES, cells] {
+        let off = off(&device, &plan, lanes, |text| text);
+        assert!(off <= ROUNDING_K, "{cells} cells on {lanes} lanes: {off:.1e}");
+    }
+    let spoils = [
+        ("var carried = around[0];", "var carried = real(0.0);"),
+        ("joint.last_above * scale,", "joint.last_above * scale * select(real(1.0), real(1.000001), lane == 3u),"),
+        ("row.upper * under.side", "row.upper * under.side * select(real(1.0), real(1.000001), lane == 3u)"),
+        ("next.upper * lasts[lane + 1u]", "real(0.0)"),
+    ];
+    for (sound, spoilt) in spoils {
+        let off = off(&device, &plan, LANES, |text| {
+            assert!(text.contains(sound), "nothing was spoiled: {sound}");
+            text.replace(sound, spoilt)
+        });
+        assert!(off > ROUNDING_K, "{spoilt}: {off:.1e}");
+    }
+}
