@@ -74,6 +74,7 @@ struct Ply {
     table: u32,
     columns: u32,
     states: u32,
+    rows: u32,
     first_state: u32,
     first_reaction: u32,
     end_reaction: u32,
@@ -119,6 +120,8 @@ struct Substance {
     slip_pa_k: real,
     inertia_1_m: real,
     formation_j_kg: real,
+    conductivity: real,
+    heat_capacity: real,
 }
 
 struct Reaction {

@@ -45,8 +45,8 @@ fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
     );
 }
 
-fn state_scale(row: Conduction, ply: PlyScale) -> StateScale {
-    let whole = column(row.whole) / ply.thickness;
+fn state_scale(row: Conduction, substance: Substance, ply: PlyScale) -> StateScale {
+    let whole = substance.conductivity * column(row.whole) / ply.thickness;
     return StateScale(
         whole * column(row.solid),
         whole * column(row.gas),

@@ -41,7 +41,7 @@ fn scale() {
     for (var p = 0u; p < run.plies; p++) {
         for (var state = 0u; state < plies[p].states; state++) {
             let row = plies[p].first_state + state;
-            state_scales[row] = state_scale(conductions[row], ply_scales[p]);
+            state_scales[row] = state_scale(conductions[row], substances[row], ply_scales[p]);
             remains[row] = remaining(ply_scales[p], substances[row]);
         }
     }
@@ -185,7 +185,8 @@ fn gained(p: u32, i: u32) -> real {
     let mass_kg_m2 = ply_scales[p].mass_kg_m3 * width_m;
     let lost_kg_m2 = mass_kg_m2 * (1.0 - mass_left(p, phases));
     lost_and_stored[0] = lost_and_stored[0] + lost_kg_m2;
-    let then_j_kg = enthalpy_of(p, 0u, row_of(p, then));
+    let row_then = row_of(p, then);
+    let then_j_kg = enthalpy_of(p, 0u, row_then, integral(row_then, 1u));
     let now_j_kg = solid_enthalpy(p, phases, row_of(p, now));
     return keep(now_j_kg - then_j_kg) * mass_kg_m2 + gas_gained(p, i);
 }

@@ -111,13 +111,12 @@ pub(crate) fn spoiled(plan: &Plan, share: f64) -> Plan {
     let mut plan = plan.clone();
     let columns = 2 * plan.properties();
     // Plies of one material share their tables, which come one after the other.
-    let mut plies: Vec<_> =
-        plan.plies.iter().map(|ply| (ply.table as usize, ply.columns as usize, ply.states)).collect();
+    let mut plies: Vec<_> = plan.plies.iter().map(|ply| (ply.table as usize, ply.columns as usize, ply.rows)).collect();
     plies.dedup();
-    for (table, width, states) in plies {
+    for (table, width, rows) in plies {
         let end = table + plan.levels * TABLE_NODES * width;
         for row in Arc::make_mut(&mut plan.rows.tables)[table..end].chunks_exact_mut(width) {
-            for state in row[..columns * states as usize].chunks_exact_mut(columns) {
+            for state in row[..columns * rows as usize].chunks_exact_mut(columns) {
                 // Solid, radiative and of gas, each with its rise.
                 for place in [0, 1, 8, 9, 12, 13].into_iter().filter(|&place| place < columns) {
                     state[place] *= 1.0 + share;

@@ -1,6 +1,6 @@
 //! Conductivities scaled state by state: as one where all are, each where it is, and sought from temperatures.
 
-use crate::support::{ANOTHER_CODE_K, case};
+use crate::support::{ANOTHER_CODE_K, DOUBLE_K, case};
 use bondline::case::{Case, Factor};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
@@ -9,6 +9,7 @@ use bondline::march::{March, Precision};
 use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::study::estimate::{Estimated, Search, estimate};
+use std::sync::Arc;
 
 /// The slab of two states with these factors, marched with these values.
 fn marched(factors: Vec<Factor>, values: &[f64]) -> Vec<f64> {
@@ -30,6 +31,35 @@ fn states_scaled_alike_are_one_conductivity_scaled_and_each_alone_is_another() {
         let apart_k = whole.iter().zip(&marched).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(apart_k > 1.0, "{alone:?} is off by {apart_k} K");
     }
+}
+
+/// `lcat-2259-pyrolysis` on a coarse plan, the heat capacity of its chars told anew; states that have rows in the tables, and temperatures.
+fn charred(told: impl Fn(f64) -> f64) -> (Vec<u32>, Vec<f64>) {
+    let mut case = case("lcat-2259-pyrolysis");
+    (case.resolution.cells, case.resolution.largest_step_s) = (60, 2.0);
+    for ply in &mut case.layup.plies {
+        let decomposition = Arc::make_mut(&mut ply.material).decomposition.iter_mut();
+        for value in decomposition.flat_map(|of| &mut of.residues).flat_map(|char| char.heat_capacity.values.last_mut())
+        {
+            *value = told(*value);
+        }
+    }
+    let (plan, nominal) = (Plan::new(&case), Ensemble::nominal(&case.factors));
+    let traces = Cpu::new(Precision::F64).march(&plan, &nominal, 0..1).expect("the processor does not fail");
+    (plan.plies.iter().map(|ply| ply.rows).collect(), traces.temperatures_k)
+}
+
+#[test]
+fn a_char_that_is_a_multiple_of_what_it_was_marches_like_one_told_in_full() {
+    let furthest_k = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let (rows, alike_k) = charred(|value| value);
+    assert_eq!(rows, [1; 5], "every state is so many times the virgin one");
+    let (rows, told_k) = charred(|value| value * (1.0 + 1e-11));
+    assert_eq!(rows, [1, 1, 2, 2, 2], "a char that is no multiple has rows of its own");
+    let apart_k = furthest_k(&alike_k, &told_k);
+    assert!(apart_k <= DOUBLE_K, "{apart_k} K");
+    let apart_k = furthest_k(&alike_k, &charred(|value| value * 1.01).1);
+    assert!(apart_k > 100.0 * DOUBLE_K, "one that stores more is no warmer or colder by {apart_k} K alone");
 }
 
 /// What is estimated of a case as the command does, and the root mean square of all that it leaves, K.

@@ -75,7 +75,7 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
             let ply: &bondline::plan::layout::Ply<u32> = ply;
             let state = ply.first_state as usize;
             let scale = ply_scale(ply, bulk, rows.substances[state], column);
-            (scale, state_scale(&plan.conductions[state], scale, column))
+            (scale, state_scale(&plan.conductions[state], rows.substances[state], scale, column))
         };
         let contacts = rows.contacts_m2_k_w.iter().zip(&plan.plies);
         Self {

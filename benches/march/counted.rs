@@ -5,6 +5,7 @@ use bondline::physics::Real;
 use bondline::physics::member::Member;
 use bondline::plan::Plan;
 use bondline::plan::layout::ABREAST;
+use std::fmt::{self, Display, Formatter};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -40,14 +41,34 @@ impl Work {
         counters.iter().for_each(|counter| counter.store(0, Ordering::Relaxed));
         let factors = nominal.member(0);
         let column = |column: u32| Counted(if column == 0 { 1.0 } else { factors[column as usize - 1] });
-        let mut member = Member::<Counted, false>::start(plan, &plan.rows, column);
-        for turn in 0..=plan.steps() {
-            member.advance(turn, |_| ());
+        if plan.gas.is_some() {
+            march::<true>(plan, column);
+        } else {
+            march::<false>(plan, column);
         }
         let cell_steps = (plan.cells() * plan.steps()) as f64;
         let [sums, products, quotients, choices, loads] =
             counters.map(|counter| counter.load(Ordering::Relaxed) as f64 / cell_steps);
         Self { sums, products, quotients, choices, loads }
+    }
+}
+
+impl Display for Work {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { sums, products, quotients, choices, loads } = self;
+        write!(
+            f,
+            "{:.0} flops: {sums:.0} additions, {products:.0} multiplications, {quotients:.1} divisions; ",
+            self.flops()
+        )?;
+        write!(f, "besides {choices:.0} choices and {loads:.0} properties read from tables")
+    }
+}
+
+fn march<const GAS: bool>(plan: &Plan, column: impl Fn(u32) -> Counted + Copy) {
+    let mut member = Member::<Counted, GAS>::start(plan, &plan.rows, column);
+    for turn in 0..=plan.steps() {
+        member.advance(turn, |_| ());
     }
 }
 

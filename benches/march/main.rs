@@ -38,16 +38,10 @@ fn main() {
     let work = Work::of(&plan, &Ensemble::nominal(&case.factors));
     let (steps, cells) = (plan.steps(), plan.cells());
     println!("lcat-2259: {cells} cells, {steps} steps, {} factors\n", case.factors.len());
-    println!(
-        "A cell-step is {:.0} flops: {:.0} additions, {:.0} multiplications, {:.1} divisions; besides {:.0} choices and \
-         {:.0} properties read from tables.\n",
-        work.flops(),
-        work.sums,
-        work.products,
-        work.quotients,
-        work.choices,
-        work.loads
-    );
+    println!("A cell-step is {work}.");
+    let reacting = common::case("lcat-2259-pyrolysis");
+    let reacting = Work::of(&Plan::new(&reacting), &Ensemble::nominal(&reacting.factors));
+    println!("Where plies decompose, in lcat-2259-pyrolysis, it is {reacting}.\n");
 
     // Members one at a time in f64: what all others are held against. Beside them lanes on as many threads, what the vector units alone are worth.
     let mut carriers = vec![Carrier::new("scalar", Some(1), OnOneThread::new(Reference(Precision::F64)))];

@@ -1,8 +1,8 @@
 //! A substance: its properties over temperature and pressure, each with where it came from.
 
 use super::air::air_in_pores_w_m_k;
-use super::decomposition::{Decomposition, Pores};
-use super::table::Table;
+use super::decomposition::{Decomposition, Pores, Residue};
+use super::table::{Table, is_times};
 
 /// How far a number can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +76,16 @@ impl Material {
         std::iter::once(("virgin", &self.conductivity))
             .chain(residues.map(|residue| (residue.name.as_str(), &residue.conductivity)))
     }
+
+    /// How many times the virgin conductivity and heat capacity each of its states has, where all have so many times both at every
+    /// temperature and pressure.
+    pub fn multiples(&self) -> Option<Vec<[f64; 2]>> {
+        let residues = self.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
+        let of = |residue: &Residue| {
+            Some([residue.conductivity.times(&self.conductivity)?, residue.heat_capacity.times(&self.heat_capacity)?])
+        };
+        std::iter::once(Some([1.0; 2])).chain(residues.map(of)).collect()
+    }
 }
 
 /// Conductivity over temperature and pressure, W/m/K.
@@ -120,6 +130,23 @@ impl Conductivity {
         }
     }
 
+    /// How many times another it is, where it is that at every temperature and pressure, and in every part.
+    pub fn times(&self, other: &Self) -> Option<f64> {
+        match (self, other) {
+            (Self::Tables(own), Self::Tables(others)) => {
+                let pressures =
+                    |tables: &[(f64, Table)]| tables.iter().map(|&(pressure_pa, _)| pressure_pa).collect::<Vec<_>>();
+                let mut all = own.iter().zip(others).map(|((_, own), (_, other))| own.times(other));
+                let times = all.next()??;
+                let is_alike = pressures(own) == pressures(others)
+                    && all.all(|more| more.is_some_and(|more| is_times(more, 1.0, times)));
+                is_alike.then_some(times)
+            }
+            (Self::Parts(own), Self::Parts(other)) => own.times(other),
+            _ => None,
+        }
+    }
+
     /// Whether radiation passes the less the denser the material is.
     pub fn extinction_follows_density(&self) -> bool {
         matches!(self, Self::Parts(parts) if parts.extinction_follows_density)
@@ -150,6 +177,23 @@ fn between(tables: &[(f64, Table)], temperature_k: f64, pressure_pa: f64) -> f64
 }
 
 impl Parts {
+    fn times(&self, other: &Self) -> Option<f64> {
+        let times = self.solid_w_m_k / other.solid_w_m_k;
+        let lengths = |parts: &Self| parts.pores.iter().map(|&(_, length_m)| length_m).collect::<Vec<_>>();
+        let is_opaque = match (self.extinction_1_m, other.extinction_1_m) {
+            (None, None) => true,
+            (Some(own), Some(other)) => is_times(other, own, times),
+            _ => false,
+        };
+        let is_alike = is_times(self.solid_w_m_k, other.solid_w_m_k, times)
+            && self.solid_exponent == other.solid_exponent
+            && lengths(self) == lengths(other)
+            && self.pores.iter().zip(&other.pores).all(|((own, _), (other, _))| is_times(*own, *other, times))
+            && is_opaque
+            && self.extinction_follows_density == other.extinction_follows_density;
+        is_alike.then_some(times)
+    }
+
     fn at(&self, temperature_k: f64, pressure_pa: f64) -> [f64; 3] {
         let solid = self.solid_w_m_k * (temperature_k / 300.0).powf(self.solid_exponent);
         let pore = |&(share, length_m): &(f64, f64)| share * air_in_pores_w_m_k(temperature_k, pressure_pa, length_m);

@@ -50,6 +50,14 @@ impl Table {
         }
     }
 
+    /// How many times another table it is, where it is that at every temperature.
+    pub fn times(&self, other: &Self) -> Option<f64> {
+        let times = self.values[0] / other.values[0];
+        let is_alike = self.temperatures_k == other.temperatures_k && self.outside == other.outside;
+        let mut pairs = self.values.iter().zip(&other.values);
+        (is_alike && pairs.all(|(&own, &value)| is_times(own, value, times))).then_some(times)
+    }
+
     /// The temperatures between which the table was measured; a single point holds everywhere.
     pub fn range_k(&self) -> (f64, f64) {
         match self.temperatures_k.as_slice() {
@@ -57,6 +65,11 @@ impl Table {
             [first, .., last] => (*first, *last),
         }
     }
+}
+
+/// Whether a number is so many times another, but for what rounding may have done to either.
+pub(super) fn is_times(own: f64, other: f64, times: f64) -> bool {
+    times.is_finite() && (own - times * other).abs() <= 1e-12 * own.abs()
 }
 
 /// A quantity through time: straight lines between corners, held constant before the first and after the
@@ -108,6 +121,17 @@ mod tests {
         assert_eq!(flux.after(41.0), 0.0);
         assert_eq!(flux.after(100.0), 0.0);
         assert_eq!(flux.before(20.0), 5.0);
+    }
+
+    #[test]
+    fn a_table_is_a_multiple_of_another_where_all_its_values_are() {
+        let table = |values| Table { temperatures_k: vec![300.0, 400.0], values, outside: OutOfRange::Clamp };
+        let virgin = table(vec![0.1, 0.3]);
+        assert_eq!(table(vec![0.12, 0.36]).times(&virgin).map(|times| (times * 1e9).round()), Some(1.2e9));
+        assert_eq!(table(vec![0.12, 0.3601]).times(&virgin), None);
+        assert_eq!(table(vec![0.0, 0.3]).times(&table(vec![0.0, 0.1])), None, "nothing is any number of times nothing");
+        let refused = Table { outside: OutOfRange::Refuse, ..virgin.clone() };
+        assert_eq!(refused.times(&virgin), None);
     }
 
     #[test]

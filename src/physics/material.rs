@@ -76,8 +76,13 @@ pub fn ply_scale<R: Real>(
 
 /// The scales of a state of a ply from a member's columns.
 #[inline(always)]
-pub fn state_scale<R: Real>(row: &Conduction<u32>, ply: PlyScale<R>, column: impl Fn(u32) -> R) -> StateScale<R> {
-    let whole = column(row.whole) / ply.thickness;
+pub fn state_scale<R: Real>(
+    row: &Conduction<u32>,
+    substance: Substance<R::Scalar>,
+    ply: PlyScale<R>,
+    column: impl Fn(u32) -> R,
+) -> StateScale<R> {
+    let whole = R::of(substance.conductivity) * column(row.whole) / ply.thickness;
     StateScale {
         solid: whole * column(row.solid),
         gas: whole * column(row.gas),

@@ -127,7 +127,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             plan.plies.iter().zip(&plies).flat_map(|(ply, &scale)| of_states(ply).map(move |row| (row, scale)));
         let (states, remains) = scaled
             .map(|(row, scale)| {
-                (state_scale(&plan.conductions[row], scale, column), remaining(scale, rows.substances[row]))
+                let substance = rows.substances[row];
+                (state_scale(&plan.conductions[row], substance, scale, column), remaining(scale, substance))
             })
             .unzip();
         let reactions = cells * plan.reactions;
@@ -335,7 +336,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         let mass_kg_m2 = self.plies[p].mass_kg_m3 * width_m;
         let lost_kg_m2 = mass_kg_m2 * (R::constant(1.0) - self.mass_left(p, phases));
         self.lost_and_stored[0] = self.lost_and_stored[0] + lost_kg_m2;
-        let then_j_kg = self.enthalpy_of(p, 0, self.row_of(p, then));
+        let then = self.row_of(p, then);
+        let then_j_kg = self.enthalpy_of(p, 0, then, integral(then, 1));
         let now_j_kg = self.solid_enthalpy(p, phases, self.row_of(p, now));
         keep(now_j_kg - then_j_kg) * mass_kg_m2 + self.gas_gained(p, i)
     }

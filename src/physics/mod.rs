@@ -18,6 +18,7 @@ pub mod holder;
 pub mod lanes;
 pub mod material;
 pub mod member;
+mod mixing;
 mod reacting;
 pub mod reading;
 pub mod step;
@@ -40,6 +41,7 @@ pub const TWINS: &[&str] = &[
     "reading",
     "member",
     "conducting",
+    "mixing",
     "reacting",
     "flowing",
     "carrying",

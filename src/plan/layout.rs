@@ -103,6 +103,8 @@ row! {
         columns,
         /// Virgin and residues; their rows begin at `first_state`.
         states,
+        /// States with properties of their own in the tables: all, or the virgin one alone where those of every residue are so many times its.
+        rows,
         first_state,
         first_reaction,
         end_reaction,
@@ -165,6 +167,9 @@ row! {
         inertia_1_m,
         /// Enthalpy over that of the tables, which begins at zero, J/kg.
         formation_j_kg,
+        /// Where the tables hold the virgin state alone: over what that conducts and stores.
+        conductivity,
+        heat_capacity,
     }
 }
 

@@ -108,7 +108,7 @@ pub struct Rows<S> {
     pub lengths_s: Vec<S>,
     /// Ply × level × node × state × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI, and where the
     /// conductivity is in parts, the first of which is then the solid one, × (radiative, its slope, gas, its slope); in each row
-    /// what all states are like is followed by what the gas is like, where there is one. Plies of one material share their
+    /// what all states are like that have rows is followed by what the gas is like, where there is one. Plies of one material share their
     /// tables. Then the faces' table. Each property with by how much it rises to the next node. Plans of one case share them.
     pub tables: Arc<[S]>,
     pub sensors: Vec<Sensor<S>>,

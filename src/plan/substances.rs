@@ -8,8 +8,8 @@ use crate::case::{Case, Material, Mixing, Pores, Property, PyrolysisHeat, Sequen
 /// Of each ply its cells are given, and where its tables begin.
 pub(super) fn plies(case: &Case, cells: &[(usize, usize)], tables: &[usize], parts: usize) -> Vec<Ply<u32>> {
     let (mut state, mut reaction) = (0, 0);
-    let rows = case.layup.plies.iter().zip(cells).zip(tables);
-    rows.map(|((ply, &(first, end)), &table)| {
+    let cut = case.layup.plies.iter().zip(cells).zip(tables);
+    cut.map(|((ply, &(first, end)), &table)| {
         let of = |property| column(case, &ply.name, property);
         let (states, reactions) = (states(&ply.material), paths(&ply.material).len());
         let row = Ply {
@@ -18,6 +18,7 @@ pub(super) fn plies(case: &Case, cells: &[(usize, usize)], tables: &[usize], par
             table: table as u32,
             columns: tables::columns(case, &ply.material, parts) as u32,
             states: states as u32,
+            rows: rows(&ply.material) as u32,
             first_state: state as u32,
             first_reaction: reaction as u32,
             end_reaction: (reaction + reactions) as u32,
@@ -60,6 +61,11 @@ pub(super) fn states(material: &Material) -> usize {
     1 + material.decomposition.as_ref().map_or(0, |decomposition| decomposition.residues.len())
 }
 
+/// Those of them that have rows in the tables: the others are so many times the virgin one.
+pub(super) fn rows(material: &Material) -> usize {
+    if material.multiples().is_some() { 1 } else { states(material) }
+}
+
 /// Between which states the reactions of a material lead: all to the char, or one after the other.
 pub(super) fn paths(material: &Material) -> Vec<Path<u32>> {
     let Some(decomposition) = &material.decomposition else { return vec![] };
@@ -85,23 +91,26 @@ pub(super) fn bulk(material: &Material, holder_w_m3_k: f64) -> Bulk<f64> {
 }
 
 pub(super) fn substances(material: &Material) -> Vec<Substance<f64>> {
-    let row = |remains: f64, pores: &Pores, formation_j_kg: f64| Substance {
+    let multiples = material.multiples().unwrap_or_else(|| vec![[1.0; 2]; states(material)]);
+    let row = |state: usize, remains: f64, pores: &Pores| Substance {
         remains,
         porosity: pores.porosity,
         permeability_m2: pores.permeability_m2,
         slip_pa_k: pores.slip_pa_k,
         inertia_1_m: pores.inertia_1_m,
-        formation_j_kg,
+        formation_j_kg: 0.0,
+        conductivity: multiples[state][0],
+        heat_capacity: multiples[state][1],
     };
     // Tables begin their enthalpy at their first node.
     let over = |heat_capacity: &Table, stated_j_kg: f64, reference_k: f64| {
         stated_j_kg - tables::enthalpy_j_kg(heat_capacity, reference_k)
     };
-    let mut rows = vec![row(1.0, &material.pores, 0.0)];
+    let mut rows = vec![row(0, 1.0, &material.pores)];
     if let Some(decomposition) = &material.decomposition {
         let remains = decomposition.residue_densities_kg_m3(1.0);
         for (residue, remains) in decomposition.residues.iter().zip(remains) {
-            rows.push(row(remains, &residue.pores, 0.0));
+            rows.push(row(rows.len(), remains, &residue.pores));
         }
         if let PyrolysisHeat::Absolute { virgin_j_kg, residues_j_kg, reference_k } = &decomposition.heat {
             rows[0].formation_j_kg = over(&material.heat_capacity, *virgin_j_kg, *reference_k);

@@ -2,7 +2,7 @@
 
 use super::COLD_WALL_K;
 use super::layout::{FACE_COLUMNS, GAS_COLUMNS, LEVELS_MAX, STATES_MAX, TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
-use super::substances::conductions;
+use super::substances::{conductions, rows};
 use crate::case::air::air_enthalpy_j_kg;
 use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Conductivity, Emissivity, Face, GasPath, Material, Ply, Table};
@@ -34,8 +34,8 @@ fn tables(case: &Case) -> (Vec<f64>, Vec<usize>) {
         places.push(alike.map_or(words.len(), |before| places[before]));
         if alike.is_none() {
             for &pressure_pa in &pressures_pa {
-                let states = states(&ply.material);
-                let solid = states.flat_map(|(conductivity, heat_capacity)| {
+                let rows = states(&ply.material).take(rows(&ply.material));
+                let solid = rows.flat_map(|(conductivity, heat_capacity)| {
                     solid_properties(conductivity, heat_capacity, pressure_pa, parts)
                 });
                 words.extend(interleaved(&solid.chain(gas_properties(case)).collect::<Vec<_>>()));
@@ -69,7 +69,7 @@ pub(super) fn properties(parts: usize) -> usize {
 
 /// Columns of a row of a ply's tables.
 pub(super) fn columns(case: &Case, material: &Material, parts: usize) -> usize {
-    2 * properties(parts) * states(material).count() + if case.gas.is_some() { GAS_COLUMNS } else { 0 }
+    2 * properties(parts) * rows(material) + if case.gas.is_some() { GAS_COLUMNS } else { 0 }
 }
 
 /// How many levels of pressure a case needs, and the pressure half-way up, Pa.

@@ -42,6 +42,7 @@ pub const PARTS: &[(&str, &str)] = &[
     part!("reading"),
     part!("member"),
     part!("conducting"),
+    part!("mixing"),
     part!("reacting"),
     part!("flowing"),
     part!("carrying"),
@@ -207,7 +208,7 @@ fn gas_turns(plan: &Plan, lanes: u32) -> (u32, u32) {
     };
     let cells_by_ply = 2 * plies + cells + 1;
     // Volumes, density, weights, properties.
-    let (blended, face) = each(&|states, reactions| reactions + 3 * states + 3);
+    let (blended, face) = each(&|states, reactions| reactions + 3 * states + 4);
     let blended = if plan.states > 1 || plan.levels > 1 { 2 * blended } else { 0 };
     // Either stage sees both faces, and the schedules of both are looked ahead; a sensor sees the cells on both sides.
     let faces = (6 + 2 * plan.places.len() as u32) * face;

@@ -1,0 +1,178 @@
+// What a member's cells are made of, and what that is like: twin of src/physics/mixing.rs.
+
+alias Phases = array<real, STATES>;
+
+var<private> remains: array<real, SUBSTANCES>;
+
+fn remains_of(ply: u32, state: u32) -> real {
+    return remains[plies[ply].first_state + state];
+}
+
+fn phases_of(ply: u32, cell: u32, lead: real) -> Phases {
+    let row = plies[ply];
+    var phases: Phases;
+    phases[0] = 1.0;
+    for (var j = row.first_reaction; j < row.end_reaction; j++) {
+        let place = cell * REACTIONS + j - row.first_reaction;
+        let done = advancements[place].high;
+        let ahead = min(lead * paces[place], real(GAMMA) * (1.0 - done));
+        let moved = reactions[j].share * (done + ahead);
+        let path = paths[j];
+        phases[path.source] = phases[path.source] - moved;
+        phases[path.product] = phases[path.product] + moved;
+    }
+    return phases;
+}
+
+fn mass_left(ply: u32, phases: Phases) -> real {
+    var each = phases;
+    var density = each[0];
+    for (var state = 1u; state < plies[ply].states; state++) {
+        density = density + each[state] * remains_of(ply, state);
+    }
+    return keep(density);
+}
+
+fn weights_of(ply: u32, phases: Phases, per_density: real) -> Phases {
+    let by_volume = bulks[ply].by_volume;
+    let by_mass = (1.0 - by_volume) * per_density;
+    var weights = phases;
+    for (var state = 0u; state < plies[ply].states; state++) {
+        weights[state] = weights[state] * (by_volume + by_mass * remains_of(ply, state));
+    }
+    return weights;
+}
+
+fn converted(ply: u32, density: real) -> real {
+    return (1.0 - density) * ply_scales[ply].per_loss;
+}
+
+fn stretch_of(ply: u32, density: real) -> real {
+    return 1.0 - bulks[ply].shrinkage * converted(ply, density);
+}
+
+fn face_emissivity(face: u32, ply: u32, cell: u32, at: Spot) -> real {
+    let phases = phases_of(ply, cell, lead_s);
+    var weights = weights_of(ply, phases, 1.0 / mass_left(ply, phases));
+    let seen = segment(at, FACE_COLUMNS, FACE_TABLE);
+    let first_property = AIR_PROPERTIES + face * STATES_MAX;
+    var sum = real(0.0);
+    for (var state = 0u; state < plies[ply].states; state++) {
+        sum = sum + weights[state] * value(seen, first_property + state);
+    }
+    return sum;
+}
+
+fn row_of(ply: u32, at: Spot) -> Segment {
+    return segment(at, plies[ply].columns, plies[ply].table);
+}
+
+fn state_of(state: u32, row: Segment) -> Segment {
+    return beyond(row, state * PROPERTIES);
+}
+
+fn gas_of(ply: u32, row: Segment) -> Segment {
+    return state_of(plies[ply].rows, row);
+}
+
+fn enthalpy_of(ply: u32, state: u32, here: Segment, virgin_j_kg: real) -> real {
+    let place = plies[ply].first_state + state;
+    var risen = virgin_j_kg * substances[place].heat_capacity;
+    if state > 0u && plies[ply].rows > 1u {
+        risen = integral(state_of(state, here), 1u);
+    }
+    return ply_scales[ply].heat_capacity * risen + substances[place].formation_j_kg;
+}
+
+fn blend(p: u32, i: u32, at: Spot, step: u32, stage: u32) {
+    let level_here = level_of(i, step, stage);
+    let row = row_of(p, levelled(at, level_here)[0]);
+    let here = mixture(p, i, at, row, level_here, lead_s, stage == 0u);
+    conductivities[i] = here.conductivity;
+    slopes[i] = here.slope;
+    evaluated[i] = cells[i].width_m * here.heat_capacity;
+    if GAS {
+        gas_at(i, gas_of(p, row));
+    }
+}
+
+fn mixture(p: u32, i: u32, at: Spot, row: Segment, level_here: Level, lead: real, with_slope: bool) -> Solid {
+    var phases = phases_of(p, i, lead);
+    let density = mass_left(p, phases);
+    let stretch = stretch_of(p, density);
+    let inverse = 1.0 / (density * stretch);
+    var weights = weights_of(p, phases, inverse * stretch);
+    let per_stretch = inverse * density;
+    var here = of_states(p, row, phases, weights, with_slope);
+    if LEVELS > 1u {
+        let over = of_states(p, row_of(p, levelled(at, level_here)[1]), phases, weights, with_slope);
+        here.conductivity = here.conductivity + level_here.share * (over.conductivity - here.conductivity);
+        here.slope = here.slope + level_here.share * (over.slope - here.slope);
+    }
+    return Solid(here.conductivity * per_stretch, here.slope * per_stretch, here.heat_capacity);
+}
+
+fn of_states(p: u32, row: Segment, of_phases: Phases, of_weights: Phases, with_slope: bool) -> Solid {
+    var phases = of_phases;
+    var weights = of_weights;
+    let density_kg_m3 = ply_scales[p].density_kg_m3;
+    let ply = plies[p];
+    let alike = select(1u, ply.states, ply.rows == 1u);
+    var scale: StateScale;
+    var mass = real(0.0);
+    for (var state = 0u; state < alike; state++) {
+        let own = state_scales[ply.first_state + state];
+        scale.solid = scale.solid + weights[state] * own.solid;
+        if PARTS > 1u {
+            scale.gas = scale.gas + weights[state] * own.gas;
+            scale.radiative = scale.radiative + weights[state] * own.radiative;
+        }
+        mass = mass + phases[state] * remains_of(p, state) * substances[ply.first_state + state].heat_capacity;
+    }
+    let virgin = solid(row, scale, with_slope);
+    var sum = Solid(virgin.conductivity, virgin.slope, mass * (density_kg_m3 * virgin.heat_capacity));
+    for (var state = 1u; state < ply.rows; state++) {
+        let here = solid(state_of(state, row), state_scales[ply.first_state + state], with_slope);
+        let volume = phases[state] * remains_of(p, state);
+        sum.conductivity = sum.conductivity + weights[state] * here.conductivity;
+        sum.slope = sum.slope + weights[state] * here.slope;
+        sum.heat_capacity = sum.heat_capacity + volume * (density_kg_m3 * here.heat_capacity);
+    }
+    return sum;
+}
+
+fn conductivity_now(p: u32, i: u32, step: u32) -> real {
+    let ply = plies[p];
+    if ply.end_reaction == ply.first_reaction {
+        return conductivities[i];
+    }
+    let at = spot(temperatures[i].high);
+    let level_here = level_of(i, step, 0u);
+    let row = row_of(p, levelled(at, level_here)[0]);
+    return mixture(p, i, at, row, level_here, 0.0, false).conductivity;
+}
+
+fn level_of(i: u32, step: u32, stage: u32) -> Level {
+    if LEVELS == 1u {
+        return Level(0u, 0.0);
+    }
+    var pressure_pa = drives[4u * step + stage].pressure_pa;
+    if DARCY {
+        pressure_pa = pressures[i].high;
+    }
+    const LAST = max(LEVELS, 2u) - 2u;
+    let way = real(LAST + 1u) * level(pressure_pa, real(MIDDLE_PA));
+    let under = min(u32(max(way, 0.0)), LAST);
+    return Level(under, way - real(under));
+}
+
+fn solid_enthalpy(ply: u32, phases: Phases, here: Segment) -> real {
+    var each = phases;
+    let virgin_j_kg = integral(here, 1u);
+    var sum = real(0.0);
+    for (var state = 0u; state < plies[ply].states; state++) {
+        let own_j_kg = enthalpy_of(ply, state, here, virgin_j_kg);
+        sum = sum + each[state] * remains_of(ply, state) * own_j_kg;
+    }
+    return sum;
+}

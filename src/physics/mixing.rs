@@ -1,0 +1,267 @@
+//! What a member's cells are made of, and what that is like.
+
+use super::Real;
+use super::compensated::keep;
+use super::gas::level;
+use super::material::{Level, Solid, StateScale, levelled, solid};
+use super::member::Member;
+use super::step::GAMMA;
+use super::table::{Segment, Spot, beyond, integral, segment, spot, value};
+use crate::plan::GasPath;
+use crate::plan::layout::{AIR_PROPERTIES, FACE_COLUMNS, STATES_MAX};
+
+impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
+    /// Mass of a state of a ply where it has replaced all the virgin material, over the mass of that.
+    #[inline(always)]
+    pub(super) fn remains_of(&self, ply: usize, state: usize) -> R {
+        self.remains[self.plan.plies[ply].first_state as usize + state]
+    }
+
+    /// Volume of a cell in each state of its ply, so far ahead of where the step stands as the pace of the reactions
+    /// takes them, but never by more than a stage's share of what is left. Here and below loops run over all states that there
+    /// may be, not over those that there are: then each has a place that is known beforehand, and stays in a register.
+    #[expect(clippy::needless_range_loop, reason = "see above")]
+    #[inline(always)]
+    pub(super) fn phases_of(&self, ply: usize, cell: usize, lead_s: R::Still) -> [R; STATES_MAX] {
+        let row = &self.plan.plies[ply];
+        let mut phases = [R::constant(0.0); STATES_MAX];
+        phases[0] = R::constant(1.0);
+        for j in row.first_reaction as usize..row.end_reaction as usize {
+            let place = cell * self.plan.reactions + j - row.first_reaction as usize;
+            let done = self.advancements[place].high;
+            let ahead = (self.paces[place] * lead_s).min((R::constant(1.0) - done) * R::fixed(GAMMA));
+            let moved = (done + ahead) * R::still(self.rows.reactions[j].share);
+            let path = self.plan.paths[j];
+            for state in 0..STATES_MAX {
+                if path.source as usize == state {
+                    phases[state] = phases[state] - moved;
+                }
+                if path.product as usize == state {
+                    phases[state] = phases[state] + moved;
+                }
+            }
+        }
+        phases
+    }
+
+    /// Mass of a cell over that of the virgin material.
+    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
+    #[inline(always)]
+    pub(super) fn mass_left(&self, ply: usize, phases: [R; STATES_MAX]) -> R {
+        let mut density = phases[0];
+        for state in 1..STATES_MAX {
+            if state < self.plan.plies[ply].states as usize {
+                density = density + phases[state] * self.remains_of(ply, state);
+            }
+        }
+        keep(density)
+    }
+
+    /// What each state weighs in the properties of a cell, by volume or by mass.
+    #[inline(always)]
+    pub(super) fn weights_of(&self, ply: usize, phases: [R; STATES_MAX], per_density: R) -> [R; STATES_MAX] {
+        let by_volume = R::still(self.rows.bulks[ply].by_volume);
+        let by_mass = per_density * (R::fixed(1.0) - by_volume);
+        let mut weights = phases;
+        for state in 0..STATES_MAX {
+            if state < self.plan.plies[ply].states as usize {
+                weights[state] = phases[state] * (by_mass * self.remains_of(ply, state) + by_volume);
+            }
+        }
+        weights
+    }
+
+    /// Share lost of all that a ply can lose.
+    #[inline(always)]
+    pub(super) fn converted(&self, ply: usize, density: R) -> R {
+        (R::constant(1.0) - density) * self.plies[ply].per_loss
+    }
+
+    /// Thickness of a cell over that of the virgin one.
+    #[inline(always)]
+    pub(super) fn stretch_of(&self, ply: usize, density: R) -> R {
+        R::constant(1.0) - self.converted(ply, density) * R::still(self.rows.bulks[ply].shrinkage)
+    }
+
+    /// Emissivity of the ply behind a face.
+    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
+    #[inline(always)]
+    pub(super) fn face_emissivity(&self, face: usize, ply: usize, cell: usize, at: Spot<R>) -> R {
+        let phases = self.phases_of(ply, cell, self.lead_s);
+        let weights = self.weights_of(ply, phases, R::constant(1.0) / self.mass_left(ply, phases));
+        let seen = segment(&self.rows.tables, at, FACE_COLUMNS, self.plan.face_table());
+        let first = AIR_PROPERTIES + face * STATES_MAX;
+        let mut sum = R::constant(0.0);
+        for state in 0..STATES_MAX {
+            if state < self.plan.plies[ply].states as usize {
+                sum = sum + weights[state] * value(seen, first + state);
+            }
+        }
+        sum
+    }
+
+    /// The row of a ply's tables under a spot.
+    #[inline(always)]
+    pub(super) fn row_of(&self, ply: usize, at: Spot<R>) -> Segment<'a, R> {
+        let (rows, ply) = (self.rows, &self.plan.plies[ply]);
+        segment(&rows.tables, at, ply.columns as usize, ply.table as usize)
+    }
+
+    /// Of such a row what it says of a state.
+    #[inline(always)]
+    pub(super) fn state_of(&self, state: usize, row: Segment<'a, R>) -> Segment<'a, R> {
+        beyond(row, state * self.plan.properties())
+    }
+
+    /// Of such a row what it says of the gas: its enthalpy, the slope of that, molar mass and viscosity.
+    #[inline(always)]
+    pub(super) fn gas_of(&self, ply: usize, row: Segment<'a, R>) -> Segment<'a, R> {
+        self.state_of(self.plan.plies[ply].rows as usize, row)
+    }
+
+    /// Absolute enthalpy of a state of a ply by a row of its tables, which has the virgin one risen by so much, J/kg.
+    #[inline(always)]
+    pub(super) fn enthalpy_of(&self, ply: usize, state: usize, here: Segment<'a, R>, virgin_j_kg: R) -> R {
+        let substance = self.rows.substances[self.plan.plies[ply].first_state as usize + state];
+        let mut risen = virgin_j_kg * R::still(substance.heat_capacity);
+        if state > 0 && self.plan.plies[ply].rows > 1 {
+            risen = integral(self.state_of(state, here), 1);
+        }
+        self.plies[ply].heat_capacity * risen + R::still(substance.formation_j_kg)
+    }
+
+    /// Conductivity, its slope and heat capacity of a cell that is a mixture, or whose pressure changes.
+    #[inline(always)]
+    pub(super) fn blend(&mut self, p: usize, i: usize, at: Spot<R>, step: usize, stage: usize) {
+        let level = self.level_of(i, step, stage);
+        let row = self.row_of(p, levelled(at, level)[0]);
+        let here = self.mixture(p, i, at, row, level, self.lead_s, stage == 0);
+        self.conductivities[i] = here.conductivity;
+        self.slopes[i] = here.slope;
+        self.evaluated[i] = here.heat_capacity * R::still(self.rows.cells[i].width_m);
+        if GAS {
+            self.gas_at(i, self.gas_of(p, row));
+        }
+    }
+
+    /// What such a cell is like with its composition so far ahead, by the row of the level under its pressure: its heat
+    /// capacity in a volume as drawn, J/m³/K.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "a struct of them would keep the row from registers")]
+    fn mixture(
+        &self,
+        p: usize,
+        i: usize,
+        at: Spot<R>,
+        row: Segment<'a, R>,
+        level: Level<R>,
+        lead_s: R::Still,
+        with_slope: bool,
+    ) -> Solid<R> {
+        let phases = self.phases_of(p, i, lead_s);
+        let density = self.mass_left(p, phases);
+        let stretch = self.stretch_of(p, density);
+        // One division for two.
+        let inverse = R::constant(1.0) / (density * stretch);
+        let weights = self.weights_of(p, phases, inverse * stretch);
+        let per_stretch = inverse * density;
+        let mut here = self.of_states(p, row, phases, weights, with_slope);
+        if self.plan.levels > 1 {
+            let over = self.of_states(p, self.row_of(p, levelled(at, level)[1]), phases, weights, with_slope);
+            here.conductivity = here.conductivity + level.share * (over.conductivity - here.conductivity);
+            here.slope = here.slope + level.share * (over.slope - here.slope);
+        }
+        Solid { conductivity: here.conductivity * per_stretch, slope: here.slope * per_stretch, ..here }
+    }
+
+    /// What the states of such a cell are like together, by a row of their tables: conductivity by their weights, heat capacity by
+    /// their volumes. Those that are so many times the virgin one are mixed before the row is read, which takes longer than all that is done
+    /// with it. As little as may be stands in these loops: the compiler unrolls short ones, which keeps phases in registers.
+    #[inline(always)]
+    fn of_states(
+        &self,
+        p: usize,
+        row: Segment<'a, R>,
+        phases: [R; STATES_MAX],
+        weights: [R; STATES_MAX],
+        with_slope: bool,
+    ) -> Solid<R> {
+        let (zero, density_kg_m3) = (R::constant(0.0), self.plies[p].density_kg_m3);
+        let (states, rows) = (self.plan.plies[p].states as usize, self.plan.plies[p].rows as usize);
+        let alike = if rows == 1 { states } else { 1 };
+        let mut scale = StateScale { solid: zero, gas: zero, radiative: zero };
+        let mut mass = zero;
+        for state in 0..STATES_MAX {
+            if state < alike {
+                let place = self.plan.plies[p].first_state as usize + state;
+                let own = self.states[place];
+                scale.solid = scale.solid + weights[state] * own.solid;
+                if self.plan.parts > 1 {
+                    scale.gas = scale.gas + weights[state] * own.gas;
+                    scale.radiative = scale.radiative + weights[state] * own.radiative;
+                }
+                let stores = R::still(self.rows.substances[place].heat_capacity);
+                mass = mass + phases[state] * self.remains_of(p, state) * stores;
+            }
+        }
+        let virgin = solid(row, self.plan.parts, scale, with_slope);
+        let mut sum = Solid { heat_capacity: mass * (density_kg_m3 * virgin.heat_capacity), ..virgin };
+        for state in 1..STATES_MAX {
+            if state < rows {
+                let scale = self.states[self.plan.plies[p].first_state as usize + state];
+                let here = solid(self.state_of(state, row), self.plan.parts, scale, with_slope);
+                let volume = phases[state] * self.remains_of(p, state);
+                sum.conductivity = sum.conductivity + weights[state] * here.conductivity;
+                sum.slope = sum.slope + weights[state] * here.slope;
+                sum.heat_capacity = sum.heat_capacity + volume * (density_kg_m3 * here.heat_capacity);
+            }
+        }
+        sum
+    }
+
+    /// Conductivity of a cell with the composition of the instant at hand, W/m/K. Stages see that of another one, by which
+    /// what a sensor beside the cell reads would be off by the first order of a step.
+    #[inline(always)]
+    pub(super) fn conductivity_now(&self, p: usize, i: usize, step: usize) -> R {
+        let ply = self.plan.plies[p];
+        if !GAS || ply.end_reaction == ply.first_reaction {
+            return self.conductivities[i];
+        }
+        let at = spot(self.temperatures[i].high);
+        let level = self.level_of(i, step, 0);
+        let row = self.row_of(p, levelled(at, level)[0]);
+        self.mixture(p, i, at, row, level, R::fixed(0.0), false).conductivity
+    }
+
+    /// Where the pressure of a cell falls among the levels of the tables.
+    #[inline(always)]
+    fn level_of(&self, i: usize, step: usize, stage: usize) -> Level<R> {
+        let zero = R::constant(0.0);
+        if self.plan.levels == 1 {
+            return Level { under: R::fixed(0.0), share: zero };
+        }
+        let mut pressure_pa = R::of(self.rows.drives[4 * step + stage].pressure_pa);
+        if self.plan.gas == Some(GasPath::Darcy) {
+            pressure_pa = self.pressures[i].high;
+        }
+        let last = self.plan.levels - 2;
+        let way = level(pressure_pa, R::constant(self.plan.middle_pa)) * R::fixed((last + 1) as f64);
+        let under = way.floor(last as u32);
+        Level { under, share: way - under }
+    }
+
+    /// Enthalpy of a cell over its virgin mass, J/kg.
+    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
+    #[inline(always)]
+    pub(super) fn solid_enthalpy(&self, ply: usize, phases: [R; STATES_MAX], here: Segment<'a, R>) -> R {
+        let virgin_j_kg = integral(here, 1);
+        let mut sum = R::constant(0.0);
+        for state in 0..STATES_MAX {
+            if state < self.plan.plies[ply].states as usize {
+                let own_j_kg = self.enthalpy_of(ply, state, here, virgin_j_kg);
+                sum = sum + phases[state] * self.remains_of(ply, state) * own_j_kg;
+            }
+        }
+        sum
+    }
+}
