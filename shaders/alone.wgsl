@@ -49,8 +49,8 @@ fn largest(part: real) -> real {
 
 fn unite() {}
 
-fn hand_down(above: real) {
-    second[LAST_CELL] = above;
+fn hand_down(above: real, stage: u32) {
+    second[LAST_CELL] = above - absorbed_at(LAST_CELL, stage);
 }
 
 fn entering() -> array<real, 2> {

@@ -6,6 +6,10 @@ var<private> stage_heat: real;
 var<COLUMNS> gas_j_kg: GasColumn;
 var<COLUMNS> gas_rises: GasColumn;
 
+fn carried_gain(flow: real, here_j_kg: real, below_j_kg: real) -> real {
+    return 0.5 * flow * (below_j_kg - here_j_kg);
+}
+
 fn carried_slopes(flow: real, rise: real, next_rise: real) -> array<real, 2> {
     let half = 0.5 * flow;
     return array<real, 2>(-(half * rise), half * next_rise);
@@ -48,58 +52,38 @@ fn first_storage(p: u32, cell: u32) -> real {
 }
 
 fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
-    var out = real(0.0);
     var drawn = array<real, 2>(-given_ends[0], -given_ends[1]);
-    for (var p = first_ply(); p < end_ply(); p++) {
-        let ply = plies[p];
-        for (var i = first_of(p); i < end_of(p); i++) {
-            if ply.end_reaction > ply.first_reaction {
-                second[i] = second[i] - absorbed_at(i, stage);
-                if UNHINDERED {
-                    let leaves = made_at(i, stage) * gas_j_kg[i];
-                    out = out + leaves;
-                    if i == 0u {
-                        drawn[0] = drawn[0] + leaves;
-                    }
-                    if i == LAST_CELL {
-                        drawn[1] = drawn[1] + leaves;
-                    }
-                }
+    var out = real(0.0);
+    if UNHINDERED {
+        for (var i = first_cell(); i < end_cell(); i++) {
+            let leaves = made_at(i, stage) * gas_j_kg[i];
+            out = out + leaves;
+            if i == 0u {
+                drawn[0] = drawn[0] + leaves;
             }
-            if DARCY {
+            if i == LAST_CELL {
+                drawn[1] = drawn[1] + leaves;
+            }
+        }
+    } else {
+        if has(0u) {
+            out = leaving[stage] * gas_j_kg[0];
+            drawn[0] = drawn[0] + (out - carried(0u));
+        }
+        if has(LAST_CELL) {
+            // Told by the block, as columns are of one cell where there is no gas.
+            let last = end_cell() - 1u;
+            let back = back_leaving * gas_j_kg[last];
+            drawn[1] = drawn[1] + (carried(last - 1u) + back);
+            out = out + back;
+        }
+    }
+    if DARCY {
+        for (var p = first_ply(); p < end_ply(); p++) {
+            for (var i = first_of(p); i < end_of(p); i++) {
                 let swept = pores[i].storage * gas_work(p, i) * pressure_rates[i];
                 second[i] = second[i] + swept;
             }
-        }
-    }
-    if !UNHINDERED {
-        var above = gas_j_kg[first_link()];
-        if has(0u) {
-            out = leaving[stage] * above;
-            drawn[0] = drawn[0] + out;
-        }
-        for (var i = first_link(); i < min(end_cell(), LAST_CELL); i++) {
-            let below = gas_j_kg[i + 1u];
-            let gained = 0.5 * flows[i] * (below - above);
-            if has(i) {
-                second[i] = second[i] + gained;
-            }
-            if has(i + 1u) {
-                second[i + 1u] = second[i + 1u] + gained;
-            }
-            let carried = 0.5 * flows[i] * (below + above);
-            if i == 0u {
-                drawn[0] = drawn[0] - carried;
-            }
-            if i + 1u == LAST_CELL {
-                drawn[1] = drawn[1] + carried;
-            }
-            above = below;
-        }
-        if has(LAST_CELL) {
-            let back = back_leaving * above;
-            out = out + back;
-            drawn[1] = drawn[1] + back;
         }
     }
     tally(step, stage, out);
@@ -107,6 +91,10 @@ fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
         FaceFlux(ends.hot.flux + faces[0].held * drawn[0], ends.hot.slope),
         FaceFlux(ends.back.flux + faces[1].held * drawn[1], ends.back.slope),
     );
+}
+
+fn carried(cell: u32) -> real {
+    return 0.5 * flows[cell] * (gas_j_kg[cell + 1u] + gas_j_kg[cell]);
 }
 
 fn tally(step: u32, stage: u32, out: real) {

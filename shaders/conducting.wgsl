@@ -27,7 +27,7 @@ fn properties(step: u32, stage: u32) {
             above = link_across(p + 1u, stage, above);
         }
     }
-    hand_down(above);
+    hand_down(above, stage);
 }
 
 fn plain(p: u32, stage: u32) {
@@ -69,8 +69,14 @@ fn link_within(p: u32, stage: u32, arriving: real) -> real {
         }
         conductances[i] = conductance;
         let below = conductance * drop;
-        second[i] = above - below;
-        above = below;
+        if GAS {
+            let gained = carried_gain(flows[i], gas_j_kg[i], gas_j_kg[i + 1u]);
+            second[i] = (above - (below - gained)) - absorbed_at(i, stage);
+            above = below + gained;
+        } else {
+            second[i] = above - below;
+            above = below;
+        }
         here = next;
         conductivity = next_conductivity;
     }
@@ -97,18 +103,23 @@ fn link_across(p: u32, stage: u32, above: real) -> real {
     }
     conductances[i] = conductance;
     let below = conductance * drop;
-    second[i] = above - below;
-    return below;
+    if !GAS {
+        second[i] = above - below;
+        return below;
+    }
+    let gained = carried_gain(flows[i], gas_j_kg[i], gas_j_kg[i + 1u]);
+    second[i] = (above - (below - gained)) - absorbed_at(i, stage);
+    return below + gained;
 }
 
 fn staged(cell: u32) -> Pair {
     return raised(temperatures[cell], first[cell]);
 }
 
-fn through(face: u32, drive: Drive, cell: u32, neighbour: u32) -> FaceFlux {
+fn through(face: u32, drive: Drive, stage: u32, cell: u32, neighbour: u32) -> FaceFlux {
     let temperature_k = temperatures[cell].high + first[cell];
     let at = spot(temperature_k);
-    let emissivity = face_emissivity(face, face * (PLIES - 1u), cell, at);
+    let emissivity = face_emissivity(face, face * (PLIES - 1u), cell, at, stage);
     let air = segment(at, FACE_COLUMNS, FACE_TABLE);
     let enthalpy_j_kg = value(air, 0u);
     let rise_j_kg_k = value(air, 1u);
@@ -131,8 +142,8 @@ fn through(face: u32, drive: Drive, cell: u32, neighbour: u32) -> FaceFlux {
     return FaceFlux(held * onward + free * open.flux, free * open.slope);
 }
 
-fn imbalance(hot: Drive, back: Drive) -> Ends {
-    let ends = Ends(through(0u, hot, 0u, 1u), through(1u, back, LAST_CELL, LAST_CELL - 1u));
+fn imbalance(hot: Drive, back: Drive, stage: u32) -> Ends {
+    let ends = Ends(through(0u, hot, stage, 0u, 1u), through(1u, back, stage, LAST_CELL, LAST_CELL - 1u));
     if has(0u) {
         second[0] = second[0] + ends.hot.flux;
     }

@@ -76,7 +76,7 @@ fn porous(p: u32, i: u32) -> Porous {
     let gas = gas_of(p, row_of(p, at));
     let molar_kg_k_j = value(gas, 2u);
     let viscosity_pa_s = value(gas, 3u);
-    var phases = phases_of(p, i, 0.0);
+    var phases = phases_of(p, i);
     let stretch = stretch_of(p, mass_left(p, phases));
     var porosity = real(0.0);
     var permeability = real(0.0);

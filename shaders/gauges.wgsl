@@ -21,7 +21,7 @@ fn gauges(step: u32) -> array<real, GAUGES> {
     var depth_m = over.end_m;
     for (var p = first_ply(); p < end_ply(); p++) {
         for (var i = first_of(p); i < end_of(p); i++) {
-            let density = mass_left(p, phases_of(p, i, 0.0));
+            let density = mass_left(p, phases_of(p, i));
             let width_m = cells[i].width_m;
             lost = lost + ply_scales[p].mass_kg_m3 * width_m * (1.0 - density);
             let node_m = depth_m + cells[i].above_m;

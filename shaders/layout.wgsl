@@ -129,6 +129,7 @@ struct Reaction {
     activation_k: real,
     order: real,
     onset_k: real,
+    idle: real,
     loss: real,
     share: real,
     heat_j_kg: real,

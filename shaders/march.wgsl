@@ -6,7 +6,8 @@ const EXTREMES = OUTCOME + 2u * HEATS + 1u;
 // Where there is gas: what it took along and what is on its way, then reactions, cells, and pressures.
 const GONE = EXTREMES + 2u * PLIES;
 const ADVANCED = GONE + 14u;
-const MADE = ADVANCED + 3u * CELLS * REACTIONS;
+const SEEN = ADVANCED + 2u * CELLS * REACTIONS;
+const MADE = SEEN + CELLS * STATES;
 const PRESSED = MADE + 3u * CELLS;
 
 fn slot(index: u32) -> u32 {
@@ -45,7 +46,12 @@ fn clear_gas(i: u32) {
     for (var r = 0u; r < REACTIONS; r++) {
         let reaction = i * REACTIONS + r;
         advancements[reaction] = Pair(0.0, 0.0);
-        paces[reaction] = 0.0;
+    }
+    for (var s = 0u; s < STATES; s++) {
+        let place = i * STATES + s;
+        phases_onward[place] = virgin()[s];
+        phases_behind[place] = virgin()[s];
+        risen[place] = array<real, 2>(0.0, 0.0);
     }
     if DARCY {
         pressures[i] = Pair(0.0, 0.0);
@@ -101,9 +107,11 @@ fn load_gas() {
     mean_leaving = state[slot(GONE + 12u)];
     back_leaving = state[slot(GONE + 13u)];
     for (var i = first_cell() * REACTIONS; i < end_cell() * REACTIONS; i++) {
-        let base = ADVANCED + 3u * i;
+        let base = ADVANCED + 2u * i;
         advancements[i] = Pair(state[slot(base)], state[slot(base + 1u)]);
-        paces[i] = state[slot(base + 2u)];
+    }
+    for (var i = first_cell() * STATES; i < end_cell() * STATES; i++) {
+        phases_onward[i] = state[slot(SEEN + i)];
     }
     for (var i = first_cell(); i < end_cell(); i++) {
         let base = MADE + 3u * i;
@@ -125,10 +133,12 @@ fn load_gas() {
 
 fn save_gas() {
     for (var i = first_cell() * REACTIONS; i < end_cell() * REACTIONS; i++) {
-        let base = ADVANCED + 3u * i;
+        let base = ADVANCED + 2u * i;
         state[slot(base)] = advancements[i].high;
         state[slot(base + 1u)] = advancements[i].low;
-        state[slot(base + 2u)] = paces[i];
+    }
+    for (var i = first_cell() * STATES; i < end_cell() * STATES; i++) {
+        state[slot(SEEN + i)] = phases_onward[i];
     }
     for (var i = first_cell(); i < end_cell(); i++) {
         let base = MADE + 3u * i;

@@ -141,15 +141,16 @@ fn note(step: u32) {
     if instant == NO_INSTANT {
         return;
     }
+    let traced = instant * (run.sensors + run.gauges);
     for (var s = lane; s < run.sensors; s += LANES) {
-        let base = 2u * (instant * TRACED + s);
+        let base = 2u * (traced + s);
         traces[base * run.members + member] = beads_now[s].high;
         traces[(base + 1u) * run.members + member] = beads_now[s].low;
     }
-    if GAS {
+    if GAS && run.gauges > 0u {
         var read = gauges(step);
         for (var g = lane; g < run.gauges; g += LANES) {
-            let base = 2u * (instant * TRACED + SENSORS + g);
+            let base = 2u * (traced + run.sensors + g);
             traces[base * run.members + member] = read[g];
             traces[(base + 1u) * run.members + member] = 0.0;
         }
@@ -181,12 +182,12 @@ fn gained(p: u32, i: u32) -> real {
         let then_j_kg = integral(row_of(p, then), 1u);
         return keep(now_j_kg - then_j_kg) * ply_scales[p].density_kg_m3 * width_m + gas_gained(p, i);
     }
-    let phases = phases_of(p, i, 0.0);
+    let phases = phases_of(p, i);
     let mass_kg_m2 = ply_scales[p].mass_kg_m3 * width_m;
     let lost_kg_m2 = mass_kg_m2 * (1.0 - mass_left(p, phases));
     lost_and_stored[0] = lost_and_stored[0] + lost_kg_m2;
     let row_then = row_of(p, then);
-    let then_j_kg = enthalpy_of(p, 0u, row_then, integral(row_then, 1u));
+    let then_j_kg = enthalpy_of(p, 0u, integral(row_then, 1u));
     let now_j_kg = solid_enthalpy(p, phases, row_of(p, now));
     return keep(now_j_kg - then_j_kg) * mass_kg_m2 + gas_gained(p, i);
 }

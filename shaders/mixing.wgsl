@@ -8,19 +8,32 @@ fn remains_of(ply: u32, state: u32) -> real {
     return remains[plies[ply].first_state + state];
 }
 
-fn phases_of(ply: u32, cell: u32, lead: real) -> Phases {
+fn phases_of(ply: u32, cell: u32) -> Phases {
     let row = plies[ply];
-    var phases: Phases;
-    phases[0] = 1.0;
+    var phases = virgin();
     for (var j = row.first_reaction; j < row.end_reaction; j++) {
         let place = cell * REACTIONS + j - row.first_reaction;
-        let done = advancements[place].high;
-        let ahead = min(lead * paces[place], real(GAMMA) * (1.0 - done));
-        let moved = reactions[j].share * (done + ahead);
-        let path = paths[j];
-        phases[path.source] = phases[path.source] - moved;
-        phases[path.product] = phases[path.product] + moved;
+        let moved = reactions[j].share * advancements[place].high;
+        phases = transferred(phases, paths[j], moved);
     }
+    return phases;
+}
+
+fn phases_at(ply: u32, cell: u32, stage: u32) -> Phases {
+    var phases = virgin();
+    for (var state = 0u; GAS && state < plies[ply].states; state++) {
+        if stage == 0u {
+            phases[state] = phases_onward[cell * STATES + state];
+        } else {
+            phases[state] = phases_behind[cell * STATES + state];
+        }
+    }
+    return phases;
+}
+
+fn virgin() -> Phases {
+    var phases: Phases;
+    phases[0] = 1.0;
     return phases;
 }
 
@@ -51,8 +64,8 @@ fn stretch_of(ply: u32, density: real) -> real {
     return 1.0 - bulks[ply].shrinkage * converted(ply, density);
 }
 
-fn face_emissivity(face: u32, ply: u32, cell: u32, at: Spot) -> real {
-    let phases = phases_of(ply, cell, lead_s);
+fn face_emissivity(face: u32, ply: u32, cell: u32, at: Spot, stage: u32) -> real {
+    let phases = phases_at(ply, cell, stage);
     var weights = weights_of(ply, phases, 1.0 / mass_left(ply, phases));
     let seen = segment(at, FACE_COLUMNS, FACE_TABLE);
     let first_property = AIR_PROPERTIES + face * STATES_MAX;
@@ -75,34 +88,44 @@ fn gas_of(ply: u32, row: Segment) -> Segment {
     return state_of(plies[ply].rows, row);
 }
 
-fn enthalpy_of(ply: u32, state: u32, here: Segment, virgin_j_kg: real) -> real {
-    let place = plies[ply].first_state + state;
-    var risen = virgin_j_kg * substances[place].heat_capacity;
-    if state > 0u && plies[ply].rows > 1u {
-        risen = integral(state_of(state, here), 1u);
-    }
-    return ply_scales[ply].heat_capacity * risen + substances[place].formation_j_kg;
+fn enthalpy_of(ply: u32, state: u32, risen_j_kg: real) -> real {
+    let substance = substances[plies[ply].first_state + state];
+    let scale = ply_scales[ply].heat_capacity * substance.heat_capacity;
+    return scale * risen_j_kg + substance.formation_j_kg;
 }
 
 fn blend(p: u32, i: u32, at: Spot, step: u32, stage: u32) {
     let level_here = level_of(i, step, stage);
     let row = row_of(p, levelled(at, level_here)[0]);
-    let here = mixture(p, i, at, row, level_here, lead_s, stage == 0u);
+    let here = mixture(p, at, row, level_here, phases_at(p, i, stage), stage == 0u);
     conductivities[i] = here.conductivity;
     slopes[i] = here.slope;
     evaluated[i] = cells[i].width_m * here.heat_capacity;
     if GAS {
         gas_at(i, gas_of(p, row));
+        if stage == 0u && plies[p].end_reaction > plies[p].first_reaction {
+            rise_at(p, i, row);
+        }
     }
 }
 
-fn mixture(p: u32, i: u32, at: Spot, row: Segment, level_here: Level, lead: real, with_slope: bool) -> Solid {
-    var phases = phases_of(p, i, lead);
+fn rise_at(p: u32, i: u32, row: Segment) {
+    for (var state = 0u; state < plies[p].rows; state++) {
+        let own = state_of(state, row);
+        risen[i * STATES + state] = array<real, 2>(integral(own, 1u), value(own, 1u));
+    }
+}
+
+fn mixture(p: u32, at: Spot, row: Segment, level_here: Level, phases: Phases, with_slope: bool) -> Solid {
     let density = mass_left(p, phases);
     let stretch = stretch_of(p, density);
-    let inverse = 1.0 / (density * stretch);
-    var weights = weights_of(p, phases, inverse * stretch);
-    let per_stretch = inverse * density;
+    var weights = phases;
+    var per_stretch = 1.0 / stretch;
+    if bulks[p].by_volume != 1.0 {
+        let inverse = 1.0 / (density * stretch);
+        weights = weights_of(p, phases, inverse * stretch);
+        per_stretch = inverse * density;
+    }
     var here = of_states(p, row, phases, weights, with_slope);
     if LEVELS > 1u {
         let over = of_states(p, row_of(p, levelled(at, level_here)[1]), phases, weights, with_slope);
@@ -149,7 +172,7 @@ fn conductivity_now(p: u32, i: u32, step: u32) -> real {
     let at = spot(temperatures[i].high);
     let level_here = level_of(i, step, 0u);
     let row = row_of(p, levelled(at, level_here)[0]);
-    return mixture(p, i, at, row, level_here, 0.0, false).conductivity;
+    return mixture(p, at, row, level_here, phases_of(p, i), false).conductivity;
 }
 
 fn level_of(i: u32, step: u32, stage: u32) -> Level {
@@ -168,11 +191,20 @@ fn level_of(i: u32, step: u32, stage: u32) -> Level {
 
 fn solid_enthalpy(ply: u32, phases: Phases, here: Segment) -> real {
     var each = phases;
-    let virgin_j_kg = integral(here, 1u);
+    var risen_j_kg = integral(here, 1u);
     var sum = real(0.0);
     for (var state = 0u; state < plies[ply].states; state++) {
-        let own_j_kg = enthalpy_of(ply, state, here, virgin_j_kg);
-        sum = sum + each[state] * remains_of(ply, state) * own_j_kg;
+        if state > 0u && plies[ply].rows > 1u {
+            risen_j_kg = integral(state_of(state, here), 1u);
+        }
+        sum = sum + each[state] * remains_of(ply, state) * enthalpy_of(ply, state, risen_j_kg);
     }
     return sum;
+}
+
+fn transferred(phases: Phases, path: Path, moved: real) -> Phases {
+    var after = phases;
+    after[path.source] = after[path.source] - moved;
+    after[path.product] = after[path.product] + moved;
+    return after;
 }

@@ -5,8 +5,10 @@ alias GasColumn = array<real, GAS_CELLS>;
 
 // Cell × reaction.
 var<COLUMNS> advancements: array<Pair, GAS_CELLS * REACTIONS>;
-var<COLUMNS> paces: array<real, GAS_CELLS * REACTIONS>;
-var<private> lead_s: real;
+// Cell × state: what the first stage of the next step sees, and the second of this.
+var<COLUMNS> phases_onward: array<real, GAS_CELLS * STATES>;
+var<COLUMNS> phases_behind: array<real, GAS_CELLS * STATES>;
+var<COLUMNS> risen: array<array<real, 2>, GAS_CELLS * STATES>;
 var<COLUMNS> made: GasColumn;
 var<COLUMNS> absorbed: GasColumn;
 var<COLUMNS> made_mean: GasColumn;
@@ -16,6 +18,7 @@ var<private> given: real;
 var<private> given_ends: array<real, 2>;
 
 const EASE = 0.3;
+const LEAST_LEFT = 1e-9;
 
 fn restraint(rises_w_m2_k: real, capacity: real, eased_1_s: real) -> real {
     let stiff = rises_w_m2_k * keep(real(GAMMA));
@@ -25,15 +28,13 @@ fn restraint(rises_w_m2_k: real, capacity: real, eased_1_s: real) -> real {
 fn react(step: u32, stage: u32) {
     given = 0.0;
     given_ends = array<real, 2>(0.0, 0.0);
-    if step == run.steps {
-        lead_s = 0.0;
+    if stage == 0u {
         return;
     }
     let length_s = lengths[step];
-    let lead = keep(real(GAMMA)) * length_s;
-    lead_s = select(-lead, lead, stage == 0u);
-    if stage == 0u {
-        return;
+    var next_s = real(0.0);
+    if step + 1u < run.steps {
+        next_s = lengths[step + 1u];
     }
     for (var p = first_ply(); p < end_ply(); p++) {
         let ply = plies[p];
@@ -41,24 +42,29 @@ fn react(step: u32, stage: u32) {
             continue;
         }
         for (var i = first_of(p); i < end_of(p); i++) {
-            react_cell(p, i, ply.first_reaction, ply.end_reaction, length_s);
+            react_cell(p, i, length_s, next_s);
         }
     }
 }
 
-fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: real) {
+fn react_cell(p: u32, i: u32, length_s: real, next_s: real) {
     let scale = ply_scales[p];
-    let temperature_k = temperatures[i].high + 0.5 * first[i];
-    let here = row_of(p, spot(temperature_k));
-    let gas_here_j_kg = value(gas_of(p, here), 0u);
+    let ply = plies[p];
+    let rise_k = 0.5 * first[i];
+    let temperature_k = temperatures[i].high + rise_k;
+    let gas_here_j_kg = gas_j_kg[i] + gas_rises[i] * rise_k;
     let absolute = bulks[p].absolute;
-    let virgin_j_kg = integral(here, 1u);
     var held_j_kg: Phases;
-    for (var state = 0u; state < plies[p].states; state++) {
-        held_j_kg[state] = remains_of(p, state) * enthalpy_of(p, state, here, virgin_j_kg);
+    var risen_j_kg = risen[i * STATES][0] + risen[i * STATES][1] * rise_k;
+    for (var state = 0u; state < ply.states; state++) {
+        if state > 0u && ply.rows > 1u {
+            risen_j_kg = risen[i * STATES + state][0] + risen[i * STATES + state][1] * rise_k;
+        }
+        held_j_kg[state] = remains_of(p, state) * enthalpy_of(p, state, risen_j_kg);
     }
     let per_kelvin = 1.0 / temperature_k;
     let per_length = 1.0 / length_s;
+    let growth = next_s * per_length;
     let steepness_k = scale.activation * per_kelvin;
     var before = real(1.0);
     var fed = real(0.0);
@@ -66,29 +72,41 @@ fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: 
     var heat_absorbed = real(0.0);
     var heat_given = real(0.0);
     var rises = real(0.0);
-    for (var j = first_reaction; j < end_reaction; j++) {
-        let place = i * REACTIONS + j - first_reaction;
+    var behind = virgin();
+    var onward = virgin();
+    for (var j = ply.first_reaction; j < ply.end_reaction; j++) {
+        let place = i * REACTIONS + j - ply.first_reaction;
         let reaction = reactions[j];
         let steepness = reaction.activation_k * steepness_k;
-        let exposure = length_s * rate(reaction, temperature_k, scale.kinetics, steepness);
-        let done = advancements[place];
+        let path = paths[j];
+        let before_it = advancements[place];
         var ahead = real(1.0);
         var entering = real(0.0);
         if reaction.chained == 1.0 {
             ahead = before;
             entering = 0.5 * fed;
         }
-        let left = keep(keep(ahead - done.high) - done.low);
+        let left = keep(keep(ahead - before_it.high) - before_it.low);
         let reactant = max(left + entering, 0.0);
+        before = before_it.high;
+        if reaction.idle < steepness || reactant < real(LEAST_LEFT) {
+            fed = 0.0;
+            let moved = before_it.high * reaction.share;
+            behind = transferred(behind, path, moved);
+            onward = transferred(onward, path, moved);
+            continue;
+        }
+        let exposure = length_s * rate(reaction, temperature_k, scale.kinetics, steepness);
         let used = consumed(reactant, exposure, reaction.order);
         let spent = reactant * used;
-        before = done.high;
         fed = spent;
-        advancements[place] = advanced(done, spent);
-        paces[place] = spent * per_length;
-        let from_state = paths[j].source;
-        let to_state = paths[j].product;
-        let lost = held_j_kg[from_state] - held_j_kg[to_state];
+        let done = advanced(before_it, spent);
+        advancements[place] = done;
+        let lag = spent * keep(real(GAMMA));
+        let lead = min(lag * growth, (1.0 - done.high) * real(GAMMA));
+        behind = transferred(behind, path, (done.high - lag) * reaction.share);
+        onward = transferred(onward, path, (done.high + lead) * reaction.share);
+        let lost = held_j_kg[path.source] - held_j_kg[path.product];
         let gas = spent * (reaction.loss * scale.loss);
         let risen = gas * gas_here_j_kg - spent * (reaction.share * lost);
         let of_reaction = gas * reaction.heat_j_kg;
@@ -97,6 +115,10 @@ fn react_cell(p: u32, i: u32, first_reaction: u32, end_reaction: u32, length_s: 
         heat_absorbed = heat_absorbed + heat_taken;
         heat_given = heat_given + keep(risen - heat_taken);
         rises = rises + heat_taken * ((1.0 - used) * steepness);
+    }
+    for (var state = 0u; state < ply.states; state++) {
+        phases_onward[i * STATES + state] = onward[state];
+        phases_behind[i * STATES + state] = behind[state];
     }
     let flux_kg_m2_s = scale.mass_kg_m3 * cells[i].width_m * per_length;
     take_stage(i, flux_kg_m2_s * gas_made, flux_kg_m2_s * heat_absorbed, 2.0 * (flux_kg_m2_s * heat_given));
@@ -108,6 +130,9 @@ fn made_at(i: u32, stage: u32) -> real {
 }
 
 fn absorbed_at(i: u32, stage: u32) -> real {
+    if !GAS {
+        return 0.0;
+    }
     return select(absorbed[i], absorbed_mean[i], stage == 0u);
 }
 

@@ -173,9 +173,9 @@ fn unite() {
 }
 
 // What flows out of a block's last link flows into the first cell of the next.
-fn hand_down(above: real) {
+fn hand_down(above: real, stage: u32) {
     if has(LAST_CELL) {
-        second[LAST_CELL] = above;
+        second[LAST_CELL] = above - absorbed_at(LAST_CELL, stage);
     }
     handed[lane] = above;
     workgroupBarrier();
@@ -348,6 +348,6 @@ fn node_above() -> Node {
     }
     let i = block_first - 1u;
     let p = ply_first - select(0u, 1u, i < plies[ply_first].first_cell);
-    let at = converted(p, mass_left(p, phases_of(p, i, 0.0)));
+    let at = converted(p, mass_left(p, phases_of(p, i)));
     return Node(at, end_m - cells[i].width_m + cells[i].above_m, end_m);
 }

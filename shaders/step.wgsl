@@ -64,7 +64,7 @@ fn advance(step: u32) {
                 return;
             }
         }
-        var ends = imbalance(drives[4u * step + stage], drives[4u * step + 2u + stage]);
+        var ends = imbalance(drives[4u * step + stage], drives[4u * step + 2u + stage], stage);
         if GAS {
             ends = warm(step, stage, ends);
         }
@@ -102,8 +102,8 @@ fn rise(face: u32, step: u32) -> real {
 }
 
 fn edged(step: u32, start: Ends) {
-    let hot = through(0u, drives[4u * step + 1u], 0u, 1u);
-    let back = through(1u, drives[4u * step + 3u], LAST_CELL, LAST_CELL - 1u);
+    let hot = through(0u, drives[4u * step + 1u], 0u, 0u, 1u);
+    let back = through(1u, drives[4u * step + 3u], 0u, LAST_CELL, LAST_CELL - 1u);
     for (var face = 0u; face < run.faces; face++) {
         var before = start.hot;
         var after = hot;

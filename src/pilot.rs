@@ -105,11 +105,11 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
     let Some(tolerance_k) = case.resolution.tolerance_k.filter(|_| !case.sensors.is_empty()) else {
         return Ok(stated);
     };
-    let nominal = Ensemble::nominal(&case.factors);
+    let (nominal, plain) = (Ensemble::nominal(&case.factors), stated.clone().without_gauges());
     let mut cut = Cut::first(case);
     let mut best: Option<(Cut, f64, f64)> = None;
     for _ in 0..ROUNDS {
-        let plan = cut.plan(case, &stated);
+        let plan = cut.plan(case, &plain);
         if work(&plan) > WORK_MOST {
             break;
         }
@@ -120,11 +120,12 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
             continue;
         }
         let all = (0..cut.shares()).collect::<Vec<_>>();
-        let tried = all.chunks(1).chain([all.as_slice()]).collect::<Vec<_>>();
+        // The longest march first, so that no thread is left alone with it.
+        let tried = [all.as_slice()].into_iter().chain(all.chunks(1)).collect::<Vec<_>>();
         let tried = tried
             .par_iter()
             .map(|shares| {
-                let finer = cut.doubled(shares.iter().copied()).plan(case, &stated);
+                let finer = cut.doubled(shares.iter().copied()).plan(case, &plain);
                 let cost = work(&finer) / work(&plan) - 1.0;
                 Ok(Tried { error_k: worst_k(&marched(&finer, &nominal)?, &base, 0), cost })
             })
@@ -133,7 +134,7 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
             cut = cut.doubled(cut.density.plies.len()..cut.shares());
             continue;
         }
-        let (parts, error_k) = (&tried[..all.len()], tried[all.len()].error_k);
+        let (error_k, parts) = (tried[0].error_k, &tried[1..]);
         let is_better =
             best.as_ref().is_none_or(|(_, kept_k, kept_work)| match (error_k <= tolerance_k, *kept_k <= tolerance_k) {
                 (true, true) => work(&plan) < *kept_work,
@@ -144,14 +145,15 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
         if is_better {
             best = Some((cut, error_k, work(&plan)));
         }
-        if error_k <= tolerance_k && work(&next.plan(case, &stated)) > WORTH * work(&plan) {
+        if error_k <= tolerance_k && work(&next.plan(case, &plain)) > WORTH * work(&plan) {
             break;
         }
         cut = next;
     }
     let Some((cut, nominal_k, _)) = best else { return Ok(stated) };
     let plan = cut.plan(case, &stated);
-    let corners_k = corners_k(case, &plan, &cut.doubled(0..cut.shares()).plan(case, &stated))?;
+    let [base, finer] = [&cut, &cut.doubled(0..cut.shares())].map(|cut| cut.plan(case, &plain));
+    let corners_k = corners_k(case, &base, &finer)?;
     Ok(Plan { reached: Some(Reached { tolerance_k, nominal_k, corners_k }), ..plan })
 }
 

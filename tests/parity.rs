@@ -276,6 +276,18 @@ fn an_ensemble_cut_into_other_batches_marches_the_same() {
 }
 
 #[test]
+fn a_member_of_which_nobody_asks_for_gauges_marches_the_same_and_has_none() {
+    let marched = MARCHED.iter().find(|marched| marched.case.id == "lcat-2259-pyrolysis").expect("shipped");
+    let plain = marched.plan.clone().without_gauges();
+    let mut single = SINGLE.gpu();
+    for march in [&mut *single as &mut dyn March, &mut Cpu::new(Precision::F64)] {
+        let [whole, bare] = [&marched.plan, &plain].map(|plan| carried(march, plan, &marched.ensemble));
+        assert!(!whole.gauges.is_empty() && bare.gauges.is_empty());
+        assert_eq!(differing(&Traces { gauges: Vec::new(), ..whole }, &bare), 0, "{:?}", march.backend());
+    }
+}
+
+#[test]
 fn kernels_kept_damaged_or_not_to_be_kept_march_the_same() {
     let (scratch, case) = (Scratch::new("kept-kernels"), case("slab"));
     let (plan, ensemble) = (Plan::new(&case), drawn(&case, FEW));

@@ -1,7 +1,7 @@
 //! Truths of heat that no case may break, and what a seed promises.
 
 use crate::support::{
-    BALANCE, BALANCE_FAR, INDEX, MASS, MASS_SINGLE, ROUNDING_K, case, cases, coarse, drawn, with_factor,
+    BALANCE, BALANCE_FAR, IDLE_K, INDEX, MASS, MASS_SINGLE, ROUNDING_K, case, cases, coarse, drawn, with_factor,
 };
 use bondline::case::{Bounds, Case, Emissivity, Face, GasPath, OpenFace, Pores, Property, Schedule};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
@@ -172,6 +172,26 @@ fn heat_that_reactions_lose_between_steps_falls_with_the_square_of_the_steps() {
         let (coarse, fine) = (residual(1.0), residual(0.25));
         assert!(fine < coarse / 3.5, "{}: {coarse:.1e} falls to {fine:.1e} only", case.id);
     }
+}
+
+#[test]
+fn a_reaction_is_left_out_only_where_it_would_come_to_nothing() {
+    let case = case("lcat-2259-pyrolysis");
+    let (plan, ensemble) = (Plan::new(&case), drawn(&case, 8));
+    let colder_by = |steepness: f64| {
+        let mut plan = plan.clone();
+        plan.rows.reactions.iter_mut().for_each(|reaction| reaction.idle += steepness);
+        Cpu::new(Precision::F64).march(&plan, &ensemble, 0..ensemble.len()).expect("the processor does not fail")
+    };
+    let off_k = |one: &Traces, other: &Traces| {
+        let pairs = one.temperatures_k.iter().zip(&other.temperatures_k);
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let (never, told) = (colder_by(f64::INFINITY), colder_by(0.0));
+    assert!(off_k(&told, &never) <= IDLE_K, "{:.1e} K", off_k(&told, &never));
+    // A million times the rate.
+    let spoiled_k = off_k(&colder_by(-1e6_f64.ln()), &never);
+    assert!(spoiled_k > 10.0 * IDLE_K, "reactions left out while they mattered passed: {spoiled_k:.1e} K");
 }
 
 #[test]

@@ -23,6 +23,9 @@ pub(crate) const BALANCE_FAR: f64 = 1e-2;
 pub(crate) const MASS: f64 = 1e-8;
 /// The same in single precision: rounding of a hundred steps.
 pub(crate) const MASS_SINGLE: f64 = 1e-5;
+/// What reactions that are left out while they come to a billionth of their reactant leave undone, K: ten times what so much heat of reaction is
+/// worth at 1e6 J/kg and 1e3 J/kg/K.
+pub(crate) const IDLE_K: f64 = 1e-5;
 /// What ought to be equal or in order but for rounding in double precision, K: ten thousand times the spacing of
 /// doubles at 1,000 K, a ten-thousandth of what anybody prints.
 pub(crate) const ROUNDING_K: f64 = 1e-9;

@@ -80,7 +80,6 @@ where
         ("LEVELS", 1),
         ("REACTIONS", 1),
         ("PATHS", 1),
-        ("TRACED", 1),
         ("NO_INSTANT", NO_INSTANT),
     ] {
         text += &format!("const {name} = {value}u;\n");
@@ -251,7 +250,7 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
             body: "y[0] = exponential(x[0]); y[1] = logarithm(x[1]); y[2] = power(x[1], x[2]); y[3] = mean_decay(x[3]);
                    y[4] = consumed(x[4], x[3], 1.0); y[5] = consumed(x[4], x[3], 2.0);
                    y[6] = consumed(x[4], x[3], 3.0); y[7] = consumed(x[4], x[3], x[7]);
-                   y[8] = rate(Reaction(1e9, x[5], 1.0, 500.0, 0.1, 1.0, 0.0, 0.0), x[6], 1.1, x[8]);
+                   y[8] = rate(Reaction(1e9, x[5], 1.0, 500.0, 80.0, 0.1, 1.0, 0.0, 0.0), x[6], 1.1, x[8]);
                    y[9] = decay(x[3]);",
             inputs: vec![
                 (-90.0, 90.0),
@@ -272,6 +271,7 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
                     activation_k: x[5],
                     order: of(1.0),
                     onset_k: of(500.0),
+                    idle: of(80.0),
                     loss: of(0.1),
                     share: of(1.0),
                     heat_j_kg: of(0.0),

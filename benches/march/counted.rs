@@ -140,6 +140,10 @@ impl Real for Counted {
         count(&CHOICES);
         Self(Real::reached(self.0, mark.0))
     }
+    fn any(self) -> bool {
+        count(&CHOICES);
+        Real::any(self.0)
+    }
     fn nearest(self) -> Self {
         Self(Real::nearest(self.0))
     }

@@ -11,6 +11,12 @@ use super::step::GAMMA;
 use super::table::{Segment, spot, value};
 use crate::plan::GasPath;
 
+/// Heat that the cells on both sides gain each by gas that flows up from one to the other, W/m²: half the flux times the fall of enthalpy.
+#[inline(always)]
+pub(super) fn carried_gain<R: Real>(flow: R, here_j_kg: R, below_j_kg: R) -> R {
+    flow * R::fixed(0.5) * (below_j_kg - here_j_kg)
+}
+
 /// Half the heat that gas under a cell carries per kelvin of the cell and of the next, W/m²/K, from how enthalpy rises in both.
 #[inline(always)]
 pub(super) fn carried_slopes<R: Real>(flow: R, rise: R, next_rise: R) -> [R; 2] {
@@ -66,58 +72,38 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         volume_m * R::of(virgin.porosity) * (molar / start_k)
     }
 
-    /// Add the heat of reactions and gas to the imbalance of every cell, and to what held faces must supply.
+    /// Tell what heat gas takes out, and add what it draws from held faces to what they must supply; what pressure does in pores goes into
+    /// the imbalance of every cell.
     #[inline(always)]
     pub(super) fn warm(&mut self, step: usize, stage: usize, ends: Ends<R>) -> Ends<R> {
         let last = self.second.len() - 1;
-        let half = R::fixed(0.5);
-        let is_darcy = self.plan.gas == Some(GasPath::Darcy);
-        let is_unhindered = self.plan.gas == Some(GasPath::Unhindered);
-        let mut out = R::constant(0.0);
         let mut drawn = [-self.given_ends[0], -self.given_ends[1]];
-        for p in 0..self.plies.len() {
-            let ply = self.plan.plies[p];
-            for i in ply.first_cell as usize..ply.end_cell as usize {
-                if ply.end_reaction > ply.first_reaction {
-                    self.second[i] = self.second[i] - self.absorbed_at(i, stage);
-                    if is_unhindered {
-                        let leaves = self.made_at(i, stage) * self.gas_j_kg[i];
-                        out = out + leaves;
-                        if i == 0 {
-                            drawn[0] = drawn[0] + leaves;
-                        }
-                        if i == last {
-                            drawn[1] = drawn[1] + leaves;
-                        }
-                    }
+        let mut out = R::constant(0.0);
+        if self.plan.gas == Some(GasPath::Unhindered) {
+            for i in 0..=last {
+                let leaves = self.made_at(i, stage) * self.gas_j_kg[i];
+                out = out + leaves;
+                if i == 0 {
+                    drawn[0] = drawn[0] + leaves;
                 }
-                if is_darcy {
+                if i == last {
+                    drawn[1] = drawn[1] + leaves;
+                }
+            }
+        } else {
+            out = self.leaving[stage] * self.gas_j_kg[0];
+            drawn[0] = drawn[0] + (out - self.carried(0));
+            let back = self.back_leaving * self.gas_j_kg[last];
+            drawn[1] = drawn[1] + (self.carried(last - 1) + back);
+            out = out + back;
+        }
+        if self.plan.gas == Some(GasPath::Darcy) {
+            for p in 0..self.plies.len() {
+                for i in self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize {
                     let swept = self.pores[i].storage * self.gas_work(p, i) * self.pressure_rates[i];
                     self.second[i] = self.second[i] + swept;
                 }
             }
-        }
-        if !is_unhindered {
-            let mut above = self.gas_j_kg[0];
-            out = self.leaving[stage] * above;
-            drawn[0] = drawn[0] + out;
-            for i in 0..last {
-                let below = self.gas_j_kg[i + 1];
-                let gained = self.flows[i] * half * (below - above);
-                self.second[i] = self.second[i] + gained;
-                self.second[i + 1] = self.second[i + 1] + gained;
-                let carried = self.flows[i] * half * (below + above);
-                if i == 0 {
-                    drawn[0] = drawn[0] - carried;
-                }
-                if i + 1 == last {
-                    drawn[1] = drawn[1] + carried;
-                }
-                above = below;
-            }
-            let back = self.back_leaving * above;
-            out = out + back;
-            drawn[1] = drawn[1] + back;
         }
         self.tally(step, stage, out);
         let held = [R::of(self.rows.faces[0].held), R::of(self.rows.faces[1].held)];
@@ -125,6 +111,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             hot: FaceFlux { flux: ends.hot.flux + held[0] * drawn[0], slope: ends.hot.slope },
             back: FaceFlux { flux: ends.back.flux + held[1] * drawn[1], slope: ends.back.slope },
         }
+    }
+
+    /// Heat that gas carries up from the cell under one, W/m².
+    #[inline(always)]
+    fn carried(&self, cell: usize) -> R {
+        self.flows[cell] * R::fixed(0.5) * (self.gas_j_kg[cell + 1] + self.gas_j_kg[cell])
     }
 
     /// Take the heat that gas carried out, and what reactions gave beyond enthalpies, into the accounts: the mean of

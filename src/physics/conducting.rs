@@ -1,7 +1,7 @@
 //! A member's conduction: properties of every cell, what flows between them and through the faces.
 
 use super::Real;
-use super::carrying::carried_slopes;
+use super::carrying::{carried_gain, carried_slopes};
 use super::compensated::{Pair, difference};
 use super::faces::{FaceFlux, face_flux};
 use super::holder::flux_sideways;
@@ -18,8 +18,8 @@ fn raised<R: Real>(temperature: Pair<R>, first: R) -> Pair<R> {
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// Conductivity, heat capacity and conductance of every cell at `T + Δ₁`, and what flows to it from its neighbours, in `second`;
-    /// at the first stage also the slopes of the flux under it, by its own temperature in `lower` and by that of the next
+    /// Conductivity, heat capacity and conductance of every cell at `T + Δ₁`, and the heat that conduction and gas bring it and reactions take, in
+    /// `second`; at the first stage also the slopes of the flux under it, by its own temperature in `lower` and by that of the next
     /// cell, less, in `upper`.
     #[inline(always)]
     pub(super) fn properties(&mut self, step: usize, stage: usize) {
@@ -45,7 +45,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             above = self.link_within(p, stage, above);
         }
         let last = self.second.len() - 1;
-        self.second[last] = above;
+        self.second[last] = above - self.absorbed_at(last, stage);
     }
 
     /// Properties of the cells of a ply that is one substance at one pressure. Columns are cut to its cells beforehand, as half
@@ -94,8 +94,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let lower = &mut self.lower[cells.clone()][..rows.len()];
         let upper = &mut self.upper[cells.clone()][..rows.len()];
         let second = &mut self.second[cells.clone()][..rows.len()];
-        let (flows, gas_rises) =
-            if GAS { (&self.flows[cells.clone()], &self.gas_rises[cells]) } else { (&[][..], &[][..]) };
+        let absorbed = if stage == 0 { &self.absorbed_mean } else { &self.absorbed };
+        let [flows, gas_j_kg, gas_rises, absorbed] = [&self.flows, &self.gas_j_kg, &self.gas_rises, absorbed]
+            .map(|column| if GAS { &column[cells.clone()] } else { &[][..] });
         let mut here = raised(temperatures[0], first[0]);
         for i in 0..rows.len() - 1 {
             let half_over_next_1_m = R::still(rows[i].half_over_next_1_m);
@@ -110,8 +111,14 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             conductances[i] = conductance;
             let below = conductance * drop;
-            second[i] = above - below;
-            above = below;
+            if GAS {
+                let gained = carried_gain(flows[i], gas_j_kg[i], gas_j_kg[i + 1]);
+                second[i] = (above - (below - gained)) - absorbed[i];
+                above = below + gained;
+            } else {
+                second[i] = above - below;
+                above = below;
+            }
             here = next;
         }
         above
@@ -137,8 +144,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         self.conductances[i] = conductance;
         let below = conductance * drop;
-        self.second[i] = above - below;
-        below
+        if !GAS {
+            self.second[i] = above - below;
+            return below;
+        }
+        let gained = carried_gain(self.flows[i], self.gas_j_kg[i], self.gas_j_kg[i + 1]);
+        self.second[i] = (above - (below - gained)) - self.absorbed_at(i, stage);
+        below + gained
     }
 
     /// A cell's temperature at `T + Δ₁`.
@@ -150,12 +162,19 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Heat into the face cell: through an open face from outside, of a held one what passes on to its
     /// neighbour and to the holder.
     #[inline(always)]
-    pub(super) fn through(&self, face: usize, drive: Drive<R::Scalar>, cell: usize, neighbour: usize) -> FaceFlux<R> {
+    pub(super) fn through(
+        &self,
+        face: usize,
+        drive: Drive<R::Scalar>,
+        stage: usize,
+        cell: usize,
+        neighbour: usize,
+    ) -> FaceFlux<R> {
         let rows = self.rows;
         let temperature_k = self.temperatures[cell].high + self.first[cell];
         let at = spot(temperature_k);
         let ply = face * (self.plies.len() - 1);
-        let emissivity = self.face_emissivity(face, ply, cell, at);
+        let emissivity = self.face_emissivity(face, ply, cell, at, stage);
         let air = segment(&rows.tables, at, FACE_COLUMNS, self.plan.face_table());
         let (enthalpy_j_kg, rise_j_kg_k) = (value(air, 0), value(air, 1));
         let scale = self.faces[face];
@@ -180,9 +199,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
 
     /// Heat flux through the faces at `T + Δ₁`, which completes what is in `second`: the net flux into every cell.
     #[inline(always)]
-    pub(super) fn imbalance(&mut self, hot: Drive<R::Scalar>, back: Drive<R::Scalar>) -> Ends<R> {
+    pub(super) fn imbalance(&mut self, hot: Drive<R::Scalar>, back: Drive<R::Scalar>, stage: usize) -> Ends<R> {
         let last = self.second.len() - 1;
-        let ends = Ends { hot: self.through(0, hot, 0, 1), back: self.through(1, back, last, last - 1) };
+        let ends = Ends { hot: self.through(0, hot, stage, 0, 1), back: self.through(1, back, stage, last, last - 1) };
         self.second[0] = self.second[0] + ends.hot.flux;
         self.second[last] = self.second[last] + ends.back.flux;
         ends

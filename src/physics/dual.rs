@@ -136,6 +136,10 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Real<Scalar = V>> Real for 
         Self::unchanging(self.value.reached(mark.value))
     }
     #[inline(always)]
+    fn any(self) -> bool {
+        self.value.any()
+    }
+    #[inline(always)]
     fn nearest(self) -> Self {
         Self::unchanging(self.value.nearest())
     }

@@ -91,7 +91,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let at = spot(temperature_k);
         let gas = self.gas_of(p, self.row_of(p, at));
         let (molar_kg_k_j, viscosity_pa_s) = (value(gas, 2), value(gas, 3));
-        let phases = self.phases_of(p, i, R::fixed(0.0));
+        let phases = self.phases_of(p, i);
         let stretch = self.stretch_of(p, self.mass_left(p, phases));
         let zero = R::constant(0.0);
         let (mut porosity, mut permeability, mut slip, mut inertia) = (zero, zero, zero, zero);

@@ -26,7 +26,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         for p in 0..self.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                let density = self.mass_left(p, self.phases_of(p, i, R::fixed(0.0)));
+                let density = self.mass_left(p, self.phases_of(p, i));
                 let width_m = R::of(self.rows.cells[i].width_m);
                 lost = lost + self.plies[p].mass_kg_m3 * width_m * (R::constant(1.0) - density);
                 let node_m = depth_m + R::of(self.rows.cells[i].above_m);

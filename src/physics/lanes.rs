@@ -102,6 +102,10 @@ macro_rules! lanes {
                 Self(self.0.cmp_gte(mark.0) & S::$vector::set1(1.0))
             }
             #[inline(always)]
+            fn any(self) -> bool {
+                self.0.abs().horizontal_add() != 0.0
+            }
+            #[inline(always)]
             fn nearest(self) -> Self {
                 Self((self.0 + S::$vector::set1($whole)) - S::$vector::set1($whole))
             }

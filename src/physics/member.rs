@@ -51,11 +51,12 @@ pub struct Member<'a, R: Real, const GAS: bool> {
     pub(super) second: Vec<R>,
     /// Mass of each state where it has replaced all the virgin material, over the mass of that.
     pub(super) remains: Vec<R>,
-    /// Cell × reaction: how far each has come, and how fast over the last step, 1/s.
+    /// Cell × reaction: how far each has come.
     pub(super) advancements: Vec<Pair<R>>,
-    pub(super) paces: Vec<R>,
-    /// From where a step stands with its advancements to where a stage sees them, s.
-    pub(super) lead_s: R::Still,
+    /// Cell × state: its share of the volume as the first stage sees it, and as the second does.
+    pub(super) phases: [Vec<R>; 2],
+    /// Cell × state that has rows: how much its enthalpy has risen at the first stage (J/kg), and how fast it rises (J/kg/K).
+    pub(super) risen: Vec<[R; 2]>,
     /// Gas that a cell makes (kg/m²/s) and heat that its reactions take up (W/m²): at the second stage, and the last step's mean.
     pub(super) made: Vec<R>,
     pub(super) absorbed: Vec<R>,
@@ -174,8 +175,12 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             first: vec![zero; cells],
             second: vec![zero; cells],
             advancements: vec![none; reactions],
-            paces: vec![zero; reactions],
-            lead_s: R::fixed(0.0),
+            phases: [0, 1].map(|_| {
+                (0..flowing * plan.states)
+                    .map(|place| R::constant(f64::from(u8::from(place % plan.states == 0))))
+                    .collect()
+            }),
+            risen: vec![[zero; 2]; flowing * plan.states],
             made: vec![zero; flowing],
             absorbed: vec![zero; flowing],
             made_mean: vec![zero; flowing],
@@ -332,12 +337,12 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             let [now_j_kg, then_j_kg] = [now, then].map(|at| integral(self.row_of(p, at), 1));
             return keep(now_j_kg - then_j_kg) * self.plies[p].density_kg_m3 * width_m + self.gas_gained(p, i);
         }
-        let phases = self.phases_of(p, i, R::fixed(0.0));
+        let phases = self.phases_of(p, i);
         let mass_kg_m2 = self.plies[p].mass_kg_m3 * width_m;
         let lost_kg_m2 = mass_kg_m2 * (R::constant(1.0) - self.mass_left(p, phases));
         self.lost_and_stored[0] = self.lost_and_stored[0] + lost_kg_m2;
         let then = self.row_of(p, then);
-        let then_j_kg = self.enthalpy_of(p, 0, then, integral(then, 1));
+        let then_j_kg = self.enthalpy_of(p, 0, integral(then, 1));
         let now_j_kg = self.solid_enthalpy(p, phases, self.row_of(p, now));
         keep(now_j_kg - then_j_kg) * mass_kg_m2 + self.gas_gained(p, i)
     }

@@ -5,10 +5,9 @@ use super::compensated::keep;
 use super::gas::level;
 use super::material::{Level, Solid, StateScale, levelled, solid};
 use super::member::Member;
-use super::step::GAMMA;
 use super::table::{Segment, Spot, beyond, integral, segment, spot, value};
 use crate::plan::GasPath;
-use crate::plan::layout::{AIR_PROPERTIES, FACE_COLUMNS, STATES_MAX};
+use crate::plan::layout::{AIR_PROPERTIES, FACE_COLUMNS, Path, STATES_MAX};
 
 impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     /// Mass of a state of a ply where it has replaced all the virgin material, over the mass of that.
@@ -17,30 +16,38 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         self.remains[self.plan.plies[ply].first_state as usize + state]
     }
 
-    /// Volume of a cell in each state of its ply, so far ahead of where the step stands as the pace of the reactions
-    /// takes them, but never by more than a stage's share of what is left. Here and below loops run over all states that there
+    /// Volume of a cell in each state of its ply where its reactions stand. Here and below loops run over all states that there
     /// may be, not over those that there are: then each has a place that is known beforehand, and stays in a register.
-    #[expect(clippy::needless_range_loop, reason = "see above")]
     #[inline(always)]
-    pub(super) fn phases_of(&self, ply: usize, cell: usize, lead_s: R::Still) -> [R; STATES_MAX] {
+    pub(super) fn phases_of(&self, ply: usize, cell: usize) -> [R; STATES_MAX] {
         let row = &self.plan.plies[ply];
-        let mut phases = [R::constant(0.0); STATES_MAX];
-        phases[0] = R::constant(1.0);
+        let mut phases = Self::virgin();
         for j in row.first_reaction as usize..row.end_reaction as usize {
             let place = cell * self.plan.reactions + j - row.first_reaction as usize;
-            let done = self.advancements[place].high;
-            let ahead = (self.paces[place] * lead_s).min((R::constant(1.0) - done) * R::fixed(GAMMA));
-            let moved = (done + ahead) * R::still(self.rows.reactions[j].share);
-            let path = self.plan.paths[j];
-            for state in 0..STATES_MAX {
-                if path.source as usize == state {
-                    phases[state] = phases[state] - moved;
-                }
-                if path.product as usize == state {
-                    phases[state] = phases[state] + moved;
-                }
+            let moved = self.advancements[place].high * R::still(self.rows.reactions[j].share);
+            phases = transferred(phases, self.plan.paths[j], moved);
+        }
+        phases
+    }
+
+    /// The same as a stage sees it.
+    #[expect(clippy::needless_range_loop, reason = "see above")]
+    #[inline(always)]
+    pub(super) fn phases_at(&self, ply: usize, cell: usize, stage: usize) -> [R; STATES_MAX] {
+        let mut phases = Self::virgin();
+        for state in 0..STATES_MAX {
+            if GAS && state < self.plan.plies[ply].states as usize {
+                phases[state] = self.phases[stage][cell * self.plan.states + state];
             }
         }
+        phases
+    }
+
+    /// All of it as it was made.
+    #[inline(always)]
+    pub(super) fn virgin() -> [R; STATES_MAX] {
+        let mut phases = [R::constant(0.0); STATES_MAX];
+        phases[0] = R::constant(1.0);
         phases
     }
 
@@ -86,8 +93,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     /// Emissivity of the ply behind a face.
     #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
-    pub(super) fn face_emissivity(&self, face: usize, ply: usize, cell: usize, at: Spot<R>) -> R {
-        let phases = self.phases_of(ply, cell, self.lead_s);
+    pub(super) fn face_emissivity(&self, face: usize, ply: usize, cell: usize, at: Spot<R>, stage: usize) -> R {
+        let phases = self.phases_at(ply, cell, stage);
         let weights = self.weights_of(ply, phases, R::constant(1.0) / self.mass_left(ply, phases));
         let seen = segment(&self.rows.tables, at, FACE_COLUMNS, self.plan.face_table());
         let first = AIR_PROPERTIES + face * STATES_MAX;
@@ -119,15 +126,12 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         self.state_of(self.plan.plies[ply].rows as usize, row)
     }
 
-    /// Absolute enthalpy of a state of a ply by a row of its tables, which has the virgin one risen by so much, J/kg.
+    /// Absolute enthalpy of a state of a ply once that of the rows it is read from has risen by so much, J/kg.
     #[inline(always)]
-    pub(super) fn enthalpy_of(&self, ply: usize, state: usize, here: Segment<'a, R>, virgin_j_kg: R) -> R {
+    pub(super) fn enthalpy_of(&self, ply: usize, state: usize, risen_j_kg: R) -> R {
         let substance = self.rows.substances[self.plan.plies[ply].first_state as usize + state];
-        let mut risen = virgin_j_kg * R::still(substance.heat_capacity);
-        if state > 0 && self.plan.plies[ply].rows > 1 {
-            risen = integral(self.state_of(state, here), 1);
-        }
-        self.plies[ply].heat_capacity * risen + R::still(substance.formation_j_kg)
+        let scale = self.plies[ply].heat_capacity * R::still(substance.heat_capacity);
+        scale * risen_j_kg + R::still(substance.formation_j_kg)
     }
 
     /// Conductivity, its slope and heat capacity of a cell that is a mixture, or whose pressure changes.
@@ -135,36 +139,52 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     pub(super) fn blend(&mut self, p: usize, i: usize, at: Spot<R>, step: usize, stage: usize) {
         let level = self.level_of(i, step, stage);
         let row = self.row_of(p, levelled(at, level)[0]);
-        let here = self.mixture(p, i, at, row, level, self.lead_s, stage == 0);
+        let phases = self.phases_at(p, i, stage);
+        let here = self.mixture(p, at, row, level, phases, stage == 0);
         self.conductivities[i] = here.conductivity;
         self.slopes[i] = here.slope;
         self.evaluated[i] = here.heat_capacity * R::still(self.rows.cells[i].width_m);
         if GAS {
             self.gas_at(i, self.gas_of(p, row));
+            let ply = self.plan.plies[p];
+            if stage == 0 && ply.end_reaction > ply.first_reaction {
+                self.rise_at(p, i, row);
+            }
         }
     }
 
-    /// What such a cell is like with its composition so far ahead, by the row of the level under its pressure: its heat
+    /// How much enthalpy has risen in a cell and how fast it rises, of all states of its ply that have rows.
+    #[inline(always)]
+    fn rise_at(&mut self, p: usize, i: usize, row: Segment<'a, R>) {
+        for state in 0..STATES_MAX {
+            if state < self.plan.plies[p].rows as usize {
+                let own = self.state_of(state, row);
+                self.risen[i * self.plan.states + state] = [integral(own, 1), value(own, 1)];
+            }
+        }
+    }
+
+    /// What such a cell is like with so much of its volume in each state, by the row of the level under its pressure: its heat
     /// capacity in a volume as drawn, J/m³/K.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "a struct of them would keep the row from registers")]
     fn mixture(
         &self,
         p: usize,
-        i: usize,
         at: Spot<R>,
         row: Segment<'a, R>,
         level: Level<R>,
-        lead_s: R::Still,
+        phases: [R; STATES_MAX],
         with_slope: bool,
     ) -> Solid<R> {
-        let phases = self.phases_of(p, i, lead_s);
-        let density = self.mass_left(p, phases);
+        let (one, density) = (R::constant(1.0), self.mass_left(p, phases));
         let stretch = self.stretch_of(p, density);
-        // One division for two.
-        let inverse = R::constant(1.0) / (density * stretch);
-        let weights = self.weights_of(p, phases, inverse * stretch);
-        let per_stretch = inverse * density;
+        let (mut weights, mut per_stretch) = (phases, one / stretch);
+        if self.rows.bulks[p].by_volume != R::scalar(1.0) {
+            // One division for two.
+            let inverse = one / (density * stretch);
+            weights = self.weights_of(p, phases, inverse * stretch);
+            per_stretch = inverse * density;
+        }
         let mut here = self.of_states(p, row, phases, weights, with_slope);
         if self.plan.levels > 1 {
             let over = self.of_states(p, self.row_of(p, levelled(at, level)[1]), phases, weights, with_slope);
@@ -230,7 +250,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         let at = spot(self.temperatures[i].high);
         let level = self.level_of(i, step, 0);
         let row = self.row_of(p, levelled(at, level)[0]);
-        self.mixture(p, i, at, row, level, R::fixed(0.0), false).conductivity
+        self.mixture(p, at, row, level, self.phases_of(p, i), false).conductivity
     }
 
     /// Where the pressure of a cell falls among the levels of the tables.
@@ -254,14 +274,30 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
     pub(super) fn solid_enthalpy(&self, ply: usize, phases: [R; STATES_MAX], here: Segment<'a, R>) -> R {
-        let virgin_j_kg = integral(here, 1);
+        let mut risen_j_kg = integral(here, 1);
         let mut sum = R::constant(0.0);
         for state in 0..STATES_MAX {
             if state < self.plan.plies[ply].states as usize {
-                let own_j_kg = self.enthalpy_of(ply, state, here, virgin_j_kg);
-                sum = sum + phases[state] * self.remains_of(ply, state) * own_j_kg;
+                if state > 0 && self.plan.plies[ply].rows > 1 {
+                    risen_j_kg = integral(self.state_of(state, here), 1);
+                }
+                sum = sum + phases[state] * self.remains_of(ply, state) * self.enthalpy_of(ply, state, risen_j_kg);
             }
         }
         sum
     }
+}
+
+/// Volumes once so much of the whole has gone over from one state to another.
+#[inline(always)]
+pub(super) fn transferred<R: Real>(mut phases: [R; STATES_MAX], path: Path<u32>, moved: R) -> [R; STATES_MAX] {
+    for (state, phase) in phases.iter_mut().enumerate() {
+        if path.source as usize == state {
+            *phase = *phase - moved;
+        }
+        if path.product as usize == state {
+            *phase = *phase + moved;
+        }
+    }
+    phases
 }

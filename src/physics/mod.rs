@@ -98,6 +98,8 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// One where it is not below `mark`, else zero.
     fn reached(self, mark: Self) -> Self;
+    /// Whether any lane is not zero.
+    fn any(self) -> bool;
     /// The whole number nearest, of two as near the even one.
     fn nearest(self) -> Self;
     /// Two to the power of a whole number within ±126.
@@ -160,6 +162,10 @@ macro_rules! scalar {
             #[inline(always)]
             fn reached(self, mark: Self) -> Self {
                 if self >= mark { 1.0 } else { 0.0 }
+            }
+            #[inline(always)]
+            fn any(self) -> bool {
+                self != 0.0
             }
             #[inline(always)]
             fn nearest(self) -> Self {

@@ -4,12 +4,16 @@ use super::Real;
 use super::compensated::{advanced, keep};
 use super::decomposition::{consumed, rate};
 use super::member::Member;
+use super::mixing::transferred;
 use super::step::GAMMA;
-use super::table::{integral, spot, value};
 use crate::plan::layout::STATES_MAX;
+use std::ops::Range;
 
 /// Share of a cell's capacity at which the restraint of its reactions is half of itself.
 pub(super) const EASE: f64 = 0.3;
+
+/// What is left of a reactant when it counts as used up.
+const LEAST_LEFT: f64 = 1e-9;
 
 /// The reactions' part of the system, where they take up heat. Without it steps longer than a reaction needs to
 /// swing the heat it takes blow up. What it adds is not what was lost times the heat of reaction, though, so that it
@@ -37,16 +41,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let zero = R::constant(0.0);
         self.given = zero;
         self.given_ends = [zero; 2];
-        if step == self.plan.steps() {
-            self.lead_s = R::fixed(0.0);
-            return;
-        }
-        let length_s = R::still(self.rows.lengths_s[step]);
-        let lead_s = length_s * R::fixed(GAMMA);
-        self.lead_s = if stage == 0 { lead_s } else { -lead_s };
         if stage == 0 {
             return;
         }
+        let length_s = R::still(self.rows.lengths_s[step]);
+        // The end of the march is seen as it is.
+        let is_last = step + 1 == self.plan.steps();
+        let next_s = if is_last { R::fixed(0.0) } else { R::still(self.rows.lengths_s[step + 1]) };
         for p in 0..self.plies.len() {
             let ply = self.plan.plies[p];
             let (first, end) = (ply.first_reaction as usize, ply.end_reaction as usize);
@@ -54,38 +55,45 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 continue;
             }
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                self.react_cell(p, i, first, end, length_s);
+                self.react_cell(p, i, first..end, length_s, next_s);
             }
         }
     }
 
+    /// The reactions of a cell over a step, and its composition as the second stage of this step sees it and the first of the next.
+    /// Enthalpies midway go on straight from those at the start, which keeps the order and reads no table.
     #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
-    fn react_cell(&mut self, p: usize, i: usize, first: usize, end: usize, length_s: R::Still) {
+    fn react_cell(&mut self, p: usize, i: usize, reactions: Range<usize>, length_s: R::Still, next_s: R::Still) {
         let (zero, one) = (R::constant(0.0), R::constant(1.0));
-        let scale = self.plies[p];
-        let temperature_k = self.temperatures[i].high + self.first[i] * R::fixed(0.5);
-        let here = self.row_of(p, spot(temperature_k));
-        let gas_j_kg = value(self.gas_of(p, here), 0);
+        let (scale, ply, states) = (self.plies[p], self.plan.plies[p], self.plan.states);
+        let rise_k = self.first[i] * R::fixed(0.5);
+        let temperature_k = self.temperatures[i].high + rise_k;
+        let gas_j_kg = self.gas_j_kg[i] + self.gas_rises[i] * rise_k;
         let absolute = R::still(self.rows.bulks[p].absolute);
-        let virgin_j_kg = integral(here, 1);
         let mut held_j_kg = [zero; STATES_MAX];
+        let mut risen_j_kg = self.risen[i * states][0] + self.risen[i * states][1] * rise_k;
         for state in 0..STATES_MAX {
-            if state < self.plan.plies[p].states as usize {
-                held_j_kg[state] = self.remains_of(p, state) * self.enthalpy_of(p, state, here, virgin_j_kg);
+            if state < ply.states as usize {
+                if state > 0 && ply.rows > 1 {
+                    risen_j_kg = self.risen[i * states + state][0] + self.risen[i * states + state][1] * rise_k;
+                }
+                held_j_kg[state] = self.remains_of(p, state) * self.enthalpy_of(p, state, risen_j_kg);
             }
         }
         let per_kelvin = one / temperature_k;
         let per_length = R::fixed(1.0) / length_s;
+        let growth = next_s * per_length;
         let steepness_k = scale.activation * per_kelvin;
         let (mut before, mut fed) = (one, zero);
         let (mut made, mut absorbed, mut given, mut rises) = (zero, zero, zero, zero);
-        for j in first..end {
-            let place = i * self.plan.reactions + j - first;
+        let (mut behind, mut onward) = (Self::virgin(), Self::virgin());
+        for j in reactions.clone() {
+            let place = i * self.plan.reactions + j - reactions.start;
             let reaction = self.rows.reactions[j];
             let steepness = steepness_k * R::still(reaction.activation_k);
-            let exposure = rate(reaction, temperature_k, scale.kinetics, steepness) * length_s;
             let done = self.advancements[place];
+            let path = self.plan.paths[j];
             // In a chain what comes in over the step is there for half of it. (Weighted by nothing where there is none, one
             // reaction would wait for the other all the same.)
             let (mut ahead, mut entering) = (one, zero);
@@ -95,14 +103,28 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             let left = keep(keep(ahead - done.high) - done.low);
             let reactant = (left + entering).max(zero);
-            let share = consumed(reactant, exposure, reaction.order);
-            let spent = reactant * share;
             before = done.high;
+            // Two reactions in five wait for heat or have nothing left (benches/README.md), which is known without their rate.
+            let live = (R::of(reaction.idle) - steepness).reached(zero) * reactant.reached(R::constant(LEAST_LEFT));
+            if !live.any() {
+                fed = zero;
+                let moved = done.high * R::still(reaction.share);
+                behind = transferred(behind, path, moved);
+                onward = transferred(onward, path, moved);
+                continue;
+            }
+            let exposure = rate(reaction, temperature_k, scale.kinetics, steepness) * length_s;
+            let share = consumed(reactant, exposure, reaction.order) * live;
+            let spent = reactant * share;
             fed = spent;
-            self.advancements[place] = advanced(done, spent);
-            self.paces[place] = spent * per_length;
+            let done = advanced(done, spent);
+            self.advancements[place] = done;
+            // So far on as they went in this step, but by no more than a stage's share of what is left.
+            let lag = spent * R::fixed(GAMMA);
+            let lead = (lag * growth).min((one - done.high) * R::fixed(GAMMA));
+            behind = transferred(behind, path, (done.high - lag) * R::still(reaction.share));
+            onward = transferred(onward, path, (done.high + lead) * R::still(reaction.share));
             // Over the virgin mass of the cell: the gas, and the enthalpy that it has beyond what the solid gave up.
-            let path = self.plan.paths[j];
             let mut lost = zero;
             for state in 0..STATES_MAX {
                 if path.source as usize == state {
@@ -121,6 +143,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             given = given + keep(risen - heat);
             rises = rises + heat * ((one - share) * steepness);
         }
+        for state in 0..STATES_MAX {
+            if state < ply.states as usize {
+                self.phases[0][i * states + state] = onward[state];
+                self.phases[1][i * states + state] = behind[state];
+            }
+        }
         let flux_kg_m2_s = scale.mass_kg_m3 * R::still(self.rows.cells[i].width_m) * per_length;
         self.take_stage(i, flux_kg_m2_s * made, flux_kg_m2_s * absorbed, (flux_kg_m2_s * given) * R::fixed(2.0));
         self.restraints[i] = (flux_kg_m2_s * (rises * per_kelvin)).max(zero);
@@ -135,6 +163,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Heat that its reactions take up at a stage, likewise.
     #[inline(always)]
     pub(super) fn absorbed_at(&self, i: usize, stage: usize) -> R {
+        if !GAS {
+            return R::constant(0.0);
+        }
         if stage == 0 { self.absorbed_mean[i] } else { self.absorbed[i] }
     }
 

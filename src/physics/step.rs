@@ -97,7 +97,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                     return;
                 }
             }
-            let mut ends = self.imbalance(self.rows.drives[4 * step + stage], self.rows.drives[4 * step + 2 + stage]);
+            let [hot, back] = [0, 2].map(|face| self.rows.drives[4 * step + face + stage]);
+            let mut ends = self.imbalance(hot, back, stage);
             if GAS {
                 ends = self.warm(step, stage, ends);
             }
@@ -133,8 +134,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn edged(&self, step: usize, start: &Ends<R>) -> [Edge<R>; 2] {
         let last = self.second.len() - 1;
-        let hot = self.through(0, self.rows.drives[4 * step + 1], 0, 1);
-        let back = self.through(1, self.rows.drives[4 * step + 3], last, last - 1);
+        let hot = self.through(0, self.rows.drives[4 * step + 1], 0, 0, 1);
+        let back = self.through(1, self.rows.drives[4 * step + 3], 0, last, last - 1);
         let zero = R::constant(0.0);
         [(0, hot, start.hot), (last, back, start.back)].map(|(cell, end, start)| {
             let face = usize::from(cell == last);

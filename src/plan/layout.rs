@@ -181,6 +181,8 @@ row! {
         activation_k,
         order,
         onset_k,
+        /// E/RT from which on it comes to nothing over a whole march.
+        idle,
         /// Mass of gas over the virgin mass.
         loss,
         /// Share of the volume that it turns from one state into another.

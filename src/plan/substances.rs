@@ -122,7 +122,10 @@ pub(super) fn substances(material: &Material) -> Vec<Substance<f64>> {
     rows
 }
 
-pub(super) fn reactions(material: &Material) -> Vec<Reaction<f64>> {
+/// Share of its reactant that a reaction uses up at most over a whole march where it counts as idle.
+const NOTHING: f64 = 1e-9;
+
+pub(super) fn reactions(material: &Material, duration_s: f64) -> Vec<Reaction<f64>> {
     let Some(decomposition) = &material.decomposition else { return vec![] };
     let total = decomposition.loss();
     let is_chain = decomposition.sequence == Sequence::Chain;
@@ -132,6 +135,7 @@ pub(super) fn reactions(material: &Material) -> Vec<Reaction<f64>> {
         activation_k: reaction.activation_j_mol / GAS_CONSTANT_J_MOL_K,
         order: reaction.order,
         onset_k: reaction.onset_k,
+        idle: (reaction.rate_1_s * duration_s / NOTHING).ln(),
         loss: reaction.loss,
         share: if is_chain { 1.0 } else { reaction.loss / total },
         heat_j_kg: reaction.heat_j_kg,

@@ -182,7 +182,7 @@ fn observed(
 ) -> Result<Vec<Option<Case>>, MarchError> {
     let ensemble = Ensemble::at(case.factors.len(), truths.concat());
     let mut data = Vec::with_capacity(truths.len());
-    march_all(march, plan, &ensemble, &mut |traces| {
+    march_all(march, &plan.clone().without_gauges(), &ensemble, &mut |traces| {
         for member in 0..traces.members() {
             if traces.arrivals[member] != Arrival::Done {
                 data.push(None);

@@ -127,7 +127,7 @@ impl Gathered {
         watch: &mut dyn FnMut(&Ensemble, &Traces),
     ) -> Result<(), MarchError> {
         let (mut outputs, mut factors, mut arrived) = (Vec::new(), Vec::new(), Vec::new());
-        march_some(march, plan, ensemble, members, &mut |traces| {
+        march_some(march, &plan.clone().without_gauges(), ensemble, members, &mut |traces| {
             for member in 0..traces.members() {
                 outputs.extend(traces.member(member));
                 let peaks = (0..traces.sensors).map(|sensor| Peak::of(traces.trace(member, sensor), &plan.instants_s));

@@ -63,6 +63,8 @@ fn reactions(section: &Section<'_>, sequence: Sequence, absolute: bool, density_
     let reactions = all(sections.iter().map(|section| reaction(section, sequence, absolute, density_kg_m3)))?;
     let lost: f64 = reactions.iter().map(|reaction| reaction.loss).sum();
     if lost >= 1.0 {
+        // As written, without what sums of binary fractions add in the last place.
+        let lost = (lost * 1e9).round() / 1e9;
         return Err(section.fault(format!("losses of {lost} in all leave no char: expected a sum below 1")));
     }
     Ok(reactions)

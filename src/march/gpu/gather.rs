@@ -22,9 +22,9 @@ pub(super) fn state_words(plan: &Plan) -> usize {
 /// Words of what gas took along before those of the advancements.
 const GONE_WORDS: usize = 14;
 
-/// Words of one member's gas: what it took along, three a reaction in a cell, three a cell and, by Darcy's law, six more.
+/// Words of one member's gas: what it took along, two a reaction in a cell, one a state of it, three a cell and, by Darcy's law, six more.
 fn gas_words(plan: &Plan) -> usize {
-    let made = plan.cells() * (3 * plan.reactions.max(1) + 3);
+    let made = plan.cells() * (2 * plan.reactions.max(1) + plan.states + 3);
     match plan.gas {
         None => 0,
         Some(GasPath::Darcy) => GONE_WORDS + made + 6 * plan.cells(),

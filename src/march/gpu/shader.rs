@@ -90,7 +90,6 @@ pub fn kernel(plan: &Plan, precision: Precision, texels: bool, lanes: u32, entry
         ("LEVELS", plan.levels as u32),
         ("REACTIONS", plan.reactions.max(1) as u32),
         ("PATHS", plan.paths.len().max(1) as u32),
-        ("TRACED", (plan.places.len() + plan.gauges()) as u32),
         ("HOLDER", u32::from(plan.has_holder)),
         ("DEPTHS", u32::from(plan.has_depths)),
         ("HEATS", HEATS as u32),
@@ -147,7 +146,7 @@ fn pore_cells(plan: &Plan) -> usize {
 /// Bytes that a workgroup shares where it carries a member by so many lanes: what a cell has in columns, and what lanes hand to each other. A
 /// test holds this against the kernels.
 pub fn shared_bytes(plan: &Plan, precision: Precision, lanes: u32) -> usize {
-    let of_gas = gas_cells(plan) * (8 + 3 * plan.reactions.max(1));
+    let of_gas = gas_cells(plan) * (8 + 2 * plan.reactions.max(1) + 4 * plan.states);
     let words = 12 * plan.cells() + of_gas + 22 * pore_cells(plan) + 14 * lanes as usize;
     words * if precision == Precision::F32 { 4 } else { 8 }
 }
@@ -207,21 +206,22 @@ fn gas_turns(plan: &Plan, lanes: u32) -> (u32, u32) {
         (plan.plies.iter().map(of_cells).sum::<u32>().min(cells * most), most)
     };
     let cells_by_ply = 2 * plies + cells + 1;
-    // Volumes, density, weights, properties.
-    let (blended, face) = each(&|states, reactions| reactions + 3 * states + 4);
+    // Volumes, density, weights, properties, enthalpies; of what is seen at an instant the volumes come from the reactions.
+    let (blended, _) = each(&|states, _| 5 * states + 5);
+    let (_, face) = each(&|states, reactions| reactions + 3 * states + 4);
     let blended = if plan.states > 1 || plan.levels > 1 { 2 * blended } else { 0 };
     // Either stage sees both faces, and the schedules of both are looked ahead; a sensor sees the cells on both sides.
     let faces = (6 + 2 * plan.places.len() as u32) * face;
     if plan.gas.is_none() {
         return (blended + faces, 0);
     }
-    let (reacted, _) = each(&|states, reactions| states + reactions + 2);
+    let (reacted, _) = each(&|states, reactions| 2 * states + reactions + 3);
     let by_ply = if plan.gas == Some(GasPath::Darcy) { 10 } else { 8 };
     let carried = by_ply * cells_by_ply + reacted + 3 * (cells + 1) + 3;
     let (porous, _) = each(&|states, reactions| reactions + 2 * states + 2);
     let pressed = if plan.gas == Some(GasPath::Darcy) { 2 * (cells_by_ply + porous) + 13 * cells + 15 } else { 0 };
     let (kept, _) = each(&|states, reactions| reactions + 3 * states + 3);
-    (blended + faces + carried + pressed, 3 * cells * (plan.reactions.max(1) as u32 + 2) + kept)
+    (blended + faces + carried + pressed, 3 * cells * ((plan.reactions.max(1) + plan.states) as u32 + 3) + kept)
 }
 
 /// Loop turns a dispatch may take on a software device, which silently ends all loops of an invocation after 65,535 of

@@ -81,7 +81,7 @@ pub(super) fn predict(
     let highest_k = |trace: &[f64]| trace.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let coldest_k = case.exposure.coldest_k();
     let mut failed = 0;
-    march_all(march, plan, &ensemble, &mut |traces| {
+    march_all(march, &plan.clone().without_gauges(), &ensemble, &mut |traces| {
         let is_there: Vec<bool> = traces.arrivals.iter().map(|arrival| *arrival == Arrival::Done).collect();
         failed += is_there.iter().filter(|is_there| !**is_there).count();
         let (mut plain, mut doubted) = (Vec::new(), Vec::new());
