@@ -122,7 +122,8 @@ pub(super) fn substances(material: &Material) -> Vec<Substance<f64>> {
     rows
 }
 
-/// Share of its reactant that a reaction uses up at most over a whole march where it counts as idle.
+/// Share of its reactant that a reaction uses up at most over a whole march where it counts as idle. A factor on activation energies moves the
+/// mark along, one on the rates does not: twice the rate is twice this, which is still nothing.
 const NOTHING: f64 = 1e-9;
 
 pub(super) fn reactions(material: &Material, duration_s: f64) -> Vec<Reaction<f64>> {
