@@ -15,9 +15,19 @@ fn carried_slopes(flow: real, rise: real, next_rise: real) -> array<real, 2> {
     return array<real, 2>(-(half * rise), half * next_rise);
 }
 
-fn gas_at(cell: u32, here: Segment) {
+fn gas_enthalpy(cell: u32, here: Segment) {
     gas_j_kg[cell] = value(here, 0u);
     gas_rises[cell] = value(here, 1u);
+}
+
+fn reads_gas(stage: u32) -> bool {
+    return GAS && (stage == 0u || DARCY);
+}
+
+fn gas_onward() {
+    for (var i = first_cell(); i < end_cell(); i++) {
+        gas_j_kg[i] = gas_j_kg[i] + gas_rises[i] * first[i];
+    }
 }
 
 fn gas_capacity(cell: u32) -> real {

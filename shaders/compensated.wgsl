@@ -21,6 +21,9 @@ fn two_sum(a: real, b: real) -> Pair {
 }
 
 fn advanced(pair: Pair, increment: real) -> Pair {
+    if DIGITS > 23u {
+        return Pair(pair.high + increment, pair.low);
+    }
     return two_sum(pair.high, pair.low + keep(increment));
 }
 

@@ -5,8 +5,11 @@ fn raised(temperature: Pair, added: real) -> Pair {
 }
 
 fn properties(step: u32, stage: u32) {
+    if GAS && !reads_gas(stage) {
+        gas_onward();
+    }
     for (var p = first_ply(); p < end_ply(); p++) {
-        if plies[p].states > 1u || LEVELS > 1u {
+        if plies[p].rows > 1u || LEVELS > 1u {
             for (var i = first_of(p); i < end_of(p); i++) {
                 blend(p, i, spot(temperatures[i].high + first[i]), step, stage);
             }
@@ -34,12 +37,22 @@ fn plain(p: u32, stage: u32) {
     let ply = plies[p];
     for (var i = first_of(p); i < end_of(p); i++) {
         let row = row_of(p, spot(temperatures[i].high + first[i]));
-        let here = solid(row, state_scales[ply.first_state], stage == 0u);
+        var scale = state_scales[ply.first_state].conductivity;
+        var density_kg_m3 = ply_scales[p].density_kg_m3;
+        if GAS && ply.states > 1u {
+            let all = together(p, phases_at(p, i, stage), ply.states);
+            scale = times(all.conductivity, 1.0 / left_of(p, all.remains));
+            density_kg_m3 = ply_scales[p].mass_kg_m3 * all.stores;
+            if stage == 0u {
+                rise_at(p, i, row);
+            }
+        }
+        let here = solid(row, scale, stage == 0u);
         conductivities[i] = here.conductivity;
         slopes[i] = here.slope;
-        evaluated[i] = cells[i].width_m * (ply_scales[p].density_kg_m3 * here.heat_capacity);
-        if GAS {
-            gas_at(i, gas_of(p, row));
+        evaluated[i] = cells[i].width_m * (density_kg_m3 * here.heat_capacity);
+        if reads_gas(stage) {
+            gas_enthalpy(i, gas_of(p, row));
         }
     }
 }

@@ -2,6 +2,9 @@
 
 fn rate(reaction: Reaction, temperature_k: real, kinetics: real, steepness: real) -> real {
     let constant = kinetics * reaction.rate_1_s * exponential(-steepness);
+    if reaction.onset_k == 0.0 {
+        return constant;
+    }
     return constant * reached(temperature_k, reaction.onset_k);
 }
 

@@ -14,10 +14,41 @@ struct PlyScale {
     holder_w_m3_k: real,
 }
 
-struct StateScale {
+struct Parts {
     solid: real,
     gas: real,
     radiative: real,
+}
+
+fn times(parts: Parts, many: real) -> Parts {
+    var product = parts;
+    product.solid = many * parts.solid;
+    if PARTS > 1u {
+        product.radiative = many * parts.radiative;
+        if PARTS == 3u {
+            product.gas = many * parts.gas;
+        }
+    }
+    return product;
+}
+
+fn plus(parts: Parts, more: Parts) -> Parts {
+    var sum = parts;
+    sum.solid = parts.solid + more.solid;
+    if PARTS > 1u {
+        sum.radiative = parts.radiative + more.radiative;
+        if PARTS == 3u {
+            sum.gas = parts.gas + more.gas;
+        }
+    }
+    return sum;
+}
+
+struct StateScale {
+    conductivity: Parts,
+    remains: real,
+    stores: real,
+    formation_j_kg: real,
 }
 
 struct Level {
@@ -45,17 +76,20 @@ fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
     );
 }
 
-fn state_scale(row: Conduction, substance: Substance, ply: PlyScale) -> StateScale {
-    let whole = substance.conductivity * column(row.whole) / ply.thickness;
+fn state_scale(row: Conduction, substance: Substance, bulk: Bulk, ply: PlyScale) -> StateScale {
+    let remains = keep(1.0 - ply.loss * (1.0 - substance.remains));
+    let weight = select(remains, 1.0, bulk.by_volume == 1.0);
+    let whole = weight * (substance.conductivity * column(row.whole) / ply.thickness);
     return StateScale(
-        whole * column(row.solid),
-        whole * column(row.gas),
-        whole * column(row.radiative) / column(row.extinction),
+        Parts(
+            whole * column(row.solid),
+            whole * column(row.gas),
+            whole * column(row.radiative) / column(row.extinction),
+        ),
+        remains,
+        remains * (ply.heat_capacity * substance.heat_capacity),
+        remains * substance.formation_j_kg,
     );
-}
-
-fn remaining(scale: PlyScale, substance: Substance) -> real {
-    return keep(1.0 - scale.loss * (1.0 - substance.remains));
 }
 
 fn levelled(spot: Spot, level: Level) -> array<Spot, 2> {
@@ -69,7 +103,7 @@ struct Solid {
     heat_capacity: real,
 }
 
-fn solid(here: Segment, scale: StateScale, with_slope: bool) -> Solid {
+fn solid(here: Segment, scale: Parts, with_slope: bool) -> Solid {
     var conductivity = scale.solid * value(here, 0u);
     var slope = real(0.0);
     if with_slope {

@@ -41,8 +41,7 @@ fn scale() {
     for (var p = 0u; p < run.plies; p++) {
         for (var state = 0u; state < plies[p].states; state++) {
             let row = plies[p].first_state + state;
-            state_scales[row] = state_scale(conductions[row], substances[row], ply_scales[p]);
-            remains[row] = remaining(ply_scales[p], substances[row]);
+            state_scales[row] = state_scale(conductions[row], substances[row], bulks[p], ply_scales[p]);
         }
     }
     face_scales[0] = face_scale(scalings[0]);

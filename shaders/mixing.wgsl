@@ -2,10 +2,8 @@
 
 alias Phases = array<real, STATES>;
 
-var<private> remains: array<real, SUBSTANCES>;
-
-fn remains_of(ply: u32, state: u32) -> real {
-    return remains[plies[ply].first_state + state];
+fn scale_of(ply: u32, state: u32) -> StateScale {
+    return state_scales[plies[ply].first_state + state];
 }
 
 fn phases_of(ply: u32, cell: u32) -> Phases {
@@ -41,39 +39,28 @@ fn mass_left(ply: u32, phases: Phases) -> real {
     var each = phases;
     var density = each[0];
     for (var state = 1u; state < plies[ply].states; state++) {
-        density = density + each[state] * remains_of(ply, state);
+        density = density + each[state] * scale_of(ply, state).remains;
     }
     return keep(density);
 }
 
-fn weights_of(ply: u32, phases: Phases, per_density: real) -> Phases {
-    let by_volume = bulks[ply].by_volume;
-    let by_mass = (1.0 - by_volume) * per_density;
-    var weights = phases;
-    for (var state = 0u; state < plies[ply].states; state++) {
-        weights[state] = weights[state] * (by_volume + by_mass * remains_of(ply, state));
-    }
-    return weights;
-}
-
-fn converted(ply: u32, density: real) -> real {
-    return (1.0 - density) * ply_scales[ply].per_loss;
-}
-
-fn stretch_of(ply: u32, density: real) -> real {
-    return 1.0 - bulks[ply].shrinkage * converted(ply, density);
-}
-
 fn face_emissivity(face: u32, ply: u32, cell: u32, at: Spot, stage: u32) -> real {
-    let phases = phases_at(ply, cell, stage);
-    var weights = weights_of(ply, phases, 1.0 / mass_left(ply, phases));
+    var phases = phases_at(ply, cell, stage);
     let seen = segment(at, FACE_COLUMNS, FACE_TABLE);
     let first_property = AIR_PROPERTIES + face * STATES_MAX;
+    let by_volume = bulks[ply].by_volume == 1.0;
     var sum = real(0.0);
     for (var state = 0u; state < plies[ply].states; state++) {
-        sum = sum + weights[state] * value(seen, first_property + state);
+        var own = phases[state] * value(seen, first_property + state);
+        if !by_volume {
+            own = own * scale_of(ply, state).remains;
+        }
+        sum = sum + own;
     }
-    return sum;
+    if by_volume {
+        return sum;
+    }
+    return sum / mass_left(ply, phases);
 }
 
 fn row_of(ply: u32, at: Spot) -> Segment {
@@ -89,9 +76,8 @@ fn gas_of(ply: u32, row: Segment) -> Segment {
 }
 
 fn enthalpy_of(ply: u32, state: u32, risen_j_kg: real) -> real {
-    let substance = substances[plies[ply].first_state + state];
-    let scale = ply_scales[ply].heat_capacity * substance.heat_capacity;
-    return scale * risen_j_kg + substance.formation_j_kg;
+    let own = scale_of(ply, state);
+    return own.stores * risen_j_kg + own.formation_j_kg;
 }
 
 fn blend(p: u32, i: u32, at: Spot, step: u32, stage: u32) {
@@ -101,11 +87,11 @@ fn blend(p: u32, i: u32, at: Spot, step: u32, stage: u32) {
     conductivities[i] = here.conductivity;
     slopes[i] = here.slope;
     evaluated[i] = cells[i].width_m * here.heat_capacity;
-    if GAS {
-        gas_at(i, gas_of(p, row));
-        if stage == 0u && plies[p].end_reaction > plies[p].first_reaction {
-            rise_at(p, i, row);
-        }
+    if reads_gas(stage) {
+        gas_enthalpy(i, gas_of(p, row));
+    }
+    if GAS && stage == 0u && plies[p].end_reaction > plies[p].first_reaction {
+        rise_at(p, i, row);
     }
 }
 
@@ -117,49 +103,30 @@ fn rise_at(p: u32, i: u32, row: Segment) {
 }
 
 fn mixture(p: u32, at: Spot, row: Segment, level_here: Level, phases: Phases, with_slope: bool) -> Solid {
-    let density = mass_left(p, phases);
-    let stretch = stretch_of(p, density);
-    var weights = phases;
-    var per_stretch = 1.0 / stretch;
-    if bulks[p].by_volume != 1.0 {
-        let inverse = 1.0 / (density * stretch);
-        weights = weights_of(p, phases, inverse * stretch);
-        per_stretch = inverse * density;
-    }
-    var here = of_states(p, row, phases, weights, with_slope);
+    let per_left = 1.0 / left_of(p, mass_left(p, phases));
+    var here = of_states(p, row, phases, with_slope);
     if LEVELS > 1u {
-        let over = of_states(p, row_of(p, levelled(at, level_here)[1]), phases, weights, with_slope);
+        let over = of_states(p, row_of(p, levelled(at, level_here)[1]), phases, with_slope);
         here.conductivity = here.conductivity + level_here.share * (over.conductivity - here.conductivity);
         here.slope = here.slope + level_here.share * (over.slope - here.slope);
     }
-    return Solid(here.conductivity * per_stretch, here.slope * per_stretch, here.heat_capacity);
+    return Solid(here.conductivity * per_left, here.slope * per_left, here.heat_capacity);
 }
 
-fn of_states(p: u32, row: Segment, of_phases: Phases, of_weights: Phases, with_slope: bool) -> Solid {
+fn of_states(p: u32, row: Segment, of_phases: Phases, with_slope: bool) -> Solid {
     var phases = of_phases;
-    var weights = of_weights;
-    let density_kg_m3 = ply_scales[p].density_kg_m3;
+    let mass_kg_m3 = ply_scales[p].mass_kg_m3;
     let ply = plies[p];
     let alike = select(1u, ply.states, ply.rows == 1u);
-    var scale: StateScale;
-    var mass = real(0.0);
-    for (var state = 0u; state < alike; state++) {
-        let own = state_scales[ply.first_state + state];
-        scale.solid = scale.solid + weights[state] * own.solid;
-        if PARTS > 1u {
-            scale.gas = scale.gas + weights[state] * own.gas;
-            scale.radiative = scale.radiative + weights[state] * own.radiative;
-        }
-        mass = mass + phases[state] * remains_of(p, state) * substances[ply.first_state + state].heat_capacity;
-    }
-    let virgin = solid(row, scale, with_slope);
-    var sum = Solid(virgin.conductivity, virgin.slope, mass * (density_kg_m3 * virgin.heat_capacity));
+    let all = together(p, phases, alike);
+    let virgin = solid(row, all.conductivity, with_slope);
+    var sum = Solid(virgin.conductivity, virgin.slope, all.stores * (mass_kg_m3 * virgin.heat_capacity));
     for (var state = 1u; state < ply.rows; state++) {
-        let here = solid(state_of(state, row), state_scales[ply.first_state + state], with_slope);
-        let volume = phases[state] * remains_of(p, state);
-        sum.conductivity = sum.conductivity + weights[state] * here.conductivity;
-        sum.slope = sum.slope + weights[state] * here.slope;
-        sum.heat_capacity = sum.heat_capacity + volume * (density_kg_m3 * here.heat_capacity);
+        let own = scale_of(p, state);
+        let here = solid(state_of(state, row), own.conductivity, with_slope);
+        sum.conductivity = sum.conductivity + phases[state] * here.conductivity;
+        sum.slope = sum.slope + phases[state] * here.slope;
+        sum.heat_capacity = sum.heat_capacity + (phases[state] * own.stores) * (mass_kg_m3 * here.heat_capacity);
     }
     return sum;
 }
@@ -197,9 +164,44 @@ fn solid_enthalpy(ply: u32, phases: Phases, here: Segment) -> real {
         if state > 0u && plies[ply].rows > 1u {
             risen_j_kg = integral(state_of(state, here), 1u);
         }
-        sum = sum + each[state] * remains_of(ply, state) * enthalpy_of(ply, state, risen_j_kg);
+        sum = sum + each[state] * enthalpy_of(ply, state, risen_j_kg);
     }
     return sum;
+}
+
+struct Together {
+    conductivity: Parts,
+    stores: real,
+    remains: real,
+}
+
+fn together(ply: u32, of_phases: Phases, states: u32) -> Together {
+    var phases = of_phases;
+    let virgin_scale = scale_of(ply, 0u);
+    var sum = Together(times(virgin_scale.conductivity, phases[0]), phases[0] * virgin_scale.stores, phases[0]);
+    for (var state = 1u; state < states; state++) {
+        let own = scale_of(ply, state);
+        sum.conductivity = plus(sum.conductivity, times(own.conductivity, phases[state]));
+        sum.stores = sum.stores + phases[state] * own.stores;
+        sum.remains = sum.remains + phases[state] * own.remains;
+    }
+    return sum;
+}
+
+fn left_of(ply: u32, density: real) -> real {
+    let stretch = stretch_of(ply, density);
+    if bulks[ply].by_volume == 1.0 {
+        return stretch;
+    }
+    return density * stretch;
+}
+
+fn converted(ply: u32, density: real) -> real {
+    return (1.0 - density) * ply_scales[ply].per_loss;
+}
+
+fn stretch_of(ply: u32, density: real) -> real {
+    return 1.0 - bulks[ply].shrinkage * converted(ply, density);
 }
 
 fn transferred(phases: Phases, path: Path, moved: real) -> Phases {

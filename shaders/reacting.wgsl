@@ -53,14 +53,14 @@ fn react_cell(p: u32, i: u32, length_s: real, next_s: real) {
     let rise_k = 0.5 * first[i];
     let temperature_k = temperatures[i].high + rise_k;
     let gas_here_j_kg = gas_j_kg[i] + gas_rises[i] * rise_k;
-    let absolute = bulks[p].absolute;
+    let is_absolute = bulks[p].absolute == 1.0;
     var held_j_kg: Phases;
     var risen_j_kg = risen[i * STATES][0] + risen[i * STATES][1] * rise_k;
     for (var state = 0u; state < ply.states; state++) {
         if state > 0u && ply.rows > 1u {
             risen_j_kg = risen[i * STATES + state][0] + risen[i * STATES + state][1] * rise_k;
         }
-        held_j_kg[state] = remains_of(p, state) * enthalpy_of(p, state, risen_j_kg);
+        held_j_kg[state] = enthalpy_of(p, state, risen_j_kg);
     }
     let per_kelvin = 1.0 / temperature_k;
     let per_length = 1.0 / length_s;
@@ -70,7 +70,7 @@ fn react_cell(p: u32, i: u32, length_s: real, next_s: real) {
     var fed = real(0.0);
     var gas_made = real(0.0);
     var heat_absorbed = real(0.0);
-    var heat_given = real(0.0);
+    var freed = real(0.0);
     var rises = real(0.0);
     var behind = virgin();
     var onward = virgin();
@@ -80,14 +80,13 @@ fn react_cell(p: u32, i: u32, length_s: real, next_s: real) {
         let steepness = reaction.activation_k * steepness_k;
         let path = paths[j];
         let before_it = advancements[place];
-        var ahead = real(1.0);
-        var entering = real(0.0);
-        if reaction.chained == 1.0 {
-            ahead = before;
-            entering = 0.5 * fed;
+        let is_chained = reaction.chained == 1.0;
+        let ahead = select(1.0, before, is_chained);
+        var reactant = keep(keep(ahead - before_it.high) - before_it.low);
+        if is_chained {
+            reactant = reactant + 0.5 * fed;
         }
-        let left = keep(keep(ahead - before_it.high) - before_it.low);
-        let reactant = max(left + entering, 0.0);
+        reactant = max(reactant, 0.0);
         before = before_it.high;
         if reaction.idle < steepness || reactant < real(LEAST_LEFT) {
             fed = 0.0;
@@ -106,14 +105,16 @@ fn react_cell(p: u32, i: u32, length_s: real, next_s: real) {
         let lead = min(lag * growth, (1.0 - done.high) * real(GAMMA));
         behind = transferred(behind, path, (done.high - lag) * reaction.share);
         onward = transferred(onward, path, (done.high + lead) * reaction.share);
-        let lost = held_j_kg[path.source] - held_j_kg[path.product];
         let gas = spent * (reaction.loss * scale.loss);
-        let risen = gas * gas_here_j_kg - spent * (reaction.share * lost);
-        let of_reaction = gas * reaction.heat_j_kg;
-        let heat_taken = scale.pyrolysis_heat * (of_reaction + absolute * (risen - of_reaction));
+        let lost = spent * (reaction.share * (held_j_kg[path.source] - held_j_kg[path.product]));
+        var of_reaction = gas * reaction.heat_j_kg;
+        if is_absolute {
+            of_reaction = gas * gas_here_j_kg - lost;
+        }
+        let heat_taken = scale.pyrolysis_heat * of_reaction;
         gas_made = gas_made + gas;
         heat_absorbed = heat_absorbed + heat_taken;
-        heat_given = heat_given + keep(risen - heat_taken);
+        freed = freed + lost;
         rises = rises + heat_taken * ((1.0 - used) * steepness);
     }
     for (var state = 0u; state < ply.states; state++) {
@@ -121,6 +122,7 @@ fn react_cell(p: u32, i: u32, length_s: real, next_s: real) {
         phases_behind[i * STATES + state] = behind[state];
     }
     let flux_kg_m2_s = scale.mass_kg_m3 * cells[i].width_m * per_length;
+    let heat_given = keep(keep(gas_made * gas_here_j_kg - freed) - heat_absorbed);
     take_stage(i, flux_kg_m2_s * gas_made, flux_kg_m2_s * heat_absorbed, 2.0 * (flux_kg_m2_s * heat_given));
     restraints[i] = max(flux_kg_m2_s * (rises * per_kelvin), 0.0);
 }

@@ -154,7 +154,7 @@ fn assemble(step: u32) {
             if HOLDER == 1u {
                 row.diagonal = row.diagonal + conductance_sideways(p, i) * keep(gamma);
             }
-            if GAS {
+            if GAS && plies[p].end_reaction > plies[p].first_reaction {
                 row.diagonal = row.diagonal + restraint(restraints[i], capacity, eased);
             }
             if i == 0u || i == LAST_CELL {

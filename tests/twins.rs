@@ -10,7 +10,7 @@ use bondline::physics::decomposition::{consumed, mean_decay, rate};
 use bondline::physics::exponential::{decay, exponential, logarithm, power};
 use bondline::physics::faces::{FaceScale, face_flux};
 use bondline::physics::holder::flux_sideways;
-use bondline::physics::material::{StateScale, conductance_across, conductance_within, flux_slope, gain_across, solid};
+use bondline::physics::material::{Parts, conductance_across, conductance_within, flux_slope, gain_across, solid};
 use bondline::physics::reading::{covered, followed, reading};
 use bondline::physics::table::{beyond, integral, segment, spot, value};
 use bondline::physics::tridiagonal::{factorise, substitute};
@@ -182,12 +182,12 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
             },
         },
         Probe {
-            body: "let here = solid(segment(spot(x[0]), 16u, 0u), StateScale(x[1], x[2], x[3]), true);
+            body: "let here = solid(segment(spot(x[0]), 16u, 0u), Parts(x[1], x[2], x[3]), true);
                    y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5)],
             outputs: 3,
             twin: &|x, tables, y| {
-                let scale = StateScale { solid: x[1], gas: x[2], radiative: x[3] };
+                let scale = Parts { solid: x[1], gas: x[2], radiative: x[3] };
                 let here = solid(segment(tables, spot(x[0]), COLUMNS, 0), 3, scale, true);
                 put(y, &[here.conductivity, here.heat_capacity, here.slope]);
             },

@@ -6,8 +6,7 @@
 use bondline::physics::Real;
 use bondline::physics::faces::{FaceFlux, FaceScale, STEFAN_BOLTZMANN, face_flux, face_scale};
 use bondline::physics::material::{
-    PlyScale, StateScale, conductance_across, conductance_within, flux_slope, gain_across, ply_scale, solid,
-    state_scale,
+    Parts, PlyScale, conductance_across, conductance_within, flux_slope, gain_across, ply_scale, solid, state_scale,
 };
 use bondline::physics::table::{segment, spot};
 use bondline::plan::Plan;
@@ -15,7 +14,7 @@ use bondline::plan::layout::{Drive, FACE_COLUMNS, TABLE_STEP_K};
 
 pub(crate) struct Layup<'a, R> {
     plan: &'a Plan,
-    plies: Vec<(PlyScale<R>, StateScale<R>)>,
+    plies: Vec<(PlyScale<R>, Parts<R>)>,
     contacts_m2_k_w: Vec<R>,
     hot: FaceScale<R>,
     /// The ply of each cell over or under a sensor.
@@ -75,7 +74,7 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
             let ply: &bondline::plan::layout::Ply<u32> = ply;
             let state = ply.first_state as usize;
             let scale = ply_scale(ply, bulk, rows.substances[state], column);
-            (scale, state_scale(&plan.conductions[state], rows.substances[state], scale, column))
+            (scale, state_scale(&plan.conductions[state], rows.substances[state], bulk, scale, column).conductivity)
         };
         let contacts = rows.contacts_m2_k_w.iter().zip(&plan.plies);
         Self {

@@ -24,12 +24,29 @@ pub(super) fn carried_slopes<R: Real>(flow: R, rise: R, next_rise: R) -> [R; 2] 
     [-(half * rise), half * next_rise]
 }
 
+/// Enthalpy of the gas by its row, and its slope.
+#[inline(always)]
+pub(super) fn gas_enthalpy<R: Real>(here: Segment<'_, R>) -> [R; 2] {
+    [value(here, 0), value(here, 1)]
+}
+
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// Enthalpy of the gas in a cell and its slope.
+    /// Whether a stage reads the enthalpy of gas from tables: the first does. At the second it goes on straight, which keeps the order, but
+    /// by Darcy's law cells hold gas whose heat capacity must be that of the stage.
     #[inline(always)]
-    pub(super) fn gas_at(&mut self, cell: usize, here: Segment<'_, R>) {
-        self.gas_j_kg[cell] = value(here, 0);
-        self.gas_rises[cell] = value(here, 1);
+    pub(super) fn reads_gas(&self, stage: usize) -> bool {
+        GAS && (stage == 0 || self.plan.gas == Some(GasPath::Darcy))
+    }
+
+    /// The enthalpy of gas at the second stage, from that at the first.
+    #[inline(always)]
+    pub(super) fn gas_onward(&mut self) {
+        let first = &self.first[..];
+        let gas_j_kg = &mut self.gas_j_kg[..first.len()];
+        let gas_rises = &self.gas_rises[..first.len()];
+        for i in 0..first.len() {
+            gas_j_kg[i] = gas_j_kg[i] + gas_rises[i] * first[i];
+        }
     }
 
     /// Heat capacity of the gas in the pores of a cell, J/m²/K.

@@ -38,9 +38,12 @@ pub fn two_sum<R: Real>(a: R, b: R) -> Pair<R> {
     Pair { high: sum, low: a_lost + b_lost }
 }
 
-/// The pair after an increment.
+/// The pair after an increment. In f64 the first word keeps all that an answer shows, and the second stays as it is.
 #[inline(always)]
 pub fn advanced<R: Real>(pair: Pair<R>, increment: R) -> Pair<R> {
+    if R::DIGITS > 23 {
+        return Pair { high: pair.high + increment, low: pair.low };
+    }
     two_sum(pair.high, pair.low + keep(increment))
 }
 

@@ -1,13 +1,14 @@
 //! A member's conduction: properties of every cell, what flows between them and through the faces.
 
 use super::Real;
-use super::carrying::{carried_gain, carried_slopes};
+use super::carrying::{carried_gain, carried_slopes, gas_enthalpy};
 use super::compensated::{Pair, difference};
 use super::faces::{FaceFlux, face_flux};
 use super::holder::flux_sideways;
 use super::material::{conductance_across, conductance_within, flux_slope, gain_across, solid};
 use super::member::{Ends, Member};
-use super::table::{segment, spot, value};
+use super::mixing::{left_of, together};
+use super::table::{beyond, integral, segment, spot, value};
 use crate::plan::GasPath;
 use crate::plan::layout::{Drive, FACE_COLUMNS, GAS_COLUMNS};
 
@@ -24,9 +25,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     pub(super) fn properties(&mut self, step: usize, stage: usize) {
         let mut above = R::constant(0.0);
+        if GAS && !self.reads_gas(stage) {
+            self.gas_onward();
+        }
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
-            if ply.states > 1 || self.plan.levels > 1 {
+            if ply.rows > 1 || self.plan.levels > 1 {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
                     let at = spot(self.temperatures[i].high + self.first[i]);
                     self.blend(p, i, at, step, stage);
@@ -48,16 +52,17 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         self.second[last] = above - self.absorbed_at(last, stage);
     }
 
-    /// Properties of the cells of a ply that is one substance at one pressure. Columns are cut to its cells beforehand, as half
-    /// of the march is here and looking whether a cell is within them takes as long as to look its properties up.
+    /// Properties of the cells of a ply at one pressure whose states are one substance, or so many times one. Columns are cut to its cells
+    /// beforehand, as half of the march is here and looking whether a cell is within them takes as long as to look its properties up.
     #[inline(always)]
     fn plain(&mut self, p: usize, stage: usize) {
-        let (plan, ply, density_kg_m3) = (self.plan, self.plan.plies[p], self.plies[p].density_kg_m3);
-        let scale = self.states[ply.first_state as usize];
+        let (plan, ply, bulk, whole) = (self.plan, self.plan.plies[p], self.rows.bulks[p], self.plies[p]);
+        let (states, stride) = (ply.states as usize, plan.states);
+        let own = &self.states[ply.first_state as usize..][..states];
         // The row's columns, told in numbers that are known beforehand: each read would be checked against the ply's.
         let columns = 2 * plan.properties() + if GAS { GAS_COLUMNS } else { 0 };
         let table = &self.rows.tables[ply.table as usize..];
-        let with_slope = stage == 0;
+        let (with_slope, reads_gas) = (stage == 0, self.reads_gas(stage));
         let cells = ply.first_cell as usize..ply.end_cell as usize;
         let rows = &self.rows.cells[cells.clone()];
         let temperatures = &self.temperatures[cells.clone()][..rows.len()];
@@ -65,17 +70,31 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let conductivities = &mut self.conductivities[cells.clone()][..rows.len()];
         let slopes = &mut self.slopes[cells.clone()][..rows.len()];
         let evaluated = &mut self.evaluated[cells.clone()][..rows.len()];
+        let of_gas = if GAS { cells.clone() } else { 0..0 };
+        let gas_j_kg = &mut self.gas_j_kg[of_gas.clone()];
+        let gas_rises = &mut self.gas_rises[of_gas];
+        let mixes = GAS && states > 1;
+        let of_states = if mixes { cells.start * stride..cells.end * stride } else { 0..0 };
+        let phases = &self.phases[stage][of_states.clone()];
+        let risen = &mut self.risen[of_states];
         for i in 0..rows.len() {
             let row = segment(table, spot(temperatures[i].high + first[i]), columns, 0);
+            let (mut scale, mut density_kg_m3) = (own[0].conductivity, whole.density_kg_m3);
+            if mixes {
+                let all = together(&phases[i * stride..][..own.len()], own, plan.parts);
+                let per_left = R::constant(1.0) / left_of(all.remains, whole, bulk);
+                scale = all.conductivity.times(per_left, plan.parts);
+                density_kg_m3 = whole.mass_kg_m3 * all.stores;
+                if with_slope {
+                    risen[i * stride] = [integral(row, 1), value(row, 1)];
+                }
+            }
             let here = solid(row, plan.parts, scale, with_slope);
             conductivities[i] = here.conductivity;
             slopes[i] = here.slope;
             evaluated[i] = density_kg_m3 * here.heat_capacity * R::still(rows[i].width_m);
-        }
-        if GAS {
-            for i in cells {
-                let at = spot(self.temperatures[i].high + self.first[i]);
-                self.gas_at(i, self.gas_of(p, self.row_of(p, at)));
+            if reads_gas {
+                [gas_j_kg[i], gas_rises[i]] = gas_enthalpy(beyond(row, plan.properties()));
             }
         }
     }

@@ -14,6 +14,9 @@ use crate::plan::layout::Reaction;
 #[inline(always)]
 pub fn rate<R: Real>(reaction: Reaction<R::Scalar>, temperature_k: R, kinetics: R, steepness: R) -> R {
     let constant = kinetics * R::of(reaction.rate_1_s) * exponential(-steepness);
+    if reaction.onset_k == R::scalar(0.0) {
+        return constant;
+    }
     constant * temperature_k.reached(R::of(reaction.onset_k))
 }
 

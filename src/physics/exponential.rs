@@ -12,21 +12,29 @@ const LN_2_HIGH: f64 = 0.693_145_751_953_125;
 const LN_2_LOW: f64 = 1.428_606_820_309_417_2e-6;
 /// Beyond this the result is taken at it: 2⁻¹¹⁵, far below any rate that moves anything, and 2¹¹⁵.
 const LARGEST: f64 = 80.0;
-/// 1/n! from the first up: enough for f64 on ±ln 2 / 2, as the first eight are for f32.
-const SERIES: [f64; 13] = [
+/// `(eˣ − 1)/x` on ±ln 2 / 2 as powers of x, from the noughth up, for f64 and for f32: least in their largest relative error (Remez'
+/// exchange in 50 digits), which once they are rounded is 2.1e-17 and 2.3e-8, under half of what rounding takes from the sum. Taylor's series
+/// wants two terms more of either.
+const SERIES: [f64; 11] = [
     1.0,
-    0.5,
-    1.0 / 6.0,
-    1.0 / 24.0,
-    1.0 / 120.0,
-    1.0 / 720.0,
-    1.0 / 5_040.0,
-    1.0 / 40_320.0,
-    1.0 / 362_880.0,
-    1.0 / 3_628_800.0,
-    1.0 / 39_916_800.0,
-    1.0 / 479_001_600.0,
-    1.0 / 6_227_020_800.0,
+    0.500_000_000_000_000_6,
+    0.166_666_666_666_665_63,
+    0.041_666_666_666_573_905,
+    0.008_333_333_333_397_834,
+    0.001_388_888_893_225_888_2,
+    0.000_198_412_697_074_672_23,
+    2.480_150_460_214_848e-5,
+    2.755_741_478_996_597_4e-6,
+    2.762_626_278_810_536e-7,
+    2.505_209_632_569_198e-8,
+];
+const SHORT_SERIES: [f64; 6] = [
+    1.0,
+    0.499_999_970_197_677_6,
+    0.166_665_062_308_311_46,
+    0.041_667_137_295_007_706,
+    0.008_369_068_615_138_53,
+    0.001_388_887_292_705_476_3,
 ];
 
 /// A power of e as `2ⁿ (1 + part)` with the part within ±0.42.
@@ -36,16 +44,16 @@ pub struct Power<R> {
     pub part: R,
 }
 
-/// Two terms of the series from the nth on, over the nth power.
+/// Two terms of a series over the power of the first.
 #[inline(always)]
-fn two_terms<R: Real>(n: usize, rest: R) -> R {
-    keep(rest * R::fixed(SERIES[n + 1])) + R::fixed(SERIES[n])
+fn two_terms<R: Real>(terms: &[f64], rest: R) -> R {
+    keep(rest * R::fixed(terms[1])) + R::fixed(terms[0])
 }
 
-/// Four terms of the series from the nth on, over the nth power.
+/// Four terms of a series over the power of the first.
 #[inline(always)]
-fn four_terms<R: Real>(n: usize, rest: R, square: R) -> R {
-    two_terms(n, rest) + keep(two_terms(n + 2, rest) * square)
+fn four_terms<R: Real>(terms: &[f64], rest: R, square: R) -> R {
+    two_terms(terms, rest) + keep(two_terms(&terms[2..], rest) * square)
 }
 
 /// eˣ for x within ±80, and at the nearer end beyond, in its two parts. The series is summed in pairs of pairs of pairs
@@ -57,12 +65,13 @@ pub fn power_of_e<R: Real>(x: R) -> Power<R> {
     let rest = keep(bounded - twos * R::fixed(LN_2_HIGH)) - twos * R::fixed(LN_2_LOW);
     let square = keep(rest * rest);
     let fourth = keep(square * square);
-    let mut sum = four_terms(0, rest, square) + keep(four_terms(4, rest, square) * fourth);
-    // Of these f32 would see less than a hundredth of its last digit.
-    if R::DIGITS > 23 {
-        let high = four_terms(8, rest, square) + keep(fourth * R::fixed(SERIES[12]));
-        sum = sum + keep(high * keep(fourth * fourth));
-    }
+    let sum = if R::DIGITS > 23 {
+        let low = four_terms(&SERIES, rest, square) + keep(four_terms(&SERIES[4..], rest, square) * fourth);
+        let high = two_terms(&SERIES[8..], rest) + keep(square * R::fixed(SERIES[10]));
+        low + keep(high * keep(fourth * fourth))
+    } else {
+        four_terms(&SHORT_SERIES, rest, square) + keep(two_terms(&SHORT_SERIES[4..], rest) * fourth)
+    };
     Power { two_to: twos.two_to(), part: keep(sum * rest) }
 }
 

@@ -21,6 +21,7 @@ use super::Real;
 use super::compensated::{Pair, advanced, difference, keep};
 use super::gas::{GasFlux, Porous, gas_flux, midway};
 use super::member::Member;
+use super::mixing::stretch_of;
 use super::table::{spot, value};
 use super::tridiagonal::{factorise, substitute};
 use crate::plan::GasPath;
@@ -92,7 +93,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let gas = self.gas_of(p, self.row_of(p, at));
         let (molar_kg_k_j, viscosity_pa_s) = (value(gas, 2), value(gas, 3));
         let phases = self.phases_of(p, i);
-        let stretch = self.stretch_of(p, self.mass_left(p, phases));
+        let stretch = stretch_of(self.mass_left(p, phases), self.plies[p], self.rows.bulks[p]);
         let zero = R::constant(0.0);
         let (mut porosity, mut permeability, mut slip, mut inertia) = (zero, zero, zero, zero);
         for state in 0..STATES_MAX {

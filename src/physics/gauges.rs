@@ -2,6 +2,7 @@
 
 use super::Real;
 use super::member::Member;
+use super::mixing::converted;
 use crate::plan::GasPath;
 use crate::plan::layout::GAUGES;
 
@@ -30,7 +31,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 let width_m = R::of(self.rows.cells[i].width_m);
                 lost = lost + self.plies[p].mass_kg_m3 * width_m * (R::constant(1.0) - density);
                 let node_m = depth_m + R::of(self.rows.cells[i].above_m);
-                let here = self.converted(p, density);
+                let here = converted(density, self.plies[p]);
                 virgin_m = virgin_m.max(crossing(before, before_m, here, node_m, R::constant(VIRGIN_LOST)));
                 char_m = char_m.max(crossing(before, before_m, here, node_m, R::constant(CHAR_LOST)));
                 before = here;

@@ -13,7 +13,7 @@ use simdeez::prelude::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 macro_rules! lanes {
-    ($(#[$about:meta])* $lanes:ident, $real:ty, $vector:ident, $rows:ident, $four:ident, $settles:expr, $whole:expr, $bias:expr, $digits:expr, $bits:ident, $unbits:ident) => {
+    ($(#[$about:meta])* $lanes:ident, $real:ty, $vector:ident, $rows:ident, $four:ident, $any:ident, $settles:expr, $whole:expr, $bias:expr, $digits:expr, $bits:ident, $unbits:ident) => {
         $(#[$about])*
         pub struct $lanes<S: Abreast>(S::$vector);
 
@@ -103,7 +103,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn any(self) -> bool {
-                self.0.abs().horizontal_add() != 0.0
+                S::$any(self.0)
             }
             #[inline(always)]
             fn nearest(self) -> Self {
@@ -158,9 +158,9 @@ macro_rules! lanes {
 
 lanes!(
     /// Members in f64.
-    Doubles, f64, Vf64, rows_f64, four_f64, false, 6_755_399_441_055_744.0, 1023.0, 52, bitcast_i64, bitcast_f64
+    Doubles, f64, Vf64, rows_f64, four_f64, any_f64, false, 6_755_399_441_055_744.0, 1023.0, 52, bitcast_i64, bitcast_f64
 );
 lanes!(
     /// Members in f32.
-    Singles, f32, Vf32, rows_f32, four_f32, true, 12_582_912.0, 127.0, 23, bitcast_i32, bitcast_f32
+    Singles, f32, Vf32, rows_f32, four_f32, any_f32, true, 12_582_912.0, 127.0, 23, bitcast_i32, bitcast_f32
 );

@@ -28,13 +28,53 @@ pub struct PlyScale<R> {
     pub holder_w_m3_k: R,
 }
 
-/// What they make of the parts of the conductivity of a state of the ply. Where extinction is stated by mass, a factor on
-/// density divides the radiative one.
+/// Scales of the parts of a conductivity.
 #[derive(Clone, Copy)]
-pub struct StateScale<R> {
+pub struct Parts<R> {
     pub solid: R,
     pub gas: R,
     pub radiative: R,
+}
+
+impl<R: Real> Parts<R> {
+    /// So many times as much, of a number of parts; of others what it was.
+    #[inline(always)]
+    pub fn times(self, many: R, parts: usize) -> Self {
+        let mut product = Self { solid: many * self.solid, ..self };
+        if parts > 1 {
+            product.radiative = many * self.radiative;
+            if parts == 3 {
+                product.gas = many * self.gas;
+            }
+        }
+        product
+    }
+
+    /// The sum, of a number of parts; of others what it was.
+    #[inline(always)]
+    pub fn plus(self, more: Self, parts: usize) -> Self {
+        let mut sum = Self { solid: self.solid + more.solid, ..self };
+        if parts > 1 {
+            sum.radiative = self.radiative + more.radiative;
+            if parts == 3 {
+                sum.gas = self.gas + more.gas;
+            }
+        }
+        sum
+    }
+}
+
+/// What they make of a state of the ply, of which a mixture has so much by volume.
+#[derive(Clone, Copy)]
+pub struct StateScale<R> {
+    /// As it adds to the conductivity of a mixture: where its properties weigh by mass, times what remains. Where extinction is stated by
+    /// mass, a factor on density divides the radiative part.
+    pub conductivity: Parts<R>,
+    /// Mass where it has replaced all the virgin material, over the mass of that.
+    pub remains: R,
+    /// Its enthalpy over that mass of the virgin material, by that of the rows it is read from, and where those begin, J/kg.
+    pub stores: R,
+    pub formation_j_kg: R,
 }
 
 /// Where a pressure falls among the levels of the tables: the level under it, and the share of the way to the next.
@@ -79,22 +119,24 @@ pub fn ply_scale<R: Real>(
 pub fn state_scale<R: Real>(
     row: &Conduction<u32>,
     substance: Substance<R::Scalar>,
+    bulk: Bulk<R::Scalar>,
     ply: PlyScale<R>,
     column: impl Fn(u32) -> R,
 ) -> StateScale<R> {
-    let whole = R::of(substance.conductivity) * column(row.whole) / ply.thickness;
-    StateScale {
-        solid: whole * column(row.solid),
-        gas: whole * column(row.gas),
-        radiative: whole * column(row.radiative) / column(row.extinction),
-    }
-}
-
-/// Mass of a state where it has replaced all the virgin material, over the mass of that, as a member scales what is lost.
-#[inline(always)]
-pub fn remaining<R: Real>(scale: PlyScale<R>, substance: Substance<R::Scalar>) -> R {
     let one = R::constant(1.0);
-    keep(one - scale.loss * (one - R::of(substance.remains)))
+    let remains = keep(one - ply.loss * (one - R::of(substance.remains)));
+    let weight = if bulk.by_volume == R::scalar(1.0) { one } else { remains };
+    let whole = weight * (R::of(substance.conductivity) * column(row.whole) / ply.thickness);
+    StateScale {
+        conductivity: Parts {
+            solid: whole * column(row.solid),
+            gas: whole * column(row.gas),
+            radiative: whole * column(row.radiative) / column(row.extinction),
+        },
+        remains,
+        stores: remains * (ply.heat_capacity * R::of(substance.heat_capacity)),
+        formation_j_kg: remains * R::of(substance.formation_j_kg),
+    }
 }
 
 /// The spot in the rows of the level under a pressure, and in those of the next.
@@ -114,9 +156,9 @@ pub struct Solid<R> {
     pub heat_capacity: R,
 }
 
-/// A state of a ply by its properties in tables; the slope on demand, and else nothing.
+/// A state of a ply by its properties in tables and the scales of its conductivity; the slope on demand, and else nothing.
 #[inline(always)]
-pub fn solid<R: Real>(here: Segment<'_, R>, parts: usize, scale: StateScale<R>, with_slope: bool) -> Solid<R> {
+pub fn solid<R: Real>(here: Segment<'_, R>, parts: usize, scale: Parts<R>, with_slope: bool) -> Solid<R> {
     let mut conductivity = scale.solid * value(here, 0);
     let mut slope = R::constant(0.0);
     if with_slope {

@@ -4,9 +4,7 @@ use super::Real;
 use super::compensated::{Pair, advanced, difference, keep};
 use super::faces::{FaceFlux, FaceScale, face_scale};
 use super::gas::Porous;
-use super::material::{
-    PlyScale, StateScale, conductance_across, conductance_within, ply_scale, remaining, state_scale,
-};
+use super::material::{PlyScale, StateScale, conductance_across, conductance_within, ply_scale, state_scale};
 use super::reading::{covered, followed, reading};
 use super::step::Edge;
 use super::table::{integral, spot};
@@ -49,8 +47,6 @@ pub struct Member<'a, R: Real, const GAS: bool> {
     pub(super) upper: Vec<R>,
     pub(super) first: Vec<R>,
     pub(super) second: Vec<R>,
-    /// Mass of each state where it has replaced all the virgin material, over the mass of that.
-    pub(super) remains: Vec<R>,
     /// Cell × reaction: how far each has come.
     pub(super) advancements: Vec<Pair<R>>,
     /// Cell × state: its share of the volume as the first stage sees it, and as the second does.
@@ -124,14 +120,11 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         let plies: Vec<_> =
             plan.plies.iter().zip(&rows.bulks).map(|(ply, &bulk)| ply_scale(ply, bulk, char(ply), column)).collect();
         let of_states = |ply: &Ply<u32>| ply.first_state as usize..(ply.first_state + ply.states) as usize;
-        let scaled =
-            plan.plies.iter().zip(&plies).flat_map(|(ply, &scale)| of_states(ply).map(move |row| (row, scale)));
-        let (states, remains) = scaled
-            .map(|(row, scale)| {
-                let substance = rows.substances[row];
-                (state_scale(&plan.conductions[row], substance, scale, column), remaining(scale, substance))
-            })
-            .unzip();
+        let scaled = plan.plies.iter().zip(&rows.bulks).zip(&plies);
+        let scaled = scaled.flat_map(|((ply, &bulk), &scale)| of_states(ply).map(move |row| (row, bulk, scale)));
+        let states = scaled
+            .map(|(row, bulk, scale)| state_scale(&plan.conductions[row], rows.substances[row], bulk, scale, column))
+            .collect();
         let reactions = cells * plan.reactions;
         let flowing = if GAS { cells } else { 0 };
         let darcy = if plan.gas == Some(GasPath::Darcy) { cells } else { 0 };
@@ -142,7 +135,6 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             rows,
             plies,
             states,
-            remains,
             contacts_m2_k_w: rows
                 .contacts_m2_k_w
                 .iter()

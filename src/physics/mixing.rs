@@ -1,19 +1,20 @@
 //! What a member's cells are made of, and what that is like.
 
 use super::Real;
+use super::carrying::gas_enthalpy;
 use super::compensated::keep;
 use super::gas::level;
-use super::material::{Level, Solid, StateScale, levelled, solid};
+use super::material::{Level, Parts, PlyScale, Solid, StateScale, levelled, solid};
 use super::member::Member;
 use super::table::{Segment, Spot, beyond, integral, segment, spot, value};
 use crate::plan::GasPath;
-use crate::plan::layout::{AIR_PROPERTIES, FACE_COLUMNS, Path, STATES_MAX};
+use crate::plan::layout::{AIR_PROPERTIES, Bulk, FACE_COLUMNS, Path, STATES_MAX};
 
 impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
-    /// Mass of a state of a ply where it has replaced all the virgin material, over the mass of that.
+    /// What a member's factors make of a state of a ply.
     #[inline(always)]
-    pub(super) fn remains_of(&self, ply: usize, state: usize) -> R {
-        self.remains[self.plan.plies[ply].first_state as usize + state]
+    fn scale_of(&self, ply: usize, state: usize) -> &StateScale<R> {
+        &self.states[self.plan.plies[ply].first_state as usize + state]
     }
 
     /// Volume of a cell in each state of its ply where its reactions stand. Here and below loops run over all states that there
@@ -58,36 +59,10 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         let mut density = phases[0];
         for state in 1..STATES_MAX {
             if state < self.plan.plies[ply].states as usize {
-                density = density + phases[state] * self.remains_of(ply, state);
+                density = density + phases[state] * self.scale_of(ply, state).remains;
             }
         }
         keep(density)
-    }
-
-    /// What each state weighs in the properties of a cell, by volume or by mass.
-    #[inline(always)]
-    pub(super) fn weights_of(&self, ply: usize, phases: [R; STATES_MAX], per_density: R) -> [R; STATES_MAX] {
-        let by_volume = R::still(self.rows.bulks[ply].by_volume);
-        let by_mass = per_density * (R::fixed(1.0) - by_volume);
-        let mut weights = phases;
-        for state in 0..STATES_MAX {
-            if state < self.plan.plies[ply].states as usize {
-                weights[state] = phases[state] * (by_mass * self.remains_of(ply, state) + by_volume);
-            }
-        }
-        weights
-    }
-
-    /// Share lost of all that a ply can lose.
-    #[inline(always)]
-    pub(super) fn converted(&self, ply: usize, density: R) -> R {
-        (R::constant(1.0) - density) * self.plies[ply].per_loss
-    }
-
-    /// Thickness of a cell over that of the virgin one.
-    #[inline(always)]
-    pub(super) fn stretch_of(&self, ply: usize, density: R) -> R {
-        R::constant(1.0) - self.converted(ply, density) * R::still(self.rows.bulks[ply].shrinkage)
     }
 
     /// Emissivity of the ply behind a face.
@@ -95,16 +70,17 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     #[inline(always)]
     pub(super) fn face_emissivity(&self, face: usize, ply: usize, cell: usize, at: Spot<R>, stage: usize) -> R {
         let phases = self.phases_at(ply, cell, stage);
-        let weights = self.weights_of(ply, phases, R::constant(1.0) / self.mass_left(ply, phases));
         let seen = segment(&self.rows.tables, at, FACE_COLUMNS, self.plan.face_table());
         let first = AIR_PROPERTIES + face * STATES_MAX;
+        let by_volume = self.rows.bulks[ply].by_volume == R::scalar(1.0);
         let mut sum = R::constant(0.0);
         for state in 0..STATES_MAX {
             if state < self.plan.plies[ply].states as usize {
-                sum = sum + weights[state] * value(seen, first + state);
+                let own = phases[state] * value(seen, first + state);
+                sum = sum + if by_volume { own } else { own * self.scale_of(ply, state).remains };
             }
         }
-        sum
+        if by_volume { sum } else { sum / self.mass_left(ply, phases) }
     }
 
     /// The row of a ply's tables under a spot.
@@ -126,12 +102,12 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         self.state_of(self.plan.plies[ply].rows as usize, row)
     }
 
-    /// Absolute enthalpy of a state of a ply once that of the rows it is read from has risen by so much, J/kg.
+    /// Absolute enthalpy of a state of a ply once that of the rows it is read from has risen by so much, J/kg over the mass that was there
+    /// as virgin material.
     #[inline(always)]
     pub(super) fn enthalpy_of(&self, ply: usize, state: usize, risen_j_kg: R) -> R {
-        let substance = self.rows.substances[self.plan.plies[ply].first_state as usize + state];
-        let scale = self.plies[ply].heat_capacity * R::still(substance.heat_capacity);
-        scale * risen_j_kg + R::still(substance.formation_j_kg)
+        let own = self.scale_of(ply, state);
+        own.stores * risen_j_kg + own.formation_j_kg
     }
 
     /// Conductivity, its slope and heat capacity of a cell that is a mixture, or whose pressure changes.
@@ -144,12 +120,12 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         self.conductivities[i] = here.conductivity;
         self.slopes[i] = here.slope;
         self.evaluated[i] = here.heat_capacity * R::still(self.rows.cells[i].width_m);
-        if GAS {
-            self.gas_at(i, self.gas_of(p, row));
-            let ply = self.plan.plies[p];
-            if stage == 0 && ply.end_reaction > ply.first_reaction {
-                self.rise_at(p, i, row);
-            }
+        if self.reads_gas(stage) {
+            [self.gas_j_kg[i], self.gas_rises[i]] = gas_enthalpy(self.gas_of(p, row));
+        }
+        let ply = self.plan.plies[p];
+        if GAS && stage == 0 && ply.end_reaction > ply.first_reaction {
+            self.rise_at(p, i, row);
         }
     }
 
@@ -176,64 +152,36 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         phases: [R; STATES_MAX],
         with_slope: bool,
     ) -> Solid<R> {
-        let (one, density) = (R::constant(1.0), self.mass_left(p, phases));
-        let stretch = self.stretch_of(p, density);
-        let (mut weights, mut per_stretch) = (phases, one / stretch);
-        if self.rows.bulks[p].by_volume != R::scalar(1.0) {
-            // One division for two.
-            let inverse = one / (density * stretch);
-            weights = self.weights_of(p, phases, inverse * stretch);
-            per_stretch = inverse * density;
-        }
-        let mut here = self.of_states(p, row, phases, weights, with_slope);
+        let left = left_of(self.mass_left(p, phases), self.plies[p], self.rows.bulks[p]);
+        let per_left = R::constant(1.0) / left;
+        let mut here = self.of_states(p, row, phases, with_slope);
         if self.plan.levels > 1 {
-            let over = self.of_states(p, self.row_of(p, levelled(at, level)[1]), phases, weights, with_slope);
+            let over = self.of_states(p, self.row_of(p, levelled(at, level)[1]), phases, with_slope);
             here.conductivity = here.conductivity + level.share * (over.conductivity - here.conductivity);
             here.slope = here.slope + level.share * (over.slope - here.slope);
         }
-        Solid { conductivity: here.conductivity * per_stretch, slope: here.slope * per_stretch, ..here }
+        Solid { conductivity: here.conductivity * per_left, slope: here.slope * per_left, ..here }
     }
 
-    /// What the states of such a cell are like together, by a row of their tables: conductivity by their weights, heat capacity by
-    /// their volumes. Those that are so many times the virgin one are mixed before the row is read, which takes longer than all that is done
-    /// with it. As little as may be stands in these loops: the compiler unrolls short ones, which keeps phases in registers.
+    /// What the states of such a cell add up to, by a row of their tables. Those that are so many times the virgin one are added before the row
+    /// is read, which takes longer than all that is done with it.
+    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
-    fn of_states(
-        &self,
-        p: usize,
-        row: Segment<'a, R>,
-        phases: [R; STATES_MAX],
-        weights: [R; STATES_MAX],
-        with_slope: bool,
-    ) -> Solid<R> {
-        let (zero, density_kg_m3) = (R::constant(0.0), self.plies[p].density_kg_m3);
-        let (states, rows) = (self.plan.plies[p].states as usize, self.plan.plies[p].rows as usize);
+    fn of_states(&self, p: usize, row: Segment<'a, R>, phases: [R; STATES_MAX], with_slope: bool) -> Solid<R> {
+        let (mass_kg_m3, parts) = (self.plies[p].mass_kg_m3, self.plan.parts);
+        let ply = self.plan.plies[p];
+        let (states, rows) = (ply.states as usize, ply.rows as usize);
         let alike = if rows == 1 { states } else { 1 };
-        let mut scale = StateScale { solid: zero, gas: zero, radiative: zero };
-        let mut mass = zero;
-        for state in 0..STATES_MAX {
-            if state < alike {
-                let place = self.plan.plies[p].first_state as usize + state;
-                let own = self.states[place];
-                scale.solid = scale.solid + weights[state] * own.solid;
-                if self.plan.parts > 1 {
-                    scale.gas = scale.gas + weights[state] * own.gas;
-                    scale.radiative = scale.radiative + weights[state] * own.radiative;
-                }
-                let stores = R::still(self.rows.substances[place].heat_capacity);
-                mass = mass + phases[state] * self.remains_of(p, state) * stores;
-            }
-        }
-        let virgin = solid(row, self.plan.parts, scale, with_slope);
-        let mut sum = Solid { heat_capacity: mass * (density_kg_m3 * virgin.heat_capacity), ..virgin };
+        let sum = together(&phases[..alike], &self.states[ply.first_state as usize..][..alike], parts);
+        let virgin = solid(row, parts, sum.conductivity, with_slope);
+        let mut sum = Solid { heat_capacity: sum.stores * (mass_kg_m3 * virgin.heat_capacity), ..virgin };
         for state in 1..STATES_MAX {
             if state < rows {
-                let scale = self.states[self.plan.plies[p].first_state as usize + state];
-                let here = solid(self.state_of(state, row), self.plan.parts, scale, with_slope);
-                let volume = phases[state] * self.remains_of(p, state);
-                sum.conductivity = sum.conductivity + weights[state] * here.conductivity;
-                sum.slope = sum.slope + weights[state] * here.slope;
-                sum.heat_capacity = sum.heat_capacity + volume * (density_kg_m3 * here.heat_capacity);
+                let (volume, own) = (phases[state], self.scale_of(p, state));
+                let here = solid(self.state_of(state, row), parts, own.conductivity, with_slope);
+                sum.conductivity = sum.conductivity + volume * here.conductivity;
+                sum.slope = sum.slope + volume * here.slope;
+                sum.heat_capacity = sum.heat_capacity + (volume * own.stores) * (mass_kg_m3 * here.heat_capacity);
             }
         }
         sum
@@ -281,11 +229,52 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
                 if state > 0 && self.plan.plies[ply].rows > 1 {
                     risen_j_kg = integral(self.state_of(state, here), 1);
                 }
-                sum = sum + phases[state] * self.remains_of(ply, state) * self.enthalpy_of(ply, state, risen_j_kg);
+                sum = sum + phases[state] * self.enthalpy_of(ply, state, risen_j_kg);
             }
         }
         sum
     }
+}
+
+/// What some states of a cell add up to by their volumes.
+pub(super) struct Together<R> {
+    pub conductivity: Parts<R>,
+    pub stores: R,
+    pub remains: R,
+}
+
+/// The sum over as many states as there are volumes.
+#[inline(always)]
+pub(super) fn together<R: Real>(phases: &[R], own: &[StateScale<R>], parts: usize) -> Together<R> {
+    let mut conductivity = own[0].conductivity.times(phases[0], parts);
+    let mut stores = phases[0] * own[0].stores;
+    let mut remains = phases[0];
+    for (&volume, own) in phases[1..].iter().zip(&own[1..]) {
+        conductivity = conductivity.plus(own.conductivity.times(volume, parts), parts);
+        stores = stores + volume * own.stores;
+        remains = remains + volume * own.remains;
+    }
+    Together { conductivity, stores, remains }
+}
+
+/// What the conductivity that the states of a cell add up to is divided by: parts weigh by their volume in what is left of the thickness, or by
+/// their mass in what is left of that too.
+#[inline(always)]
+pub(super) fn left_of<R: Real>(density: R, ply: PlyScale<R>, bulk: Bulk<R::Scalar>) -> R {
+    let stretch = stretch_of(density, ply, bulk);
+    if bulk.by_volume == R::scalar(1.0) { stretch } else { density * stretch }
+}
+
+/// Share lost of all that a ply can lose.
+#[inline(always)]
+pub(super) fn converted<R: Real>(density: R, ply: PlyScale<R>) -> R {
+    (R::constant(1.0) - density) * ply.per_loss
+}
+
+/// Thickness of a cell over that of the virgin one.
+#[inline(always)]
+pub(super) fn stretch_of<R: Real>(density: R, ply: PlyScale<R>, bulk: Bulk<R::Scalar>) -> R {
+    R::constant(1.0) - converted(density, ply) * R::still(bulk.shrinkage)
 }
 
 /// Volumes once so much of the whole has gone over from one state to another.

@@ -70,7 +70,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let rise_k = self.first[i] * R::fixed(0.5);
         let temperature_k = self.temperatures[i].high + rise_k;
         let gas_j_kg = self.gas_j_kg[i] + self.gas_rises[i] * rise_k;
-        let absolute = R::still(self.rows.bulks[p].absolute);
+        let is_absolute = self.rows.bulks[p].absolute == R::scalar(1.0);
         let mut held_j_kg = [zero; STATES_MAX];
         let mut risen_j_kg = self.risen[i * states][0] + self.risen[i * states][1] * rise_k;
         for state in 0..STATES_MAX {
@@ -78,7 +78,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 if state > 0 && ply.rows > 1 {
                     risen_j_kg = self.risen[i * states + state][0] + self.risen[i * states + state][1] * rise_k;
                 }
-                held_j_kg[state] = self.remains_of(p, state) * self.enthalpy_of(p, state, risen_j_kg);
+                held_j_kg[state] = self.enthalpy_of(p, state, risen_j_kg);
             }
         }
         let per_kelvin = one / temperature_k;
@@ -86,7 +86,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let growth = next_s * per_length;
         let steepness_k = scale.activation * per_kelvin;
         let (mut before, mut fed) = (one, zero);
-        let (mut made, mut absorbed, mut given, mut rises) = (zero, zero, zero, zero);
+        let (mut made, mut absorbed, mut freed, mut rises) = (zero, zero, zero, zero);
         let (mut behind, mut onward) = (Self::virgin(), Self::virgin());
         for j in reactions.clone() {
             let place = i * self.plan.reactions + j - reactions.start;
@@ -94,15 +94,14 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let steepness = steepness_k * R::still(reaction.activation_k);
             let done = self.advancements[place];
             let path = self.plan.paths[j];
-            // In a chain what comes in over the step is there for half of it. (Weighted by nothing where there is none, one
-            // reaction would wait for the other all the same.)
-            let (mut ahead, mut entering) = (one, zero);
-            if reaction.chained == R::scalar(1.0) {
-                ahead = before;
-                entering = fed * R::fixed(0.5);
+            let is_chained = reaction.chained == R::scalar(1.0);
+            let ahead = if is_chained { before } else { one };
+            let mut reactant = keep(keep(ahead - done.high) - done.low);
+            if is_chained {
+                // What comes in over the step is there for half of it.
+                reactant = reactant + fed * R::fixed(0.5);
             }
-            let left = keep(keep(ahead - done.high) - done.low);
-            let reactant = (left + entering).max(zero);
+            reactant = reactant.max(zero);
             before = done.high;
             // Two reactions in five wait for heat or have nothing left (benches/README.md), which is known without their rate.
             let live = (R::of(reaction.idle) - steepness).reached(zero) * reactant.reached(R::constant(LEAST_LEFT));
@@ -124,7 +123,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let lead = (lag * growth).min((one - done.high) * R::fixed(GAMMA));
             behind = transferred(behind, path, (done.high - lag) * R::still(reaction.share));
             onward = transferred(onward, path, (done.high + lead) * R::still(reaction.share));
-            // Over the virgin mass of the cell: the gas, and the enthalpy that it has beyond what the solid gave up.
+            // Over the virgin mass of the cell: the gas, and the enthalpy that the solid gave up.
             let mut lost = zero;
             for state in 0..STATES_MAX {
                 if path.source as usize == state {
@@ -135,12 +134,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 }
             }
             let gas = spent * (scale.loss * R::still(reaction.loss));
-            let risen = gas * gas_j_kg - spent * (lost * R::still(reaction.share));
-            let of_reaction = gas * R::still(reaction.heat_j_kg);
-            let heat = scale.pyrolysis_heat * (of_reaction + (risen - of_reaction) * absolute);
+            lost = spent * (lost * R::still(reaction.share));
+            let of_reaction = if is_absolute { gas * gas_j_kg - lost } else { gas * R::still(reaction.heat_j_kg) };
+            let heat = scale.pyrolysis_heat * of_reaction;
             made = made + gas;
             absorbed = absorbed + heat;
-            given = given + keep(risen - heat);
+            freed = freed + lost;
             rises = rises + heat * ((one - share) * steepness);
         }
         for state in 0..STATES_MAX {
@@ -150,6 +149,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
         }
         let flux_kg_m2_s = scale.mass_kg_m3 * R::still(self.rows.cells[i].width_m) * per_length;
+        let given = keep(keep(made * gas_j_kg - freed) - absorbed);
         self.take_stage(i, flux_kg_m2_s * made, flux_kg_m2_s * absorbed, (flux_kg_m2_s * given) * R::fixed(2.0));
         self.restraints[i] = (flux_kg_m2_s * (rises * per_kelvin)).max(zero);
     }

@@ -172,7 +172,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let diagonal = &mut self.diagonal[cells.clone()][..capacities.len()];
             let upper = &mut self.upper[cells.clone()][..capacities.len()];
             let second = &mut self.second[cells.clone()][..capacities.len()];
-            let restraints = if GAS { &self.restraints[cells] } else { &[][..] };
+            let reacts = GAS && self.plan.plies[p].end_reaction > self.plan.plies[p].first_reaction;
+            let restraints = if reacts { &self.restraints[cells] } else { &[][..] };
             for i in 0..capacities.len() {
                 let (leaving, below) = (lower[i], upper[i]);
                 let mut row = Row {
@@ -186,7 +187,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                     let sideways = holder_w_m3_k * R::still(rows.cells[first + i].width_m);
                     row.diagonal = row.diagonal + sideways * gamma;
                 }
-                if GAS {
+                if reacts {
                     row.diagonal = row.diagonal + restraint(restraints[i], capacities[i], eased);
                 }
                 if first + i == 0 || first + i == last {

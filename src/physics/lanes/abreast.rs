@@ -55,6 +55,12 @@ pub trait Abreast: Simd {
         turned(rows, four, Self::Vf64::WIDTH).map(|column: [f64; WIDEST]| Self::Vf64::load_from_slice(&column))
     }
 
+    /// Whether any lane is not zero.
+    #[inline(always)]
+    fn any_f64(lanes: Self::Vf64) -> bool {
+        lanes.abs().horizontal_add() != 0.0
+    }
+
     /// The same in f32.
     #[inline(always)]
     fn rows_f32(table: &[f32], columns: usize, row: Self::Vf32) -> Rows<'_, f32> {
@@ -66,6 +72,11 @@ pub trait Abreast: Simd {
     #[inline(always)]
     fn four_f32(rows: Rows<'_, f32>, four: usize) -> [Self::Vf32; ABREAST] {
         turned(rows, four, Self::Vf32::WIDTH).map(|column: [f32; WIDEST]| Self::Vf32::load_from_slice(&column))
+    }
+
+    #[inline(always)]
+    fn any_f32(lanes: Self::Vf32) -> bool {
+        lanes.abs().horizontal_add() != 0.0
     }
 }
 
@@ -137,6 +148,19 @@ mod x86_64 {
                     F64x8::from_underlying_value(_mm512_permutex2var_pd(odd, far, odd_on)),
                 ]
             }
+        }
+
+        /// A comparison, where a sum over lanes would be three of shuffles and sums.
+        #[inline(always)]
+        fn any_f64(lanes: F64x8) -> bool {
+            // SAFETY: see above.
+            unsafe { _mm512_cmp_pd_mask::<_CMP_NEQ_UQ>(lanes.underlying_value(), _mm512_setzero_pd()) != 0 }
+        }
+
+        #[inline(always)]
+        fn any_f32(lanes: F32x16) -> bool {
+            // SAFETY: see above.
+            unsafe { _mm512_cmp_ps_mask::<_CMP_NEQ_UQ>(lanes.underlying_value(), _mm512_setzero_ps()) != 0 }
         }
 
         #[inline(always)]
