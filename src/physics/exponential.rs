@@ -111,3 +111,36 @@ pub fn logarithm<R: Real>(x: R) -> R {
 pub fn power<R: Real>(x: R, m: R) -> R {
     exponential(m * logarithm(x.max(R::constant(1e-30))))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By how many spacings of numbers about one a function of numbers up to 80 is off the truth, relative to that, at most.
+    fn spacings_off<R: Real>(least: f64, own: impl Fn(R) -> R, truth: impl Fn(f64) -> f64) -> f64 {
+        let spacings = |step: i32| {
+            let x = R::constant(least + (80.0 - least) * f64::from(step) / 1e5);
+            let truth = truth(x.lane(0));
+            (own(x).lane(0) / truth - 1.0).abs() * f64::from(R::DIGITS).exp2()
+        };
+        (0..=100_000).map(spacings).fold(0.0, f64::max)
+    }
+
+    /// The last sum, and what its parts were rounded before.
+    const MOST: f64 = 3.0;
+
+    fn holds_to_the_last_digits<R: Real>() {
+        let exponentials = spacings_off::<R>(-80.0, exponential, f64::exp);
+        assert!(exponentials <= MOST, "eˣ is {exponentials:.1} spacings off");
+        let decays = spacings_off::<R>(1e-7, decay, |x| -(-x).exp_m1());
+        assert!(decays <= MOST, "1 − e⁻ˣ is {decays:.1} spacings off");
+        let spoilt = |x: R| exponential(x) * R::constant(1.0 + 8.0 * (-f64::from(R::DIGITS)).exp2());
+        assert!(spacings_off::<R>(-80.0, spoilt, f64::exp) > MOST, "eight spacings more passed");
+    }
+
+    #[test]
+    fn powers_of_e_and_decays_hold_to_the_last_digits_in_both_precisions() {
+        holds_to_the_last_digits::<f64>();
+        holds_to_the_last_digits::<f32>();
+    }
+}

@@ -236,7 +236,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     }
 }
 
-/// What some states of a cell add up to by their volumes.
+/// What some states of a cell add up to by their volumes: see [`StateScale`].
 pub(super) struct Together<R> {
     pub conductivity: Parts<R>,
     pub stores: R,

@@ -248,7 +248,7 @@ impl Plan {
         if self.has_gauges { layout::GAUGES } else { 0 }
     }
 
-    /// The same for members of which nobody asks for gauges: to find fronts in every cell at every instant takes 7 % of a march.
+    /// The same for members of which nobody asks for gauges: to find fronts in every cell at every instant took 7 % of a march (benches/README.md).
     #[must_use]
     pub fn without_gauges(self) -> Self {
         let coarse = self.coarse.map(|coarse| Box::new(coarse.without_gauges()));
