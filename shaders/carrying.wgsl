@@ -12,7 +12,7 @@ fn carried_gain(flow: real, here_j_kg: real, below_j_kg: real) -> real {
 
 fn carried_slopes(flow: real, rise: real, next_rise: real) -> array<real, 2> {
     let half = 0.5 * flow;
-    return array<real, 2>(-(half * rise), half * next_rise);
+    return array<real, 2>(half * rise, half * next_rise);
 }
 
 fn gas_enthalpy(cell: u32, here: Segment) {

@@ -27,6 +27,16 @@ fn advanced(pair: Pair, increment: real) -> Pair {
     return two_sum(pair.high, pair.low + keep(increment));
 }
 
+fn raised(pair: Pair, by: real) -> Pair {
+    if DIGITS > 23u {
+        return Pair(pair.high + by, pair.low);
+    }
+    return Pair(pair.high, pair.low + by);
+}
+
 fn difference(a: Pair, b: Pair) -> real {
+    if DIGITS > 23u {
+        return a.high - b.high;
+    }
     return (a.high - b.high) + (a.low - b.low);
 }

@@ -1,7 +1,7 @@
 // A member's conduction: twin of src/physics/conducting.rs.
 
-fn raised(temperature: Pair, added: real) -> Pair {
-    return Pair(temperature.high, temperature.low + added);
+fn less(gained: array<real, 2>, carried: array<real, 2>) -> array<real, 2> {
+    return array<real, 2>(gained[0] - carried[0], gained[1] - carried[1]);
 }
 
 fn properties(step: u32, stage: u32) {
@@ -41,13 +41,13 @@ fn plain(p: u32, stage: u32) {
         var density_kg_m3 = ply_scales[p].density_kg_m3;
         if GAS && ply.states > 1u {
             let all = together(p, phases_at(p, i, stage), ply.states);
-            scale = times(all.conductivity, 1.0 / left_of(p, all.remains));
+            scale = times(all.conductivity, 1.0 / left_of(p, all.remains), ply.parts);
             density_kg_m3 = ply_scales[p].mass_kg_m3 * all.stores;
             if stage == 0u {
                 rise_at(p, i, row);
             }
         }
-        let here = solid(row, scale, stage == 0u);
+        let here = solid(row, ply.parts, scale, stage == 0u);
         conductivities[i] = here.conductivity;
         slopes[i] = here.slope;
         evaluated[i] = cells[i].width_m * (density_kg_m3 * here.heat_capacity);
@@ -72,12 +72,14 @@ fn link_within(p: u32, stage: u32, arriving: real) -> real {
         let drop = difference(here, next);
         if stage == 0u {
             let next_slope = slopes[i + 1u];
-            var carried: array<real, 2>;
+            let gain = half_over_next_1_m * drop;
+            var gained = array<real, 2>(slope * gain, next_slope * gain);
             if GAS {
-                carried = carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1u]);
+                gained = less(gained, carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1u]));
             }
-            lower[i] = flux_slope(conductance, slope * half_over_next_1_m, drop, carried[0]);
-            upper[i] = flux_slope(conductance, next_slope * half_over_next_1_m, -drop, carried[1]);
+            let by = flux_slopes(conductance, gained);
+            lower[i] = by[0];
+            upper[i] = by[1];
             slope = next_slope;
         }
         conductances[i] = conductance;
@@ -107,12 +109,13 @@ fn link_across(p: u32, stage: u32, above: real) -> real {
     if stage == 0u {
         let own = gain_across(conductance, conductivity, below_m) * slopes[i];
         let next_own = gain_across(conductance, next, above_m) * slopes[i + 1u];
-        var carried: array<real, 2>;
+        var gained = array<real, 2>(own * drop, next_own * drop);
         if GAS {
-            carried = carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1u]);
+            gained = less(gained, carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1u]));
         }
-        lower[i] = flux_slope(conductance, own, drop, carried[0]);
-        upper[i] = flux_slope(conductance, next_own, -drop, carried[1]);
+        let by = flux_slopes(conductance, gained);
+        lower[i] = by[0];
+        upper[i] = by[1];
     }
     conductances[i] = conductance;
     let below = conductance * drop;

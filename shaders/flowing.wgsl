@@ -138,8 +138,7 @@ fn gas_under(i: u32, at_end: bool) -> GasFlux {
 }
 
 fn pressed(cell: u32) -> Pair {
-    let pair = pressures[cell];
-    return Pair(pair.high, pair.low + pressed_first[cell]);
+    return raised(pressures[cell], pressed_first[cell]);
 }
 
 // On columns of its own, as WGSL passes none by reference where a workgroup shares them.

@@ -75,6 +75,7 @@ struct Ply {
     columns: u32,
     states: u32,
     rows: u32,
+    parts: u32,
     first_state: u32,
     first_reaction: u32,
     end_reaction: u32,

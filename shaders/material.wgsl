@@ -20,25 +20,25 @@ struct Parts {
     radiative: real,
 }
 
-fn times(parts: Parts, many: real) -> Parts {
-    var product = parts;
-    product.solid = many * parts.solid;
-    if PARTS > 1u {
-        product.radiative = many * parts.radiative;
-        if PARTS == 3u {
-            product.gas = many * parts.gas;
+fn times(whole: Parts, many: real, parts: u32) -> Parts {
+    var product = whole;
+    product.solid = many * whole.solid;
+    if PARTS > 1u && parts > 1u {
+        product.radiative = many * whole.radiative;
+        if PARTS == 3u && parts == 3u {
+            product.gas = many * whole.gas;
         }
     }
     return product;
 }
 
-fn plus(parts: Parts, more: Parts) -> Parts {
-    var sum = parts;
-    sum.solid = parts.solid + more.solid;
-    if PARTS > 1u {
-        sum.radiative = parts.radiative + more.radiative;
-        if PARTS == 3u {
-            sum.gas = parts.gas + more.gas;
+fn plus(whole: Parts, more: Parts, parts: u32) -> Parts {
+    var sum = whole;
+    sum.solid = whole.solid + more.solid;
+    if PARTS > 1u && parts > 1u {
+        sum.radiative = whole.radiative + more.radiative;
+        if PARTS == 3u && parts == 3u {
+            sum.gas = whole.gas + more.gas;
         }
     }
     return sum;
@@ -103,19 +103,19 @@ struct Solid {
     heat_capacity: real,
 }
 
-fn solid(here: Segment, scale: Parts, with_slope: bool) -> Solid {
+fn solid(here: Segment, parts: u32, scale: Parts, with_slope: bool) -> Solid {
     var conductivity = scale.solid * value(here, 0u);
     var slope = real(0.0);
     if with_slope {
         slope = scale.solid * value(here, 2u);
     }
-    if PARTS > 1u {
-        if PARTS == 3u {
+    if PARTS > 1u && parts > 1u {
+        if PARTS == 3u && parts == 3u {
             conductivity = conductivity + scale.gas * value(here, 6u);
         }
         conductivity = conductivity + scale.radiative * value(here, 4u);
         if with_slope {
-            if PARTS == 3u {
+            if PARTS == 3u && parts == 3u {
                 slope = slope + scale.gas * value(here, 7u);
             }
             slope = slope + scale.radiative * value(here, 5u);
@@ -138,6 +138,6 @@ fn gain_across(conductance: real, conductivity: real, length_m: real) -> real {
     return share * share * length_m;
 }
 
-fn flux_slope(conductance: real, gain_w_m2_k2: real, drop: real, carried: real) -> real {
-    return max((conductance + gain_w_m2_k2 * drop) + carried, 0.0);
+fn flux_slopes(conductance: real, gained: array<real, 2>) -> array<real, 2> {
+    return array<real, 2>(max(conductance + gained[0], 0.0), max(conductance - gained[1], 0.0));
 }

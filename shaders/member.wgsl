@@ -92,7 +92,7 @@ fn read_sensor(sensor: u32, step: u32) -> Pair {
     let nominal = reading(temperatures[i], temperatures[i + 1u], conductivity, next, conductance, sensors[sensor]);
     if DEPTHS == 1u {
         let flux = conductance * difference(temperatures[i], temperatures[i + 1u]);
-        return Pair(nominal.high, nominal.low + displaced(sensor, flux / conductivity, flux / next));
+        return raised(nominal, displaced(sensor, flux / conductivity, flux / next));
     }
     return nominal;
 }

@@ -119,11 +119,11 @@ fn of_states(p: u32, row: Segment, of_phases: Phases, with_slope: bool) -> Solid
     let ply = plies[p];
     let alike = select(1u, ply.states, ply.rows == 1u);
     let all = together(p, phases, alike);
-    let virgin = solid(row, all.conductivity, with_slope);
+    let virgin = solid(row, ply.parts, all.conductivity, with_slope);
     var sum = Solid(virgin.conductivity, virgin.slope, all.stores * (mass_kg_m3 * virgin.heat_capacity));
     for (var state = 1u; state < ply.rows; state++) {
         let own = scale_of(p, state);
-        let here = solid(state_of(state, row), own.conductivity, with_slope);
+        let here = solid(state_of(state, row), ply.parts, own.conductivity, with_slope);
         sum.conductivity = sum.conductivity + phases[state] * here.conductivity;
         sum.slope = sum.slope + phases[state] * here.slope;
         sum.heat_capacity = sum.heat_capacity + (phases[state] * own.stores) * (mass_kg_m3 * here.heat_capacity);
@@ -178,10 +178,11 @@ struct Together {
 fn together(ply: u32, of_phases: Phases, states: u32) -> Together {
     var phases = of_phases;
     let virgin_scale = scale_of(ply, 0u);
-    var sum = Together(times(virgin_scale.conductivity, phases[0]), phases[0] * virgin_scale.stores, phases[0]);
+    let parts = plies[ply].parts;
+    var sum = Together(times(virgin_scale.conductivity, phases[0], parts), phases[0] * virgin_scale.stores, phases[0]);
     for (var state = 1u; state < states; state++) {
         let own = scale_of(ply, state);
-        sum.conductivity = plus(sum.conductivity, times(own.conductivity, phases[state]));
+        sum.conductivity = plus(sum.conductivity, times(own.conductivity, phases[state], parts), parts);
         sum.stores = sum.stores + phases[state] * own.stores;
         sum.remains = sum.remains + phases[state] * own.remains;
     }

@@ -6,7 +6,7 @@ fn reading(upper: Pair, lower: Pair, conductivity: real, next: real, conductance
     let to_face = flux * sensor.above_m / conductivity;
     let from_face = drop - flux * sensor.below_m / next;
     let fall = sensor.above * to_face + sensor.below * from_face;
-    return Pair(upper.high, upper.low - fall);
+    return raised(upper, -fall);
 }
 
 fn covered(shift_m: real, start_m: real, length_m: real) -> real {

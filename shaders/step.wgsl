@@ -132,21 +132,21 @@ fn assemble(step: u32) {
     }
     // A block begins with a reciprocal of one, so that its first `lower` keeps what the cell owes to the one above it.
     let entered = entering();
-    var arriving = entered[0];
-    var returned = entered[1];
+    var arriving = entered[0] * -gamma;
+    var returned = entered[1] * -gamma;
     var reciprocal = real(1.0);
     var upper_before = real(0.0);
     var before = real(0.0);
     for (var p = first_ply(); p < end_ply(); p++) {
         for (var i = first_of(p); i < end_of(p); i++) {
-            let leaving = lower[i];
-            let below = upper[i];
+            let leaving = lower[i] * -gamma;
+            let below = upper[i] * -gamma;
             let capacity = evaluated[i];
             capacities[i] = capacity;
             var row = Row(
-                -(arriving * gamma),
-                capacity * per_length + (returned + leaving) * gamma,
-                -(below * gamma),
+                arriving,
+                capacity * per_length - (returned + leaving),
+                below,
                 second[i],
             );
             arriving = leaving;
@@ -182,13 +182,12 @@ fn ascend() {
 }
 
 fn correct(step: u32) {
-    let per_length = 1.0 / lengths[step];
+    let twice_per_length = 2.0 / lengths[step];
     var before = real(0.0);
     for (var i = first_cell(); i < end_cell(); i++) {
         let capacity = capacities[i];
         let weight = capacity / evaluated[i];
-        let carried = capacity * per_length * first[i];
-        var side = weight * second[i] - (carried + carried);
+        var side = weight * second[i] - capacity * twice_per_length * first[i];
         if i == 0u || i == LAST_CELL {
             side = corrects(edge_of(i), side);
         }
@@ -220,7 +219,6 @@ fn update(step: u32) {
     var before = under_block();
     for (var from_back = 0u; from_back < end_ply() - first_ply(); from_back++) {
         let p = end_ply() - 1u - from_back;
-        var sum = real(0.0);
         var low = coldest[p];
         var top = hottest[p];
         for (var up = 0u; up < end_of(p) - first_of(p); up++) {
@@ -234,7 +232,6 @@ fn update(step: u32) {
             temperatures[i] = now;
             low = min(low, now.high);
             top = max(top, now.high);
-            sum = sum + now.high;
         }
         coldest[p] = low;
         hottest[p] = top;
@@ -242,7 +239,7 @@ fn update(step: u32) {
         let watched = vec3<u32>(
             bitcast<u32>(f32(low + STRAY_MARGIN_K)),
             bitcast<u32>(f32(top + STRAY_MARGIN_K)),
-            bitcast<u32>(f32(sum + STRAY_MARGIN_K)),
+            bitcast<u32>(f32(temperatures[first_of(p)].high + STRAY_MARGIN_K)),
         );
         let span = bitcast<u32>(f32(STRAY_SPAN_K));
         if any(watched > vec3<u32>(span, span, 0x7f7fffffu)) && strayed == 0u {

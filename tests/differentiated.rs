@@ -43,7 +43,7 @@ fn rules<R: Real>() -> Vec<Rule<R>> {
         ("decay(x[0])", |x| decay(x[0])),
         ("logarithm(x[0])", |x| logarithm(x[0])),
         ("power(x[0], x[1])", |x| power(x[0], x[1])),
-        ("raised(x[0], u32(x[2]))", |x| (0..x[2].lane(0) as u32).fold(R::constant(1.0), |power, _| power * x[0])),
+        ("to_power(x[0], u32(x[2]))", |x| (0..x[2].lane(0) as u32).fold(R::constant(1.0), |power, _| power * x[0])),
         ("hold(&held, 1u, x[0]) * held[1].high + hold(&held, 2u, x[1])", |x| {
             (x[0] * x[0] + x[0]) * x[0] + R::constant(1.0)
         }),
@@ -66,7 +66,7 @@ fn hold(into: ptr<private, array<Held, 3>>, i: u32, value: real) -> real {
     (*into)[i] = Held(value, i, value * value);
     return (*into)[i].low + value;
 }
-fn raised(x: real, times: u32) -> real {
+fn to_power(x: real, times: u32) -> real {
     var power = real(1.0);
     for (var i = 0u; i < times; i++) { power = power * x; }
     return power;

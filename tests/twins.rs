@@ -10,7 +10,7 @@ use bondline::physics::decomposition::{consumed, mean_decay, rate};
 use bondline::physics::exponential::{decay, exponential, logarithm, power};
 use bondline::physics::faces::{FaceScale, face_flux};
 use bondline::physics::holder::flux_sideways;
-use bondline::physics::material::{Parts, conductance_across, conductance_within, flux_slope, gain_across, solid};
+use bondline::physics::material::{Parts, conductance_across, conductance_within, flux_slopes, gain_across, solid};
 use bondline::physics::reading::{covered, followed, reading};
 use bondline::physics::table::{beyond, integral, segment, spot, value};
 use bondline::physics::tridiagonal::{factorise, substitute};
@@ -182,7 +182,7 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
             },
         },
         Probe {
-            body: "let here = solid(segment(spot(x[0]), 16u, 0u), Parts(x[1], x[2], x[3]), true);
+            body: "let here = solid(segment(spot(x[0]), 16u, 0u), 3u, Parts(x[1], x[2], x[3]), true);
                    y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5)],
             outputs: 3,
@@ -202,10 +202,14 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
             },
         },
         Probe {
-            body: "y[0] = gain_across(x[0], x[1], x[2]); y[1] = flux_slope(x[0], x[3], x[4], x[5]);",
-            inputs: vec![(1.0, 1e3), k, (1e-5, 1e-4), (-5.0, 50.0), (-50.0, 50.0), (-20.0, 20.0)],
-            outputs: 2,
-            twin: &|x, _, y| put(y, &[gain_across(x[0], x[1], x[2]), flux_slope(x[0], x[3], x[4], x[5])]),
+            body: "y[0] = gain_across(x[0], x[1], x[2]);
+                   let by = flux_slopes(x[0], array<real, 2>(x[3], x[4])); y[1] = by[0]; y[2] = by[1];",
+            inputs: vec![(1.0, 1e3), k, (1e-5, 1e-4), (-500.0, 500.0), (-500.0, 500.0)],
+            outputs: 3,
+            twin: &|x, _, y| {
+                let [by_node, by_next] = flux_slopes(x[0], [x[3], x[4]]);
+                put(y, &[gain_across(x[0], x[1], x[2]), by_node, by_next]);
+            },
         },
         Probe {
             body: "let q = face_flux(Drive(x[0], x[1], x[2], x[4], 0.0, 0.0, 0.0), Face(x[3], x[5], x[15], 0.0),

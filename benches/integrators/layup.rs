@@ -6,7 +6,7 @@
 use bondline::physics::Real;
 use bondline::physics::faces::{FaceFlux, FaceScale, STEFAN_BOLTZMANN, face_flux, face_scale};
 use bondline::physics::material::{
-    Parts, PlyScale, conductance_across, conductance_within, flux_slope, gain_across, ply_scale, solid, state_scale,
+    Parts, PlyScale, conductance_across, conductance_within, flux_slopes, gain_across, ply_scale, solid, state_scale,
 };
 use bondline::physics::table::{segment, spot};
 use bondline::plan::Plan;
@@ -168,7 +168,7 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
                 let [value, rise, ..] = R::four(row, 1);
                 slope = state.solid * at_spot(value, rise);
             }
-            if plan.parts > 1 {
+            if ply.parts > 1 {
                 let [value, radiative_rise, radiative_slope, slope_rise] = R::four(row, 2);
                 conductivity = conductivity + state.radiative * at_spot(value, radiative_rise);
                 rise = rise + state.radiative * radiative_rise;
@@ -215,7 +215,7 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
         let (plan, p) = (self.plan, self.ply_of[i]);
         let ply = &plan.plies[p];
         let row = segment(&plan.rows.tables, spot(temperatures[i]), ply.columns as usize, ply.table as usize);
-        solid(row, plan.parts, self.plies[p].1, false).conductivity
+        solid(row, ply.parts as usize, self.plies[p].1, false).conductivity
     }
 
     /// What a sensor reads, K: see `physics::reading`.
@@ -241,7 +241,6 @@ fn inclined<R: Real>(conductance: R, drop: R, gains: [R; 2], slopes: Slopes) -> 
     if slopes == Slopes::All {
         [conductance + gains[0] * drop, conductance - gains[1] * drop]
     } else {
-        let none = R::constant(0.0);
-        [flux_slope(conductance, gains[0], drop, none), flux_slope(conductance, gains[1], -drop, none)]
+        flux_slopes(conductance, gains.map(|gain| gain * drop))
     }
 }

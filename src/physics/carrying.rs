@@ -17,11 +17,11 @@ pub(super) fn carried_gain<R: Real>(flow: R, here_j_kg: R, below_j_kg: R) -> R {
     flow * R::fixed(0.5) * (below_j_kg - here_j_kg)
 }
 
-/// Half the heat that gas under a cell carries per kelvin of the cell and of the next, W/m²/K, from how enthalpy rises in both.
+/// Half the heat that gas under a cell carries up per kelvin of the cell and of the next, W/m²/K, from how enthalpy rises in both.
 #[inline(always)]
 pub(super) fn carried_slopes<R: Real>(flow: R, rise: R, next_rise: R) -> [R; 2] {
     let half = flow * R::fixed(0.5);
-    [-(half * rise), half * next_rise]
+    [half * rise, half * next_rise]
 }
 
 /// Enthalpy of the gas by its row, and its slope.

@@ -47,8 +47,20 @@ pub fn advanced<R: Real>(pair: Pair<R>, increment: R) -> Pair<R> {
     two_sum(pair.high, pair.low + keep(increment))
 }
 
-/// `a − b`, rounded once it is small.
+/// The pair with so much added for a while, which need not be kept word by word.
+#[inline(always)]
+pub fn raised<R: Real>(pair: Pair<R>, by: R) -> Pair<R> {
+    if R::DIGITS > 23 {
+        return Pair { high: pair.high + by, low: pair.low };
+    }
+    Pair { high: pair.high, low: pair.low + by }
+}
+
+/// `a − b`, rounded once it is small. In f64 the second words hold nothing.
 #[inline(always)]
 pub fn difference<R: Real>(a: Pair<R>, b: Pair<R>) -> R {
+    if R::DIGITS > 23 {
+        return a.high - b.high;
+    }
     (a.high - b.high) + (a.low - b.low)
 }

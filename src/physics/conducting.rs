@@ -2,20 +2,20 @@
 
 use super::Real;
 use super::carrying::{carried_gain, carried_slopes, gas_enthalpy};
-use super::compensated::{Pair, difference};
+use super::compensated::{Pair, difference, raised};
 use super::faces::{FaceFlux, face_flux};
 use super::holder::flux_sideways;
-use super::material::{conductance_across, conductance_within, flux_slope, gain_across, solid};
+use super::material::{conductance_across, conductance_within, flux_slopes, gain_across, solid};
 use super::member::{Ends, Member};
 use super::mixing::{left_of, together};
 use super::table::{beyond, integral, segment, spot, value};
 use crate::plan::GasPath;
 use crate::plan::layout::{Drive, FACE_COLUMNS, GAS_COLUMNS};
 
-/// A temperature and what a stage adds to it.
+/// What the slopes of a flux gain as temperatures move conductivities, less what gas carries against it.
 #[inline(always)]
-fn raised<R: Real>(temperature: Pair<R>, first: R) -> Pair<R> {
-    Pair { high: temperature.high, low: temperature.low + first }
+fn less<R: Real>(gained: [R; 2], carried: [R; 2]) -> [R; 2] {
+    [gained[0] - carried[0], gained[1] - carried[1]]
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
@@ -57,7 +57,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn plain(&mut self, p: usize, stage: usize) {
         let (plan, ply, bulk, whole) = (self.plan, self.plan.plies[p], self.rows.bulks[p], self.plies[p]);
-        let (states, stride) = (ply.states as usize, plan.states);
+        let (states, stride, parts) = (ply.states as usize, plan.states, ply.parts as usize);
         let own = &self.states[ply.first_state as usize..][..states];
         // The row's columns, told in numbers that are known beforehand: each read would be checked against the ply's.
         let columns = 2 * plan.properties() + if GAS { GAS_COLUMNS } else { 0 };
@@ -81,15 +81,15 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let row = segment(table, spot(temperatures[i].high + first[i]), columns, 0);
             let (mut scale, mut density_kg_m3) = (own[0].conductivity, whole.density_kg_m3);
             if mixes {
-                let all = together(&phases[i * stride..][..own.len()], own, plan.parts);
+                let all = together(&phases[i * stride..][..own.len()], own, parts);
                 let per_left = R::constant(1.0) / left_of(all.remains, whole, bulk);
-                scale = all.conductivity.times(per_left, plan.parts);
+                scale = all.conductivity.times(per_left, parts);
                 density_kg_m3 = whole.mass_kg_m3 * all.stores;
                 if with_slope {
                     risen[i * stride] = [integral(row, 1), value(row, 1)];
                 }
             }
-            let here = solid(row, plan.parts, scale, with_slope);
+            let here = solid(row, parts, scale, with_slope);
             conductivities[i] = here.conductivity;
             slopes[i] = here.slope;
             evaluated[i] = density_kg_m3 * here.heat_capacity * R::still(rows[i].width_m);
@@ -102,7 +102,6 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// What flows from cell to cell of a ply, given what flows into its first; returned is what flows into its last.
     #[inline(always)]
     fn link_within(&mut self, p: usize, stage: usize, mut above: R) -> R {
-        let zero = R::constant(0.0);
         let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
         let rows = &self.rows.cells[cells.clone()];
         let temperatures = &self.temperatures[cells.clone()][..rows.len()];
@@ -123,10 +122,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let next = raised(temperatures[i + 1], first[i + 1]);
             let drop = difference(here, next);
             if stage == 0 {
-                let [own, below] = [slopes[i], slopes[i + 1]].map(|slope| slope * half_over_next_1_m);
-                let carried = if GAS { carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1]) } else { [zero, zero] };
-                lower[i] = flux_slope(conductance, own, drop, carried[0]);
-                upper[i] = flux_slope(conductance, below, -drop, carried[1]);
+                let gain = drop * half_over_next_1_m;
+                let mut gained = [slopes[i] * gain, slopes[i + 1] * gain];
+                if GAS {
+                    gained = less(gained, carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1]));
+                }
+                [lower[i], upper[i]] = flux_slopes(conductance, gained);
             }
             conductances[i] = conductance;
             let below = conductance * drop;
@@ -146,7 +147,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// The same across the interface over a ply, from the last cell of the one before.
     #[inline(always)]
     fn link_across(&mut self, p: usize, stage: usize, above: R) -> R {
-        let (i, rows, zero) = (self.plan.plies[p].first_cell as usize - 1, &self.rows.cells, R::constant(0.0));
+        let (i, rows) = (self.plan.plies[p].first_cell as usize - 1, &self.rows.cells);
         let (below_m, above_m) = (R::still(rows[i].below_m), R::still(rows[i + 1].above_m));
         let (conductivity, next) = (self.conductivities[i], self.conductivities[i + 1]);
         let conductance = conductance_across(conductivity, below_m, next, above_m, self.contacts_m2_k_w[p - 1]);
@@ -154,12 +155,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         if stage == 0 {
             let own = gain_across(conductance, conductivity, below_m) * self.slopes[i];
             let below = gain_across(conductance, next, above_m) * self.slopes[i + 1];
-            let mut carried = [zero, zero];
+            let mut gained = [own * drop, below * drop];
             if GAS {
-                carried = carried_slopes(self.flows[i], self.gas_rises[i], self.gas_rises[i + 1]);
+                gained = less(gained, carried_slopes(self.flows[i], self.gas_rises[i], self.gas_rises[i + 1]));
             }
-            self.lower[i] = flux_slope(conductance, own, drop, carried[0]);
-            self.upper[i] = flux_slope(conductance, below, -drop, carried[1]);
+            [self.lower[i], self.upper[i]] = flux_slopes(conductance, gained);
         }
         self.conductances[i] = conductance;
         let below = conductance * drop;

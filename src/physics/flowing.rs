@@ -18,7 +18,7 @@
 //! off its balance by all the ease of the flow.
 
 use super::Real;
-use super::compensated::{Pair, advanced, difference, keep};
+use super::compensated::{Pair, advanced, difference, keep, raised};
 use super::gas::{GasFlux, Porous, gas_flux, midway};
 use super::member::Member;
 use super::mixing::stretch_of;
@@ -169,8 +169,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// A cell's pressure at `p + δ₁`.
     #[inline(always)]
     pub(super) fn pressed(&self, cell: usize) -> Pair<R> {
-        let Pair { high, low } = self.pressures[cell];
-        Pair { high, low: low + self.pressed_first[cell] }
+        raised(self.pressures[cell], self.pressed_first[cell])
     }
 
     /// March the pressures over a step whose end the temperatures have foretold, and find the mean fluxes.

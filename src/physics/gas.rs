@@ -63,7 +63,7 @@ pub fn gas_flux<R: Real>(
     lower_pa: Pair<R>,
 ) -> GasFlux<R> {
     let tiny = R::constant(1e-30);
-    // What a stage has risen lies in the low words, and moves gas more easily too.
+    // What a stage has risen may lie in the low words, and moves gas more easily too.
     let mean_pa = R::constant(0.5) * ((upper_pa.high + upper_pa.low) + (lower_pa.high + lower_pa.low));
     let drop_pa = difference(lower_pa, upper_pa);
     let gradient = drop_pa.max(-drop_pa) / (upper_m + lower_m);

@@ -210,10 +210,11 @@ pub fn gain_across<R: Real>(conductance: R, conductivity: R, length_m: R::Still)
     share * share * length_m
 }
 
-/// Slope of the flux from a node to its neighbour by the node's temperature, W/m²/K, with what the conductance gains by it
-/// as the conductivity has a slope of its own, and with what gas carries: without it a step is second order only while cells are coarse (1.5 beyond), and jumps of
-/// temperature on fine cells run away. Never negative, so that no pivot vanishes.
+/// Slopes of the flux from a node to its neighbour by the node's temperature and, less, by the neighbour's, W/m²/K, with what the flux gains by
+/// either as conductivities have slopes of their own, less what gas carries up: without that a step is second order only while cells are coarse
+/// (1.5 beyond), and jumps of temperature on fine cells run away. Never negative, so that no pivot vanishes.
 #[inline(always)]
-pub fn flux_slope<R: Real>(conductance: R, gain_w_m2_k2: R, drop: R, carried: R) -> R {
-    ((conductance + gain_w_m2_k2 * drop) + carried).max(R::constant(0.0))
+pub fn flux_slopes<R: Real>(conductance: R, gained: [R; 2]) -> [R; 2] {
+    let zero = R::constant(0.0);
+    [(conductance + gained[0]).max(zero), (conductance - gained[1]).max(zero)]
 }

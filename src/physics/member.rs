@@ -1,7 +1,7 @@
 //! A member on its way: its state, its properties where it stands, and the heat that moves it.
 
 use super::Real;
-use super::compensated::{Pair, advanced, difference, keep};
+use super::compensated::{Pair, advanced, difference, keep, raised};
 use super::faces::{FaceFlux, FaceScale, face_scale};
 use super::gas::Porous;
 use super::material::{PlyScale, StateScale, conductance_across, conductance_within, ply_scale, state_scale};
@@ -246,7 +246,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         if self.plan.has_depths {
             let flux = conductance * difference(here, below);
             let displaced = self.displaced(sensor, flux / conductivity, flux / next);
-            return Pair { high: nominal.high, low: nominal.low + displaced };
+            return raised(nominal, displaced);
         }
         nominal
     }

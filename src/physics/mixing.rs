@@ -168,9 +168,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
     fn of_states(&self, p: usize, row: Segment<'a, R>, phases: [R; STATES_MAX], with_slope: bool) -> Solid<R> {
-        let (mass_kg_m3, parts) = (self.plies[p].mass_kg_m3, self.plan.parts);
-        let ply = self.plan.plies[p];
-        let (states, rows) = (ply.states as usize, ply.rows as usize);
+        let (mass_kg_m3, ply) = (self.plies[p].mass_kg_m3, self.plan.plies[p]);
+        let (states, rows, parts) = (ply.states as usize, ply.rows as usize, ply.parts as usize);
         let alike = if rows == 1 { states } else { 1 };
         let sum = together(&phases[..alike], &self.states[ply.first_state as usize..][..alike], parts);
         let virgin = solid(row, parts, sum.conductivity, with_slope);

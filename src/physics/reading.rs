@@ -1,7 +1,7 @@
 //! What a thermocouple reads.
 
 use super::Real;
-use super::compensated::{Pair, advanced, difference};
+use super::compensated::{Pair, advanced, difference, raised};
 use crate::plan::layout::{Bead, Sensor};
 
 /// Temperature on the face between two nodes, as the sensor weighs its upper and lower side.
@@ -22,7 +22,7 @@ pub fn reading<R: Real>(
     let to_face = flux * R::of(sensor.above_m) / conductivity;
     let from_face = drop - flux * R::of(sensor.below_m) / next;
     let fall = R::of(sensor.above) * to_face + R::of(sensor.below) * from_face;
-    Pair { high: upper.high, low: upper.low - fall }
+    raised(upper, -fall)
 }
 
 /// How much of a stretch a shift covers, m: of one that begins at a distance and goes on for a length.

@@ -155,7 +155,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn assemble(&mut self, step: usize) {
         let last = self.second.len() - 1;
-        let (gamma, zero) = (R::fixed(GAMMA), R::constant(0.0));
+        let (gamma, less, zero) = (R::fixed(GAMMA), R::fixed(-GAMMA), R::constant(0.0));
         let per_length = R::fixed(1.0) / R::still(self.rows.lengths_s[step]);
         let eased = R::fixed(EASE) / R::still(self.rows.lengths_s[step]);
         let (has_holder, rows, edges) = (self.plan.has_holder, self.rows, self.edges);
@@ -175,11 +175,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let reacts = GAS && self.plan.plies[p].end_reaction > self.plan.plies[p].first_reaction;
             let restraints = if reacts { &self.restraints[cells] } else { &[][..] };
             for i in 0..capacities.len() {
-                let (leaving, below) = (lower[i], upper[i]);
+                let (leaving, below) = (lower[i] * less, upper[i] * less);
                 let mut row = Row {
-                    lower: -(arriving * gamma),
-                    diagonal: capacities[i] * per_length + (returned + leaving) * gamma,
-                    upper: -(below * gamma),
+                    lower: arriving,
+                    diagonal: capacities[i] * per_length - (returned + leaving),
+                    upper: below,
                     side: second[i],
                 };
                 (arriving, returned) = (leaving, below);
@@ -222,7 +222,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn correct(&mut self, step: usize) {
         let last = self.second.len() - 1;
-        let per_length = R::fixed(1.0) / R::still(self.rows.lengths_s[step]);
+        let twice_per_length = R::fixed(2.0) / R::still(self.rows.lengths_s[step]);
         let edges = self.edges;
         let second = &mut self.second[..];
         let first = &self.first[..second.len()];
@@ -232,8 +232,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mut before = R::constant(0.0);
         for i in 0..second.len() {
             let weight = capacities[i] / evaluated[i];
-            let carried = capacities[i] * per_length * first[i];
-            let mut side = weight * second[i] - (carried + carried);
+            let mut side = weight * second[i] - capacities[i] * twice_per_length * first[i];
             if i == 0 || i == last {
                 side = edges[usize::from(i == last)].corrects(side);
             }
@@ -266,8 +265,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     }
 
     /// The increments of the second stage, on the way up, and with those of the first into the temperatures; both together stay in
-    /// `second`. Watched is where temperatures go: a ply's coldest and hottest cell are looked at, and the sum of all, as what is
-    /// no number is neither.
+    /// `second`. Watched is where temperatures go: a ply's coldest and hottest cell are looked at, and its uppermost, as what is no number is
+    /// neither, and on the way up makes all cells above it alike.
     #[inline(always)]
     fn update(&mut self, step: usize) {
         let margin_k = R::fixed(f64::from(STRAY_MARGIN_K));
@@ -282,7 +281,6 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let diagonal = &self.diagonal[cells.clone()][..temperatures.len()];
             let upper = &self.upper[cells][..temperatures.len()];
             let (mut coldest, mut hottest) = self.extremes_k[p];
-            let mut sum = zero;
             for i in (0..temperatures.len()).rev() {
                 before = ascended(second[i], diagonal[i], upper[i], before);
                 let increment = first[i] * R::fixed(1.5) + before * R::fixed(0.5);
@@ -292,10 +290,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 let high = temperatures[i].high;
                 coldest = coldest.min(high);
                 hottest = hottest.max(high);
-                sum = sum + high;
             }
             self.extremes_k[p] = (coldest, hottest);
-            for (watched, span_k) in [(coldest, STRAY_SPAN_K), (hottest, STRAY_SPAN_K), (sum, f32::MAX)] {
+            for (watched, span_k) in
+                [(coldest, STRAY_SPAN_K), (hottest, STRAY_SPAN_K), (temperatures[0].high, f32::MAX)]
+            {
                 let strayed = &mut self.strayed;
                 (watched + margin_k).within(span_k, |lane| {
                     strayed[lane].get_or_insert(step);

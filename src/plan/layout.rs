@@ -105,6 +105,8 @@ row! {
         states,
         /// States with properties of their own in the tables: all, or the virgin one alone where those of every residue are so many times its.
         rows,
+        /// Conductivity columns that a member's factors tell apart: see [`Plan::parts`](super::Plan::parts).
+        parts,
         first_state,
         first_reaction,
         end_reaction,

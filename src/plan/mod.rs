@@ -65,7 +65,7 @@ pub struct Plan {
     /// Whether the depth of a sensor is scaled; where none is, nothing is spent on it.
     pub has_depths: bool,
     /// Conductivity columns of a table: one; two, the last of them radiative, where a factor on density makes a ply more
-    /// opaque; solid, gas and radiative where a factor tells them apart.
+    /// opaque; solid, gas and radiative where a factor tells them apart. Of plies the most; each has its own.
     pub parts: usize,
     /// Levels of pressure in the tables: one where the pressure never changes.
     pub levels: usize,

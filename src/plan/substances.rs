@@ -19,6 +19,7 @@ pub(super) fn plies(case: &Case, cells: &[(usize, usize)], tables: &[usize], par
             columns: tables::columns(case, &ply.material, parts) as u32,
             states: states as u32,
             rows: rows(&ply.material) as u32,
+            parts: tables::parts_of(case, ply) as u32,
             first_state: state as u32,
             first_reaction: reaction as u32,
             end_reaction: (reaction + reactions) as u32,

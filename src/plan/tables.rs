@@ -30,13 +30,15 @@ fn tables(case: &Case) -> (Vec<f64>, Vec<usize>) {
     let plies = &case.layup.plies;
     let (mut words, mut places) = (vec![], Vec::with_capacity(plies.len()));
     for ply in plies {
-        let alike = plies[..places.len()].iter().position(|before| before.material == ply.material);
+        let own = parts_of(case, ply);
+        let is_alike = |before: &Ply| before.material == ply.material && parts_of(case, before) == own;
+        let alike = plies[..places.len()].iter().position(is_alike);
         places.push(alike.map_or(words.len(), |before| places[before]));
         if alike.is_none() {
             for &pressure_pa in &pressures_pa {
                 let rows = states(&ply.material).take(rows(&ply.material));
                 let solid = rows.flat_map(|(conductivity, heat_capacity)| {
-                    solid_properties(conductivity, heat_capacity, pressure_pa, parts)
+                    solid_properties(conductivity, heat_capacity, pressure_pa, [own, parts])
                 });
                 words.extend(interleaved(&solid.chain(gas_properties(case)).collect::<Vec<_>>()));
             }
@@ -53,13 +55,20 @@ fn states(material: &Material) -> impl Iterator<Item = (&Conductivity, &Table)> 
         .chain(residues.map(|residue| (&residue.conductivity, &residue.heat_capacity)))
 }
 
-/// Conductivity columns of a state: see [`Plan::parts`](super::Plan::parts).
+/// Conductivity columns that are told apart in a ply: see [`Plan::parts`](super::Plan::parts).
+pub(super) fn parts_of(case: &Case, ply: &Ply) -> usize {
+    let told_apart =
+        conductions(case, ply).into_iter().map(|row| match (row.solid, row.gas, row.radiative, row.extinction) {
+            (0, 0, 0, 0) => 1,
+            (0, 0, 0, _) => 2,
+            _ => 3,
+        });
+    told_apart.max().unwrap_or(1)
+}
+
+/// The most of any ply, for which the rows of all have room.
 pub(super) fn parts(case: &Case) -> usize {
-    if case.factors.iter().any(|factor| factor.property.is_part()) {
-        return 3;
-    }
-    let conductions = case.layup.plies.iter().flat_map(|ply| conductions(case, ply));
-    if conductions.into_iter().any(|conduction| conduction.extinction > 0) { 2 } else { 1 }
+    case.layup.plies.iter().map(|ply| parts_of(case, ply)).max().unwrap_or(1)
 }
 
 /// Properties of a state: four more where its conductivity is in parts.
@@ -117,18 +126,19 @@ fn slopes(column: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Properties of a state node by node. Enthalpy is the exact integral of the resampled heat capacity.
+/// Properties of a state node by node, so many of its parts told apart and with room for as many as any ply has. Enthalpy is the exact
+/// integral of the resampled heat capacity.
 fn solid_properties(
     conductivity: &Conductivity,
     heat_capacity: &Table,
     pressure_pa: f64,
-    parts: usize,
+    [own, parts]: [usize; 2],
 ) -> Vec<Vec<f64>> {
     let heat_capacities: Vec<f64> = nodes().map(|temperature_k| heat_capacity.at(temperature_k)).collect();
     let mut conductivities = [(); 3].map(|()| Vec::with_capacity(TABLE_NODES));
     for temperature_k in nodes() {
         let [solid, gas, radiative] = conductivity.parts(temperature_k, pressure_pa);
-        let told_apart = match parts {
+        let told_apart = match own {
             1 => [solid + gas + radiative, 0.0, 0.0],
             2 => [solid + gas, radiative, 0.0],
             _ => [solid, radiative, gas],
