@@ -116,6 +116,10 @@ fn density_tells_itself_from_heat_capacity_where_it_shades_and_only_there() {
         let case = shaded(by_mass);
         let plan = Plan::new(&case);
         assert_eq!(plan.parts, 1 + usize::from(by_mass), "nothing is spent where nothing follows");
+        for (ply, row) in case.layup.plies.iter().zip(&plan.plies) {
+            let parts = 1 + u32::from(by_mass && ply.group == "INS");
+            assert_eq!(row.parts, parts, "{}: nor in a ply where nothing does", ply.name);
+        }
         let found = sensitivity(&case, &plan, &mut Cpu::new(Precision::F64), Some(1e-5));
         found.expect("the processor does not fail").all
     });

@@ -310,12 +310,22 @@ fn kernels_kept_damaged_or_not_to_be_kept_march_the_same() {
 
 #[test]
 fn a_member_driven_to_nonsense_strays_at_the_same_step_everywhere_and_the_others_stand() {
-    let case = with_factor(case("lcat-2259"), "", Property::Heating);
-    let plan = Plan::new(&case);
+    strays_everywhere(&with_factor(case("lcat-2259"), "", Property::Heating), 1e6);
+}
+
+/// The factor belongs to the lowest ply, which hands it up.
+#[test]
+fn a_member_of_what_is_no_number_strays_at_the_same_step_everywhere_and_the_others_stand() {
+    strays_everywhere(&with_factor(case("lcat-2259"), "GB", Property::Density), f64::NAN);
+}
+
+/// One of a dozen members has such a last factor.
+fn strays_everywhere(case: &Case, value: f64) {
+    let plan = Plan::new(case);
     let width = case.factors.len();
-    let sound = rows(&drawn(&case, 11), 0..12);
+    let sound = rows(&drawn(case, 11), 0..12);
     let mut driven = sound.clone();
-    driven[4 * width + width - 1] = 1e6;
+    driven[4 * width + width - 1] = value;
     let (sound, driven) = (Ensemble::at(width, sound), Ensemble::at(width, driven));
     let (mut single, mut double) = (SINGLE.gpu(), DOUBLE.gpu());
     let marches: [&mut dyn March; 6] = [

@@ -2,7 +2,8 @@
 
 All march the same members through the same cells and steps by the same tables, at both resolutions that bondline extrapolates from (SciPy by its own steps,
 on the grids that are cheapest), give the temperature at every sensor and instant, and use the same processors. They take turns; a ratio is of one turn. A
-peer that would take longer than the limit is told from fewer members.
+peer that would take longer than the limit is told from fewer members. Of those that march many members at once there are two: at its best, and plain, as one
+writes it first.
 """
 
 import argparse
@@ -21,7 +22,9 @@ import show
 from command import ROOT, Command
 
 HERE = pathlib.Path(__file__).parent
-PEERS = {"SciPy": "scipy_peer.py", "NumPy": "numpy_peer.py", "JAX": "jax_peer.py", "Numba": "numba_peer.py"}
+AT_BEST = {"SciPy": "scipy_peer.py", "NumPy": "numpy_peer.py", "JAX": "jax_peer.py", "Numba": "numba_peer.py"}
+PLAIN = {f"{name}, plain": AT_BEST[name] for name in ("NumPy", "JAX", "Numba")}
+PEERS = AT_BEST | PLAIN
 TOLERANCE_K = 0.05
 # Members over which the accuracy is judged.
 JUDGED = 15
@@ -55,7 +58,7 @@ class Peer:
         began = time.perf_counter()
         command = [sys.executable, HERE / PEERS[name], *map(str, arguments)]
         # Threads within an operation would only be in each other's way.
-        alone = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_CACHE_DIR": folder / "numba"}
+        alone = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_CACHE_DIR": folder / name}
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=alone)
         self.note = self.answer()["note"]
         self.start_s = time.perf_counter() - began
@@ -90,7 +93,7 @@ def started(command, folder, sets, peers):
     path = command.plan(sets, folder / "plan.json")
     members = folder / "members.npy"
     single = [command.plan(resolution(cells, GROWTH_CLOCKS[-2]), folder / f"{cells}.json") for cells in SINGLE_CELLS] if "SciPy" in peers else []
-    extra = {"SciPy": (folder / "reference.npy", TOLERANCE_K, *single)}
+    extra = {"SciPy": (folder / "reference.npy", TOLERANCE_K, *single)} | dict.fromkeys(PLAIN, ["plain"])
     return {name: Peer(name, folder, path, members, *extra.get(name, ())) for name in peers}
 
 
@@ -137,8 +140,8 @@ def growth(command, folder, names, cells):
     for axis, resolutions in of.items():
         found[axis] = {"s": {}}
         for sets in resolutions:
-            # SciPy takes steps of its own.
-            peers = started(command, folder, sets, [name for name in names if name != "SciPy"])
+            # SciPy takes steps of its own, and to be plain changes no slope.
+            peers = started(command, folder, sets, [name for name in names if name in AT_BEST and name != "SciPy"])
             summary = command.sweep(GROWING, sets)
             times = timed(command, sets, peers, [GROWING], float("inf"), lambda _: GROWTH_ROUNDS)[GROWING]
             for peer in peers.values():

@@ -1,12 +1,14 @@
 """The scheme of one member under `vmap`, its steps and its elimination under `scan`, in f64, in blocks that take turns on a device a thread.
 
 Elimination by `scan` takes 29 ns a cell-step where `tridiagonal_solve` takes 50 to 90, and blocks on two devices 14 where one call with all members takes
-30 to 45. Blocks of 64, 128 and 256 members take alike.
+30 to 45. Blocks of 64, 128 and 256 members take alike. `plain` is what one writes first: all members in one call.
 """
 
 import os
+import sys
 
-THREADS = len(os.sched_getaffinity(0))
+PLAIN = sys.argv[3:] == ["plain"]
+THREADS = 1 if PLAIN else len(os.sched_getaffinity(0))
 os.environ["XLA_FLAGS"] = f"--xla_force_host_platform_device_count={THREADS}"
 
 import jax
@@ -16,7 +18,7 @@ import numpy as np
 from peer import serve
 from scheme import Scheme
 
-BLOCK = 256
+BLOCK = sys.maxsize if PLAIN else 256
 
 
 def put(values, places, what):
@@ -54,7 +56,7 @@ def solver(lower, diagonal, upper):
     return solve
 
 
-def prepare(layups, columns):
+def prepare(layups, columns, _setting=None):
     jax.config.update("jax_enable_x64", True)
 
     def marched(layup, column):
@@ -79,7 +81,7 @@ def prepare(layups, columns):
             march(block).block_until_ready()
         return lambda: np.concatenate([np.asarray(found) for found in [march(block) for block in blocks]])[:members]
 
-    return of, f"blocks of at most {BLOCK} members, {THREADS} devices of the processor"
+    return of, "all members in one call" if PLAIN else f"blocks of at most {BLOCK} members, {THREADS} devices of the processor"
 
 
 if __name__ == "__main__":

@@ -1,10 +1,12 @@
 """The scheme in Numba: `prange` over groups of members, a group's members side by side in the innermost loops.
 
 Groups of 8 take 9 to 10 ns a cell-step where one member at a time takes 18 (two threads, AVX-512); `fastmath` changes little. Groups of 32 take four fifths of
-that from a thousand members on, which is where they are wanted, and twice as long for 15, which are one group.
+that from a thousand members on, which is where they are wanted, and twice as long for 15, which are one group. `plain` is what one writes first: one member
+a turn of `prange`.
 """
 
 import os
+import sys
 
 import numba
 import numpy as np
@@ -14,7 +16,8 @@ from layup import STEFAN_BOLTZMANN
 from peer import serve
 from scheme import GAMMA
 
-LANES = 32
+PLAIN = sys.argv[3:] == ["plain"]
+LANES = 1 if PLAIN else 32
 inlined = njit(inline="always")
 
 
@@ -216,7 +219,7 @@ def arguments(layup):
     return plies, grid, wall, layup.start_k, layup.steps_s, layup.flux_w_m2, layup.surroundings_k, readout, sensors
 
 
-def prepare(layups, columns):
+def prepare(layups, columns, _setting=None):
     threads = len(os.sched_getaffinity(0))
     numba.set_num_threads(threads)
     marches = [arguments(layup) for layup in layups]
@@ -228,7 +231,7 @@ def prepare(layups, columns):
         return traces
 
     run(1)
-    return lambda members: lambda: run(members), f"groups of {LANES} members, {threads} threads"
+    return lambda members: lambda: run(members), f"{'one member a turn' if PLAIN else f'groups of {LANES} members'}, {threads} threads"
 
 
 if __name__ == "__main__":

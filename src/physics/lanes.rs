@@ -91,7 +91,8 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn settled(self, least: Self) -> Self {
-                if $settles { Self(self.0.abs().cmp_gte(least.0) & self.0) } else { self }
+                // What is no number is not less, and stays.
+                if $settles { Self(self.0.abs().cmp_lt(least.0).blendv(self.0, S::$vector::zeroes())) } else { self }
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
