@@ -54,17 +54,21 @@ def beside(own, other, key):
 
 def plot(results):
     pyplot.rcParams |= {"svg.hashsalt": "bondline", "font.size": 9}
-    figure, panels = pyplot.subplots(1, 3, figsize=(11, 3.8))
+    figure, panels = pyplot.subplots(1, 3, figsize=(11, 4.2))
     # Of bondline the processor time of the whole command is known.
     names = [COMMAND, *(name for name in results["told"] if name != MARCH)]
+    everyone = list(dict.fromkeys(name.split(", ")[0] for name in names))
     times = results["times"]
     over_members = {name: [(int(n), statistics.median(t[name]["processor_s"])) for n, t in times.items() if not t[name]["from"]] for name in names}
     series = [("members", f"{results['cells']} cells, {results['steps']} steps", over_members)]
     series += [(axis, f"{results['growing']} members, {of['held']}", of["s"]) for axis, of in results.get("growth", {}).items()]
     for panel, (axis, title, lines) in zip(panels, series):
-        for place, name in enumerate(names):
+        for name in names:
             if lines.get(name):
-                panel.loglog(*zip(*lines[name]), marker="o", markersize=3, linewidth=1.2, color=f"C{place}", label=name)
+                # Both settings of a peer have one colour.
+                place = everyone.index(name.split(", ")[0])
+                style = {"linestyle": "--" if name.endswith("plain") else "-", "color": f"C{place}", "label": name}
+                panel.loglog(*zip(*lines[name]), marker="o", markersize=3, linewidth=1.2, **style)
         xs, ys = zip(*lines[COMMAND])
         panel.loglog([xs[0], xs[-1]], [ys[-1] * 0.4 * xs[0] / xs[-1], ys[-1] * 0.4], "k:", linewidth=0.8, label="linear")
         panel.set(xlabel=axis, title=title, ylabel="processor time, s" if axis == "members" else None)
@@ -73,8 +77,8 @@ def plot(results):
             panel.set_xticks(xs, [f"{x:,}" for x in xs])
             panel.xaxis.set_minor_formatter("")
         panel.grid(True, which="major", linewidth=0.3)
-    panels[0].legend(fontsize=7)
-    figure.tight_layout()
+    figure.legend(*panels[0].get_legend_handles_labels(), fontsize=8, ncols=5, loc="lower center")
+    figure.tight_layout(rect=(0, 0.12, 1, 1))
     figure.savefig(PLOT, metadata={"Date": None})
 
 
