@@ -37,6 +37,18 @@ fn first_link() -> u32 {
     return 0u;
 }
 
+fn end_linked() -> u32 {
+    return CELLS;
+}
+
+fn first_linked_ply() -> u32 {
+    return 0u;
+}
+
+fn end_linked_ply() -> u32 {
+    return run.plies;
+}
+
 fn meet() {}
 
 fn summed(part: real) -> real {
@@ -48,14 +60,6 @@ fn largest(part: real) -> real {
 }
 
 fn unite() {}
-
-fn hand_down(above: real, stage: u32) {
-    second[LAST_CELL] = above - absorbed_at(LAST_CELL, stage);
-}
-
-fn entering() -> array<real, 2> {
-    return array<real, 2>(0.0, 0.0);
-}
 
 fn under_block() -> real {
     return 0.0;
@@ -77,6 +81,6 @@ fn driven_behind(per_length: real) -> real {
     return 0.0;
 }
 
-fn node_above() -> Node {
-    return Node(0.0, 0.0, 0.0);
+fn conversion_above() -> Conversion {
+    return Conversion(0.0, 0.0, 0.0);
 }

@@ -34,8 +34,8 @@ fn gas_capacity(cell: u32) -> real {
     return pores[cell].storage * pressures[cell].high * gas_rises[cell];
 }
 
-fn gas_work(p: u32, cell: u32) -> real {
-    let temperature_k = temperatures[cell].high + first[cell];
+fn gas_work(p: u32, cell: u32, stage: u32) -> real {
+    let temperature_k = temperatures[cell].high + moved(cell, stage);
     return temperature_k / value(gas_of(p, row_of(p, spot(temperature_k))), 2u);
 }
 
@@ -44,7 +44,7 @@ fn gas_gained(p: u32, cell: u32) -> real {
         return 0.0;
     }
     let now_kg_m2 = pores[cell].storage * pressures[cell].high;
-    let now_j_kg = gas_j_kg[cell] - gas_work(p, cell);
+    let now_j_kg = gas_j_kg[cell] - gas_work(p, cell, 0u);
     let then_kg_m2 = first_storage(p, cell) * drives[0].pressure_pa;
     let start_k = cells[cell].start_k;
     let then = gas_of(p, row_of(p, spot(start_k)));
@@ -61,7 +61,11 @@ fn first_storage(p: u32, cell: u32) -> real {
     return volume_m * virgin.porosity * (molar / start_k);
 }
 
-fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
+fn swept(p: u32, cell: u32, stage: u32) -> real {
+    return pores[cell].storage * gas_work(p, cell, stage) * pressure_rates[cell];
+}
+
+fn warm(step: u32, stage: u32) -> array<real, 2> {
     var drawn = array<real, 2>(-given_ends[0], -given_ends[1]);
     var out = real(0.0);
     if UNHINDERED {
@@ -88,19 +92,8 @@ fn warm(step: u32, stage: u32, ends: Ends) -> Ends {
             out = out + back;
         }
     }
-    if DARCY {
-        for (var p = first_ply(); p < end_ply(); p++) {
-            for (var i = first_of(p); i < end_of(p); i++) {
-                let swept = pores[i].storage * gas_work(p, i) * pressure_rates[i];
-                second[i] = second[i] + swept;
-            }
-        }
-    }
     tally(step, stage, out);
-    return Ends(
-        FaceFlux(ends.hot.flux + faces[0].held * drawn[0], ends.hot.slope),
-        FaceFlux(ends.back.flux + faces[1].held * drawn[1], ends.back.slope),
-    );
+    return array<real, 2>(faces[0].held * drawn[0], faces[1].held * drawn[1]);
 }
 
 fn carried(cell: u32) -> real {

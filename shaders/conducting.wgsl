@@ -1,20 +1,55 @@
 // A member's conduction: twin of src/physics/conducting.rs.
 
+struct Node {
+    temperature: Pair,
+    moved: real,
+    conductivity: real,
+    slope: real,
+    capacity: real,
+    gas_j_kg: real,
+    gas_rise: real,
+}
+
+struct Link {
+    conducted: real,
+    gained: real,
+    slopes: array<real, 2>,
+}
+
+// A column of what the passes over the cells otherwise look up on their way; of one cell where they do.
+alias NodeColumn = array<real, NODE_CELLS>;
+
+var<COLUMNS> conductivities: Column;
+var<COLUMNS> slopes: NodeColumn;
+var<COLUMNS> evaluated: NodeColumn;
+
 fn less(gained: array<real, 2>, carried: array<real, 2>) -> array<real, 2> {
     return array<real, 2>(gained[0] - carried[0], gained[1] - carried[1]);
+}
+
+fn no_link() -> Link {
+    return Link(0.0, 0.0, array<real, 2>(0.0, 0.0));
 }
 
 fn properties(step: u32, stage: u32) {
     if GAS && !reads_gas(stage) {
         gas_onward();
     }
+    if LOOKED_UP {
+        return;
+    }
     for (var p = first_ply(); p < end_ply(); p++) {
         if plies[p].rows > 1u || LEVELS > 1u {
             for (var i = first_of(p); i < end_of(p); i++) {
-                blend(p, i, spot(temperatures[i].high + first[i]), step, stage);
+                blend(p, i, step, stage);
             }
         } else {
-            plain(p, stage);
+            for (var i = first_of(p); i < end_of(p); i++) {
+                let here = plain(p, i, stage);
+                conductivities[i] = here.conductivity;
+                slopes[i] = here.slope;
+                evaluated[i] = here.heat_capacity;
+            }
         }
         if DARCY {
             for (var i = first_of(p); i < end_of(p); i++) {
@@ -22,118 +57,102 @@ fn properties(step: u32, stage: u32) {
             }
         }
     }
-    meet();
-    var above = real(0.0);
-    for (var p = first_ply(); p < end_ply(); p++) {
-        above = link_within(p, stage, above);
-        if p + 1u < run.plies && has(plies[p].end_cell - 1u) {
-            above = link_across(p + 1u, stage, above);
-        }
-    }
-    hand_down(above, stage);
 }
 
-fn plain(p: u32, stage: u32) {
+fn moved(cell: u32, stage: u32) -> real {
+    return select(first[cell], 0.0, stage == 0u);
+}
+
+// The heat capacity that of the cell, J/m²/K.
+fn plain(p: u32, i: u32, stage: u32) -> Solid {
     let ply = plies[p];
-    for (var i = first_of(p); i < end_of(p); i++) {
-        let row = row_of(p, spot(temperatures[i].high + first[i]));
-        var scale = state_scales[ply.first_state].conductivity;
-        var density_kg_m3 = ply_scales[p].density_kg_m3;
-        if GAS && ply.states > 1u {
-            let all = together(p, phases_at(p, i, stage), ply.states);
-            scale = times(all.conductivity, 1.0 / left_of(p, all.remains), ply.parts);
-            density_kg_m3 = ply_scales[p].mass_kg_m3 * all.stores;
-            if stage == 0u {
-                rise_at(p, i, row);
-            }
-        }
-        let here = solid(row, ply.parts, scale, stage == 0u);
-        conductivities[i] = here.conductivity;
-        slopes[i] = here.slope;
-        evaluated[i] = cells[i].width_m * (density_kg_m3 * here.heat_capacity);
-        if reads_gas(stage) {
-            gas_enthalpy(i, gas_of(p, row));
-        }
-    }
-}
-
-fn link_within(p: u32, stage: u32, arriving: real) -> real {
-    var above = arriving;
-    let end_link = min(end_of(p), plies[p].end_cell - 1u);
-    var i = first_of(p);
-    var here = raised(temperatures[i], first[i]);
-    var slope = slopes[i];
-    var conductivity = conductivities[i];
-    for (; i < end_link; i++) {
-        let half_over_next_1_m = cells[i].half_over_next_1_m;
-        let next_conductivity = conductivities[i + 1u];
-        let conductance = conductance_within(conductivity, next_conductivity, half_over_next_1_m);
-        let next = raised(temperatures[i + 1u], first[i + 1u]);
-        let drop = difference(here, next);
+    let row = row_of(p, spot(temperatures[i].high + moved(i, stage)));
+    var scale = state_scales[ply.first_state].conductivity;
+    var density_kg_m3 = ply_scales[p].density_kg_m3;
+    if GAS && ply.states > 1u {
+        let all = together(p, phases_at(p, i, stage), ply.states);
+        scale = times(all.conductivity, 1.0 / left_of(p, all.remains), ply.parts);
+        density_kg_m3 = ply_scales[p].mass_kg_m3 * all.stores;
         if stage == 0u {
-            let next_slope = slopes[i + 1u];
-            let gain = half_over_next_1_m * drop;
-            var gained = array<real, 2>(slope * gain, next_slope * gain);
-            if GAS {
-                gained = less(gained, carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1u]));
-            }
-            let by = flux_slopes(conductance, gained);
-            lower[i] = by[0];
-            upper[i] = by[1];
-            slope = next_slope;
+            rise_at(p, i, row);
         }
-        conductances[i] = conductance;
-        let below = conductance * drop;
-        if GAS {
-            let gained = carried_gain(flows[i], gas_j_kg[i], gas_j_kg[i + 1u]);
-            second[i] = (above - (below - gained)) - absorbed_at(i, stage);
-            above = below + gained;
-        } else {
-            second[i] = above - below;
-            above = below;
-        }
-        here = next;
-        conductivity = next_conductivity;
     }
-    return above;
+    if reads_gas(stage) {
+        gas_enthalpy(i, gas_of(p, row));
+    }
+    let here = solid(row, ply.parts, scale, stage == 0u);
+    return Solid(here.conductivity, here.slope, cells[i].width_m * (density_kg_m3 * here.heat_capacity));
 }
 
-fn link_across(p: u32, stage: u32, above: real) -> real {
-    let i = plies[p].first_cell - 1u;
-    let below_m = cells[i].below_m;
-    let above_m = cells[i + 1u].above_m;
-    let conductivity = conductivities[i];
-    let next = conductivities[i + 1u];
-    let conductance = conductance_across(conductivity, below_m, next, above_m, contact_scales[p - 1u]);
-    let drop = difference(staged(i), staged(i + 1u));
+// A cell as its links see it: looked up here where columns are a member's own, as to write one and to read it again is what a march costs a device.
+fn node(p: u32, i: u32, stage: u32) -> Node {
+    let by = moved(i, stage);
+    let temperature = raised(temperatures[i], by);
+    if LOOKED_UP {
+        let here = plain(p, i, stage);
+        if stage == 0u {
+            conductivities[i] = here.conductivity;
+        }
+        return Node(temperature, by, here.conductivity, here.slope, here.heat_capacity, 0.0, 0.0);
+    }
+    var node = Node(temperature, by, conductivities[i], 0.0, evaluated[i], 0.0, 0.0);
     if stage == 0u {
-        let own = gain_across(conductance, conductivity, below_m) * slopes[i];
-        let next_own = gain_across(conductance, next, above_m) * slopes[i + 1u];
-        var gained = array<real, 2>(own * drop, next_own * drop);
-        if GAS {
-            gained = less(gained, carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1u]));
-        }
-        let by = flux_slopes(conductance, gained);
-        lower[i] = by[0];
-        upper[i] = by[1];
+        node.slope = slopes[i];
     }
-    conductances[i] = conductance;
-    let below = conductance * drop;
-    if !GAS {
-        second[i] = above - below;
-        return below;
+    if GAS {
+        node.gas_j_kg = gas_j_kg[i];
+        node.gas_rise = gas_rises[i];
     }
-    let gained = carried_gain(flows[i], gas_j_kg[i], gas_j_kg[i + 1u]);
-    second[i] = (above - (below - gained)) - absorbed_at(i, stage);
-    return below + gained;
+    return node;
 }
 
-fn staged(cell: u32) -> Pair {
-    return raised(temperatures[cell], first[cell]);
+fn link_within(cell: u32, here: Node, next: Node, stage: u32) -> Link {
+    let half_over_next_1_m = cells[cell].half_over_next_1_m;
+    let conductance = conductance_within(here.conductivity, next.conductivity, half_over_next_1_m);
+    let drop = difference(here.temperature, next.temperature);
+    let gain = half_over_next_1_m * drop;
+    return link(cell, here, next, conductance, drop, array<real, 2>(here.slope * gain, next.slope * gain), stage);
 }
 
-fn through(face: u32, drive: Drive, stage: u32, cell: u32, neighbour: u32) -> FaceFlux {
-    let temperature_k = temperatures[cell].high + first[cell];
+fn link_across(p: u32, here: Node, next: Node, stage: u32) -> Link {
+    let cell = plies[p].first_cell - 1u;
+    let below_m = cells[cell].below_m;
+    let above_m = cells[cell + 1u].above_m;
+    let conductance =
+        conductance_across(here.conductivity, below_m, next.conductivity, above_m, contact_scales[p - 1u]);
+    let drop = difference(here.temperature, next.temperature);
+    let own = gain_across(conductance, here.conductivity, below_m) * here.slope;
+    let below = gain_across(conductance, next.conductivity, above_m) * next.slope;
+    return link(cell, here, next, conductance, drop, array<real, 2>(own * drop, below * drop), stage);
+}
+
+fn link(
+    cell: u32,
+    here: Node,
+    next: Node,
+    conductance: real,
+    drop: real,
+    by_conductivities: array<real, 2>,
+    stage: u32,
+) -> Link {
+    var link = Link(conductance * drop, 0.0, array<real, 2>(0.0, 0.0));
+    var gained = by_conductivities;
+    if GAS {
+        link.gained = carried_gain(flows[cell], here.gas_j_kg, next.gas_j_kg);
+        gained = less(gained, carried_slopes(flows[cell], here.gas_rise, next.gas_rise));
+    }
+    if stage == 0u {
+        link.slopes = flux_slopes(conductance, gained);
+    }
+    return link;
+}
+
+fn staged(cell: u32, stage: u32) -> Pair {
+    return raised(temperatures[cell], moved(cell, stage));
+}
+
+fn through(face: u32, drive: Drive, stage: u32, cell: u32) -> FaceFlux {
+    let temperature_k = temperatures[cell].high + moved(cell, stage);
     let at = spot(temperature_k);
     let emissivity = face_emissivity(face, face * (PLIES - 1u), cell, at, stage);
     let air = segment(at, FACE_COLUMNS, FACE_TABLE);
@@ -149,22 +168,13 @@ fn through(face: u32, drive: Drive, stage: u32, cell: u32, neighbour: u32) -> Fa
         rise_j_kg_k,
         outflow,
     );
-    let held = faces[face].held;
-    let free = 1.0 - held;
-    let conductance = conductances[min(cell, neighbour)];
-    let next = conductance * difference(staged(cell), staged(neighbour));
-    let sideways = conductance_sideways(face * (PLIES - 1u), cell);
-    let onward = next - flux_sideways(sideways, drive.holder_k, staged(cell));
-    return FaceFlux(held * onward + free * open.flux, free * open.slope);
+    let free = 1.0 - faces[face].held;
+    return FaceFlux(free * open.flux, free * open.slope);
 }
 
-fn imbalance(hot: Drive, back: Drive, stage: u32) -> Ends {
-    let ends = Ends(through(0u, hot, stage, 0u, 1u), through(1u, back, stage, LAST_CELL, LAST_CELL - 1u));
-    if has(0u) {
-        second[0] = second[0] + ends.hot.flux;
-    }
-    if has(LAST_CELL) {
-        second[LAST_CELL] = second[LAST_CELL] + ends.back.flux;
-    }
-    return ends;
+fn passed_through(face: u32, cell: u32, step: u32, stage: u32) -> real {
+    let drive = drives[4u * step + 2u * face + stage];
+    let sideways = conductance_sideways(face * (PLIES - 1u), cell);
+    let to_holder = flux_sideways(sideways, drive.holder_k, staged(cell, stage));
+    return edges[face].flux + faces[face].held * (passed[face] - to_holder);
 }

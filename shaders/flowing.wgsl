@@ -69,9 +69,9 @@ fn pass_out(hot_kg_m2: real, back_kg_m2: real) {
     gas_out = advanced(gas_out, max(hot_kg_m2, 0.0) + max(back_kg_m2, 0.0));
 }
 
-fn porous(p: u32, i: u32) -> Porous {
+fn porous(p: u32, i: u32, stage: u32) -> Porous {
     let ply = plies[p];
-    let temperature_k = temperatures[i].high + first[i];
+    let temperature_k = temperatures[i].high + moved(i, stage);
     let at = spot(temperature_k);
     let gas = gas_of(p, row_of(p, at));
     let molar_kg_k_j = value(gas, 2u);
@@ -105,7 +105,7 @@ fn settle(step: u32) {
         for (var i = first_of(p); i < end_of(p); i++) {
             let held = pores[i].storage;
             flows[i] = mean_flows[i];
-            pores[i] = porous(p, i);
+            pores[i] = porous(p, i, 0u);
             if step > 0u {
                 pores[i].storage = held;
             }
@@ -181,7 +181,7 @@ fn percolate(step: u32) {
     let share = (gamma - 0.5) * 2.0 * length_s / (length_s + before_s);
     for (var p = first_ply(); p < end_ply(); p++) {
         for (var i = first_of(p); i < end_of(p); i++) {
-            later[i] = porous(p, i);
+            later[i] = porous(p, i, 1u);
             let expansion = (later[i].storage - pores[i].storage) * per_length;
             let next = made_mean[i] - pressures[i].high * expansion;
             surges[i] = share * (next - supply[i]);

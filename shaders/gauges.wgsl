@@ -3,9 +3,9 @@
 const VIRGIN_LOST = 0.02;
 const CHAR_LOST = 0.98;
 
-// A node with how far it is converted, and where its cell ends.
-struct Node {
-    converted: real,
+// How far a cell is converted, where its node lies, and where it ends.
+struct Conversion {
+    share: real,
     node_m: real,
     end_m: real,
 }
@@ -15,8 +15,8 @@ fn gauges(step: u32) -> array<real, GAUGES> {
     var lost = real(0.0);
     var virgin_m = real(0.0);
     var char_m = real(0.0);
-    let over = node_above();
-    var before = over.converted;
+    let over = conversion_above();
+    var before = over.share;
     var before_m = over.node_m;
     var depth_m = over.end_m;
     for (var p = first_ply(); p < end_ply(); p++) {

@@ -15,17 +15,8 @@ fn conductance_sideways(ply: u32, cell: u32) -> real {
     return ply_scales[ply].holder_w_m3_k * cells[cell].width_m;
 }
 
-fn exchange(step: u32, stage: u32) -> real {
-    let holder_k = holder_k(step, stage);
-    var sum = real(0.0);
-    for (var p = first_ply(); p < end_ply(); p++) {
-        for (var i = first_of(p); i < end_of(p); i++) {
-            let flux = flux_sideways(conductance_sideways(p, i), holder_k, staged(i));
-            second[i] = second[i] + flux;
-            sum = sum + flux;
-        }
-    }
-    return sum;
+fn sideways(ply: u32, cell: u32, step: u32, stage: u32) -> real {
+    return flux_sideways(conductance_sideways(ply, cell), holder_k(step, stage), staged(cell, stage));
 }
 
 fn account_sideways(step: u32, start: real, end: real) {

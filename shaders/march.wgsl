@@ -14,26 +14,8 @@ fn slot(index: u32) -> u32 {
     return index * run.members + member;
 }
 
-// Columns begin as the memory held them (see src/march/gpu/spirv.rs), so that a loop here clears them: what no step
-// before has written is nothing.
-fn clear() {
-    for (var i = first_cell(); i < end_cell(); i++) {
-        first[i] = 0.0;
-        second[i] = 0.0;
-        lower[i] = 0.0;
-        diagonal[i] = 0.0;
-        upper[i] = 0.0;
-        conductivities[i] = 0.0;
-        slopes[i] = 0.0;
-        conductances[i] = 0.0;
-        capacities[i] = 0.0;
-        evaluated[i] = 0.0;
-        if GAS {
-            clear_gas(i);
-        }
-    }
-}
-
+// Columns begin as the memory held them (see src/march/gpu/spirv.rs), so that those of gas are cleared here: what no step before has written is nothing.
+// All others are written before they are read.
 fn clear_gas(i: u32) {
     flows[i] = 0.0;
     made[i] = 0.0;
@@ -224,7 +206,9 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     stand(id.x % LANES);
-    clear();
+    for (var i = first_cell(); GAS && i < end_cell(); i++) {
+        clear_gas(i);
+    }
     scale();
     if run.first_step == 0u {
         start();

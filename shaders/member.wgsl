@@ -1,10 +1,5 @@
 // A member on its way: twin of src/physics/member.rs.
 
-struct Ends {
-    hot: FaceFlux,
-    back: FaceFlux,
-}
-
 var<private> ply_scales: array<PlyScale, PLIES>;
 var<private> state_scales: array<StateScale, SUBSTANCES>;
 var<private> contact_scales: array<real, PLIES>;
@@ -17,11 +12,7 @@ var<private> stored_j_m2: real;
 var<private> coldest: array<real, PLIES>;
 var<private> hottest: array<real, PLIES>;
 var<private> strayed: u32;
-var<COLUMNS> conductivities: Column;
-var<COLUMNS> slopes: Column;
-var<COLUMNS> conductances: Column;
 var<COLUMNS> capacities: Column;
-var<COLUMNS> evaluated: Column;
 var<COLUMNS> lower: Column;
 var<COLUMNS> diagonal: Column;
 var<COLUMNS> upper: Column;
@@ -80,14 +71,10 @@ fn read_sensor(sensor: u32, step: u32) -> Pair {
     let ply = place.ply_above;
     let conductivity = conductivity_now(ply, i, step);
     let next = conductivity_now(place.ply_below, i + 1u, step);
-    var conductance = conductances[i];
-    if REACTS {
-        if place.ply_above == place.ply_below {
-            conductance = conductance_within(conductivity, next, cells[i].half_over_next_1_m);
-        } else {
-            conductance =
-                conductance_across(conductivity, cells[i].below_m, next, cells[i + 1u].above_m, contact_scales[ply]);
-        }
+    var conductance = conductance_within(conductivity, next, cells[i].half_over_next_1_m);
+    if place.ply_above != place.ply_below {
+        conductance =
+            conductance_across(conductivity, cells[i].below_m, next, cells[i + 1u].above_m, contact_scales[ply]);
     }
     let nominal = reading(temperatures[i], temperatures[i + 1u], conductivity, next, conductance, sensors[sensor]);
     if DEPTHS == 1u {

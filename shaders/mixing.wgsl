@@ -80,7 +80,8 @@ fn enthalpy_of(ply: u32, state: u32, risen_j_kg: real) -> real {
     return own.stores * risen_j_kg + own.formation_j_kg;
 }
 
-fn blend(p: u32, i: u32, at: Spot, step: u32, stage: u32) {
+fn blend(p: u32, i: u32, step: u32, stage: u32) {
+    let at = spot(temperatures[i].high + moved(i, stage));
     let level_here = level_of(i, step, stage);
     let row = row_of(p, levelled(at, level_here)[0]);
     let here = mixture(p, at, row, level_here, phases_at(p, i, stage), stage == 0u);

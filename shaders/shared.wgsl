@@ -11,6 +11,8 @@ var<private> block_first: u32;
 var<private> block_end: u32;
 var<private> ply_first: u32;
 var<private> ply_end: u32;
+var<private> linked_first: u32;
+var<private> linked_end: u32;
 
 // A block's unknowns by those around it: the first by the last of the block above and its own last, that one by the last of the block
 // above and the first of the block below; and where its elimination has come to.
@@ -47,6 +49,8 @@ fn stand(place: u32) {
     for (var p = 0u; p < run.plies; p++) {
         ply_first += select(0u, 1u, plies[p].end_cell <= block_first);
         ply_end += select(0u, 1u, plies[p].first_cell < block_end);
+        linked_first += select(0u, 1u, plies[p].end_cell <= first_link());
+        linked_end += select(0u, 1u, plies[p].first_cell < end_linked());
     }
 }
 
@@ -83,6 +87,19 @@ fn has(cell: u32) -> bool {
 // The link into the block, which its lane and that above both go through: to hand over what it tells would cost a barrier more.
 fn first_link() -> u32 {
     return max(block_first, 1u) - 1u;
+}
+
+// The end of the cells that the block has links to, and the plies that have one of them.
+fn end_linked() -> u32 {
+    return min(block_end + 1u, CELLS);
+}
+
+fn first_linked_ply() -> u32 {
+    return linked_first;
+}
+
+fn end_linked_ply() -> u32 {
+    return linked_end;
 }
 
 // What lanes wrote before is read by others after.
@@ -170,28 +187,6 @@ fn unite() {
     let never = real(run.steps + 2u);
     let earliest = -largest(-select(real(strayed), never, strayed == 0u));
     strayed = select(u32(earliest), 0u, earliest == never);
-}
-
-// What flows out of a block's last link flows into the first cell of the next.
-fn hand_down(above: real, stage: u32) {
-    if has(LAST_CELL) {
-        second[LAST_CELL] = above - absorbed_at(LAST_CELL, stage);
-    }
-    handed[lane] = above;
-    workgroupBarrier();
-    if lane > 0u && block_first < block_end {
-        second[block_first] = handed[lane - 1u] + second[block_first];
-    }
-}
-
-// The slopes of the link into the block, before they give way to factors.
-fn entering() -> array<real, 2> {
-    var slopes_entering = array<real, 2>(0.0, 0.0);
-    if lane > 0u {
-        slopes_entering = array<real, 2>(lower[block_first - 1u], upper[block_first - 1u]);
-    }
-    workgroupBarrier();
-    return slopes_entering;
 }
 
 fn no_joint() -> Joint {
@@ -338,9 +333,9 @@ fn driven_behind(per_length: real) -> real {
 }
 
 // What gauges see of the cell over the block.
-fn node_above() -> Node {
+fn conversion_above() -> Conversion {
     if block_first == 0u || block_first == block_end {
-        return Node(0.0, 0.0, 0.0);
+        return Conversion(0.0, 0.0, 0.0);
     }
     var end_m = real(0.0);
     for (var i = 0u; i < block_first; i++) {
@@ -349,5 +344,5 @@ fn node_above() -> Node {
     let i = block_first - 1u;
     let p = ply_first - select(0u, 1u, i < plies[ply_first].first_cell);
     let at = converted(p, mass_left(p, phases_of(p, i)));
-    return Node(at, end_m - cells[i].width_m + cells[i].above_m, end_m);
+    return Conversion(at, end_m - cells[i].width_m + cells[i].above_m, end_m);
 }

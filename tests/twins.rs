@@ -57,6 +57,7 @@ where
     let mut text = shader::head(precision);
     for (name, value) in [
         ("CELLS", CELLS as u32),
+        ("NODE_CELLS", CELLS as u32),
         ("GAS_CELLS", CELLS as u32),
         ("PORE_CELLS", CELLS as u32),
         ("LANES", 1),
@@ -84,7 +85,7 @@ where
     ] {
         text += &format!("const {name} = {value}u;\n");
     }
-    for name in ["REACTS", "GAS", "UNHINDERED", "QUASI_STEADY", "DARCY", "BACK_IS_OPEN"] {
+    for name in ["LOOKED_UP", "GAS", "UNHINDERED", "QUASI_STEADY", "DARCY", "BACK_IS_OPEN"] {
         text += &format!("const {name} = false;\n");
     }
     text += &format!("const TEXELS = {texels};\nconst MIDDLE_PA = 1e5;\nconst TABLE_STEP_K = {TABLE_STEP_K:?};\n");

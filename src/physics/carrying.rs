@@ -5,8 +5,7 @@
 
 use super::Real;
 use super::compensated::{advanced, keep};
-use super::faces::FaceFlux;
-use super::member::{Ends, Member};
+use super::member::Member;
 use super::step::GAMMA;
 use super::table::{Segment, spot, value};
 use crate::plan::GasPath;
@@ -57,8 +56,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
 
     /// Pressure over density of the gas in a cell, J/kg.
     #[inline(always)]
-    pub(super) fn gas_work(&self, p: usize, cell: usize) -> R {
-        let temperature_k = self.temperatures[cell].high + self.first[cell];
+    fn gas_work(&self, p: usize, cell: usize, stage: usize) -> R {
+        let temperature_k = self.temperatures[cell].high + self.moved(cell, stage);
         temperature_k / value(self.gas_of(p, self.row_of(p, spot(temperature_k))), 2)
     }
 
@@ -70,7 +69,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             return zero;
         }
         let now_kg_m2 = self.pores[cell].storage * self.pressures[cell].high;
-        let now_j_kg = self.gas_j_kg[cell] - self.gas_work(p, cell);
+        let now_j_kg = self.gas_j_kg[cell] - self.gas_work(p, cell, 0);
         let then_kg_m2 = self.first_storage(p, cell) * R::of(self.rows.drives[0].pressure_pa);
         let start_k = R::of(self.rows.cells[cell].start_k);
         let then = self.gas_of(p, self.row_of(p, spot(start_k)));
@@ -89,10 +88,15 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         volume_m * R::of(virgin.porosity) * (molar / start_k)
     }
 
-    /// Tell what heat gas takes out, and add what it draws from held faces to what they must supply; what pressure does in pores goes into
-    /// the imbalance of every cell.
+    /// What pressure does in the pores of a cell at a stage, W/m².
     #[inline(always)]
-    pub(super) fn warm(&mut self, step: usize, stage: usize, ends: Ends<R>) -> Ends<R> {
+    pub(super) fn swept(&self, p: usize, cell: usize, stage: usize) -> R {
+        self.pores[cell].storage * self.gas_work(p, cell, stage) * self.pressure_rates[cell]
+    }
+
+    /// Tell what heat gas takes out; and what it draws from held faces, which they must supply, W/m².
+    #[inline(always)]
+    pub(super) fn warm(&mut self, step: usize, stage: usize) -> [R; 2] {
         let last = self.second.len() - 1;
         let mut drawn = [-self.given_ends[0], -self.given_ends[1]];
         let mut out = R::constant(0.0);
@@ -114,20 +118,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             drawn[1] = drawn[1] + (self.carried(last - 1) + back);
             out = out + back;
         }
-        if self.plan.gas == Some(GasPath::Darcy) {
-            for p in 0..self.plies.len() {
-                for i in self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize {
-                    let swept = self.pores[i].storage * self.gas_work(p, i) * self.pressure_rates[i];
-                    self.second[i] = self.second[i] + swept;
-                }
-            }
-        }
         self.tally(step, stage, out);
         let held = [R::of(self.rows.faces[0].held), R::of(self.rows.faces[1].held)];
-        Ends {
-            hot: FaceFlux { flux: ends.hot.flux + held[0] * drawn[0], slope: ends.hot.slope },
-            back: FaceFlux { flux: ends.back.flux + held[1] * drawn[1], slope: ends.back.slope },
-        }
+        [held[0] * drawn[0], held[1] * drawn[1]]
     }
 
     /// Heat that gas carries up from the cell under one, W/m².

@@ -6,11 +6,48 @@ use super::compensated::{Pair, difference, raised};
 use super::faces::{FaceFlux, face_flux};
 use super::holder::flux_sideways;
 use super::material::{conductance_across, conductance_within, flux_slopes, gain_across, solid};
-use super::member::{Ends, Member};
+use super::member::Member;
 use super::mixing::{left_of, together};
 use super::table::{beyond, integral, segment, spot, value};
 use crate::plan::GasPath;
 use crate::plan::layout::{Drive, FACE_COLUMNS, GAS_COLUMNS};
+use std::ops::Range;
+
+/// A cell where it stands at a stage, as the links on both sides of it see it.
+#[derive(Clone, Copy)]
+pub(super) struct Node<R> {
+    pub(super) temperature: Pair<R>,
+    /// How far it has moved since the start of the step, K.
+    pub(super) moved: R,
+    /// W/m/K, and at the first stage its slope, W/m/K².
+    pub(super) conductivity: R,
+    pub(super) slope: R,
+    /// Heat capacity, J/m²/K.
+    pub(super) capacity: R,
+    /// Enthalpy of its gas (J/kg) and the slope of that (J/kg/K).
+    pub(super) gas_j_kg: R,
+    pub(super) gas_rise: R,
+}
+
+/// What flows from a node to the next: heat by conduction and what gas brings either of them, W/m², and at the first stage the slopes of the
+/// heat by the node's temperature and, less, by the next one's, W/m²/K.
+#[derive(Clone, Copy)]
+pub(super) struct Link<R> {
+    pub(super) conducted: R,
+    pub(super) gained: R,
+    pub(super) slopes: [R; 2],
+}
+
+/// Columns cut to some cells beforehand: looking whether a cell is within each takes as long as what is done with it.
+pub(super) struct Nodes<'a, R> {
+    temperatures: &'a [Pair<R>],
+    first: &'a [R],
+    conductivities: &'a [R],
+    slopes: &'a [R],
+    evaluated: &'a [R],
+    gas_j_kg: &'a [R],
+    gas_rises: &'a [R],
+}
 
 /// What the slopes of a flux gain as temperatures move conductivities, less what gas carries against it.
 #[inline(always)]
@@ -18,13 +55,17 @@ fn less<R: Real>(gained: [R; 2], carried: [R; 2]) -> [R; 2] {
     [gained[0] - carried[0], gained[1] - carried[1]]
 }
 
+/// What flows out of the last cell: nothing.
+#[inline(always)]
+pub(super) fn no_link<R: Real>() -> Link<R> {
+    let zero = R::constant(0.0);
+    Link { conducted: zero, gained: zero, slopes: [zero; 2] }
+}
+
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// Conductivity, heat capacity and conductance of every cell at `T + Δ₁`, and the heat that conduction and gas bring it and reactions take, in
-    /// `second`; at the first stage also the slopes of the flux under it, by its own temperature in `lower` and by that of the next
-    /// cell, less, in `upper`.
+    /// Conductivity and heat capacity of every cell at `T + Δ₁`, and at the first stage the slope of the conductivity.
     #[inline(always)]
     pub(super) fn properties(&mut self, step: usize, stage: usize) {
-        let mut above = R::constant(0.0);
         if GAS && !self.reads_gas(stage) {
             self.gas_onward();
         }
@@ -32,8 +73,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let ply = &self.plan.plies[p];
             if ply.rows > 1 || self.plan.levels > 1 {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
-                    let at = spot(self.temperatures[i].high + self.first[i]);
-                    self.blend(p, i, at, step, stage);
+                    self.blend(p, i, step, stage);
                 }
             } else {
                 self.plain(p, stage);
@@ -43,13 +83,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                     self.evaluated[i] = self.evaluated[i] + self.gas_capacity(i);
                 }
             }
-            if p > 0 {
-                above = self.link_across(p, stage, above);
-            }
-            above = self.link_within(p, stage, above);
         }
-        let last = self.second.len() - 1;
-        self.second[last] = above - self.absorbed_at(last, stage);
+    }
+
+    /// How far a cell has moved at a stage, K.
+    #[inline(always)]
+    pub(super) fn moved(&self, cell: usize, stage: usize) -> R {
+        if stage == 0 { R::constant(0.0) } else { self.first[cell] }
     }
 
     /// Properties of the cells of a ply at one pressure whose states are one substance, or so many times one. Columns are cut to its cells
@@ -67,6 +107,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let rows = &self.rows.cells[cells.clone()];
         let temperatures = &self.temperatures[cells.clone()][..rows.len()];
         let first = &self.first[cells.clone()][..rows.len()];
+        let zero = R::constant(0.0);
         let conductivities = &mut self.conductivities[cells.clone()][..rows.len()];
         let slopes = &mut self.slopes[cells.clone()][..rows.len()];
         let evaluated = &mut self.evaluated[cells.clone()][..rows.len()];
@@ -78,7 +119,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let phases = &self.phases[stage][of_states.clone()];
         let risen = &mut self.risen[of_states];
         for i in 0..rows.len() {
-            let row = segment(table, spot(temperatures[i].high + first[i]), columns, 0);
+            let moved = if with_slope { zero } else { first[i] };
+            let row = segment(table, spot(temperatures[i].high + moved), columns, 0);
             let (mut scale, mut density_kg_m3) = (own[0].conductivity, whole.density_kg_m3);
             if mixes {
                 let all = together(&phases[i * stride..][..own.len()], own, parts);
@@ -98,99 +140,101 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
         }
     }
+}
 
-    /// What flows from cell to cell of a ply, given what flows into its first; returned is what flows into its last.
+impl<R: Real> Nodes<'_, R> {
+    /// One of them at a stage. A device looks properties up here, as columns of its own are what a march costs it; a processor has them in its
+    /// cache, and not the registers for all of it at once (benches/README.md).
     #[inline(always)]
-    fn link_within(&mut self, p: usize, stage: usize, mut above: R) -> R {
-        let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
-        let rows = &self.rows.cells[cells.clone()];
-        let temperatures = &self.temperatures[cells.clone()][..rows.len()];
-        let first = &self.first[cells.clone()][..rows.len()];
-        let conductivities = &self.conductivities[cells.clone()][..rows.len()];
-        let slopes = &self.slopes[cells.clone()][..rows.len()];
-        let conductances = &mut self.conductances[cells.clone()][..rows.len()];
-        let lower = &mut self.lower[cells.clone()][..rows.len()];
-        let upper = &mut self.upper[cells.clone()][..rows.len()];
-        let second = &mut self.second[cells.clone()][..rows.len()];
-        let absorbed = if stage == 0 { &self.absorbed_mean } else { &self.absorbed };
-        let [flows, gas_j_kg, gas_rises, absorbed] = [&self.flows, &self.gas_j_kg, &self.gas_rises, absorbed]
-            .map(|column| if GAS { &column[cells.clone()] } else { &[][..] });
-        let mut here = raised(temperatures[0], first[0]);
-        for i in 0..rows.len() - 1 {
-            let half_over_next_1_m = R::still(rows[i].half_over_next_1_m);
-            let conductance = conductance_within(conductivities[i], conductivities[i + 1], half_over_next_1_m);
-            let next = raised(temperatures[i + 1], first[i + 1]);
-            let drop = difference(here, next);
-            if stage == 0 {
-                let gain = drop * half_over_next_1_m;
-                let mut gained = [slopes[i] * gain, slopes[i + 1] * gain];
-                if GAS {
-                    gained = less(gained, carried_slopes(flows[i], gas_rises[i], gas_rises[i + 1]));
-                }
-                [lower[i], upper[i]] = flux_slopes(conductance, gained);
-            }
-            conductances[i] = conductance;
-            let below = conductance * drop;
-            if GAS {
-                let gained = carried_gain(flows[i], gas_j_kg[i], gas_j_kg[i + 1]);
-                second[i] = (above - (below - gained)) - absorbed[i];
-                above = below + gained;
-            } else {
-                second[i] = above - below;
-                above = below;
-            }
-            here = next;
+    pub(super) fn node<const GAS: bool>(&self, i: usize, stage: usize) -> Node<R> {
+        let zero = R::constant(0.0);
+        let moved = if stage == 0 { zero } else { self.first[i] };
+        Node {
+            temperature: raised(self.temperatures[i], moved),
+            moved,
+            conductivity: self.conductivities[i],
+            slope: if stage == 0 { self.slopes[i] } else { zero },
+            capacity: self.evaluated[i],
+            gas_j_kg: if GAS { self.gas_j_kg[i] } else { zero },
+            gas_rise: if GAS { self.gas_rises[i] } else { zero },
         }
-        above
+    }
+}
+
+impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
+    /// Some cells.
+    #[inline(always)]
+    pub(super) fn nodes(&self, cells: Range<usize>) -> Nodes<'_, R> {
+        let of_gas = if GAS { cells.clone() } else { 0..0 };
+        Nodes {
+            temperatures: &self.temperatures[cells.clone()],
+            first: &self.first[cells.clone()][..cells.len()],
+            conductivities: &self.conductivities[cells.clone()][..cells.len()],
+            slopes: &self.slopes[cells.clone()][..cells.len()],
+            evaluated: &self.evaluated[cells.clone()][..cells.len()],
+            gas_j_kg: &self.gas_j_kg[of_gas.clone()],
+            gas_rises: &self.gas_rises[of_gas],
+        }
+    }
+
+    /// What flows from a cell to the next of its ply.
+    #[inline(always)]
+    pub(super) fn link_within(&self, cell: usize, here: Node<R>, next: Node<R>, stage: usize) -> Link<R> {
+        let half_over_next_1_m = R::still(self.rows.cells[cell].half_over_next_1_m);
+        let conductance = conductance_within(here.conductivity, next.conductivity, half_over_next_1_m);
+        let drop = difference(here.temperature, next.temperature);
+        let gain = drop * half_over_next_1_m;
+        self.link(cell, here, next, conductance, drop, [here.slope * gain, next.slope * gain], stage)
     }
 
     /// The same across the interface over a ply, from the last cell of the one before.
     #[inline(always)]
-    fn link_across(&mut self, p: usize, stage: usize, above: R) -> R {
-        let (i, rows) = (self.plan.plies[p].first_cell as usize - 1, &self.rows.cells);
-        let (below_m, above_m) = (R::still(rows[i].below_m), R::still(rows[i + 1].above_m));
-        let (conductivity, next) = (self.conductivities[i], self.conductivities[i + 1]);
-        let conductance = conductance_across(conductivity, below_m, next, above_m, self.contacts_m2_k_w[p - 1]);
-        let drop = difference(self.staged(i), self.staged(i + 1));
+    pub(super) fn link_across(&self, p: usize, here: Node<R>, next: Node<R>, stage: usize) -> Link<R> {
+        let (cell, rows) = (self.plan.plies[p].first_cell as usize - 1, &self.rows.cells);
+        let (below_m, above_m) = (R::still(rows[cell].below_m), R::still(rows[cell + 1].above_m));
+        let contact_m2_k_w = self.contacts_m2_k_w[p - 1];
+        let conductance = conductance_across(here.conductivity, below_m, next.conductivity, above_m, contact_m2_k_w);
+        let drop = difference(here.temperature, next.temperature);
+        let own = gain_across(conductance, here.conductivity, below_m) * here.slope;
+        let below = gain_across(conductance, next.conductivity, above_m) * next.slope;
+        self.link(cell, here, next, conductance, drop, [own * drop, below * drop], stage)
+    }
+
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "the twin in WGSL takes the same")]
+    fn link(
+        &self,
+        cell: usize,
+        here: Node<R>,
+        next: Node<R>,
+        conductance: R,
+        drop: R,
+        gained: [R; 2],
+        stage: usize,
+    ) -> Link<R> {
+        let mut link = Link { conducted: conductance * drop, ..no_link() };
+        let mut gained = gained;
+        if GAS {
+            link.gained = carried_gain(self.flows[cell], here.gas_j_kg, next.gas_j_kg);
+            gained = less(gained, carried_slopes(self.flows[cell], here.gas_rise, next.gas_rise));
+        }
         if stage == 0 {
-            let own = gain_across(conductance, conductivity, below_m) * self.slopes[i];
-            let below = gain_across(conductance, next, above_m) * self.slopes[i + 1];
-            let mut gained = [own * drop, below * drop];
-            if GAS {
-                gained = less(gained, carried_slopes(self.flows[i], self.gas_rises[i], self.gas_rises[i + 1]));
-            }
-            [self.lower[i], self.upper[i]] = flux_slopes(conductance, gained);
+            link.slopes = flux_slopes(conductance, gained);
         }
-        self.conductances[i] = conductance;
-        let below = conductance * drop;
-        if !GAS {
-            self.second[i] = above - below;
-            return below;
-        }
-        let gained = carried_gain(self.flows[i], self.gas_j_kg[i], self.gas_j_kg[i + 1]);
-        self.second[i] = (above - (below - gained)) - self.absorbed_at(i, stage);
-        below + gained
+        link
     }
 
     /// A cell's temperature at `T + Δ₁`.
     #[inline(always)]
-    pub(super) fn staged(&self, cell: usize) -> Pair<R> {
-        raised(self.temperatures[cell], self.first[cell])
+    pub(super) fn staged(&self, cell: usize, stage: usize) -> Pair<R> {
+        raised(self.temperatures[cell], self.moved(cell, stage))
     }
 
-    /// Heat into the face cell: through an open face from outside, of a held one what passes on to its
-    /// neighbour and to the holder.
+    /// Heat that comes into the cell of a face through it at a stage; of a held one nothing, as what comes in is what passes on.
     #[inline(always)]
-    pub(super) fn through(
-        &self,
-        face: usize,
-        drive: Drive<R::Scalar>,
-        stage: usize,
-        cell: usize,
-        neighbour: usize,
-    ) -> FaceFlux<R> {
+    pub(super) fn through(&self, face: usize, drive: Drive<R::Scalar>, stage: usize, cell: usize) -> FaceFlux<R> {
         let rows = self.rows;
-        let temperature_k = self.temperatures[cell].high + self.first[cell];
+        let temperature_k = self.temperatures[cell].high + self.moved(cell, stage);
         let at = spot(temperature_k);
         let ply = face * (self.plies.len() - 1);
         let emissivity = self.face_emissivity(face, ply, cell, at, stage);
@@ -207,22 +251,17 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             rise_j_kg_k,
             self.outflow,
         );
-        let held = R::of(rows.faces[face].held);
-        let free = R::constant(1.0) - held;
-        let conductance = self.conductances[cell.min(neighbour)];
-        let next = conductance * difference(self.staged(cell), self.staged(neighbour));
-        let sideways = self.conductance_sideways(face * (self.plies.len() - 1), cell);
-        let onward = next - flux_sideways(sideways, R::of(drive.holder_k), self.staged(cell));
-        FaceFlux { flux: held * onward + free * open.flux, slope: free * open.slope }
+        let free = R::constant(1.0) - R::of(rows.faces[face].held);
+        FaceFlux { flux: free * open.flux, slope: free * open.slope }
     }
 
-    /// Heat flux through the faces at `T + Δ₁`, which completes what is in `second`: the net flux into every cell.
+    /// Heat that came in through a face at a stage: through an open one from outside, of a held one what passed on from its cell to the next and to
+    /// the holder.
     #[inline(always)]
-    pub(super) fn imbalance(&mut self, hot: Drive<R::Scalar>, back: Drive<R::Scalar>, stage: usize) -> Ends<R> {
-        let last = self.second.len() - 1;
-        let ends = Ends { hot: self.through(0, hot, stage, 0, 1), back: self.through(1, back, stage, last, last - 1) };
-        self.second[0] = self.second[0] + ends.hot.flux;
-        self.second[last] = self.second[last] + ends.back.flux;
-        ends
+    pub(super) fn passed_through(&self, face: usize, cell: usize, step: usize, stage: usize) -> R {
+        let drive = self.rows.drives[4 * step + 2 * face + stage];
+        let sideways = self.conductance_sideways(face * (self.plies.len() - 1), cell);
+        let to_holder = flux_sideways(sideways, R::of(drive.holder_k), self.staged(cell, stage));
+        self.edges[face].flux + R::of(self.rows.faces[face].held) * (self.passed[face] - to_holder)
     }
 }

@@ -86,9 +86,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Gas in the pores of a cell at `T + Δ₁`.
     #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
-    pub(super) fn porous(&self, p: usize, i: usize) -> Porous<R> {
+    pub(super) fn porous(&self, p: usize, i: usize, stage: usize) -> Porous<R> {
         let ply = &self.plan.plies[p];
-        let temperature_k = self.temperatures[i].high + self.first[i];
+        let temperature_k = self.temperatures[i].high + self.moved(i, stage);
         let at = spot(temperature_k);
         let gas = self.gas_of(p, self.row_of(p, at));
         let (molar_kg_k_j, viscosity_pa_s) = (value(gas, 2), value(gas, 3));
@@ -128,7 +128,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 let held = self.pores[i].storage;
                 self.flows[i] = self.mean_flows[i];
-                self.pores[i] = self.porous(p, i);
+                self.pores[i] = self.porous(p, i, 0);
                 if step > 0 {
                     self.pores[i].storage = held;
                 }
@@ -190,7 +190,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         for p in 0..self.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                self.later[i] = self.porous(p, i);
+                self.later[i] = self.porous(p, i, 1);
                 let expansion = (self.later[i].storage - self.pores[i].storage) * per_length;
                 let supply = self.made_mean[i] - self.pressures[i].high * expansion;
                 self.surges[i] = share * (supply - self.supply[i]);

@@ -32,20 +32,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         self.plies[ply].holder_w_m3_k * R::still(self.rows.cells[cell].width_m)
     }
 
-    /// Add to `second` what the cells take up from the holder at `T + Δ₁`; all of it together, W/m².
+    /// What a cell takes up from the holder at a stage, W/m².
     #[inline(always)]
-    pub(super) fn exchange(&mut self, step: usize, stage: usize) -> R {
-        let holder_k = self.holder_k(step, stage);
-        let mut sum = R::constant(0.0);
-        for p in 0..self.plies.len() {
-            let ply = &self.plan.plies[p];
-            for i in ply.first_cell as usize..ply.end_cell as usize {
-                let flux = flux_sideways(self.conductance_sideways(p, i), holder_k, self.staged(i));
-                self.second[i] = self.second[i] + flux;
-                sum = sum + flux;
-            }
-        }
-        sum
+    pub(super) fn sideways(&self, ply: usize, cell: usize, step: usize, stage: usize) -> R {
+        let conductance_w_m2_k = self.conductance_sideways(ply, cell);
+        flux_sideways(conductance_w_m2_k, self.holder_k(step, stage), self.staged(cell, stage))
     }
 
     /// Add the heat from the holder over a step, whose increments are in `second`: the stages' mean, and the scheme's own implicit part.

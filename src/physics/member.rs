@@ -2,11 +2,11 @@
 
 use super::Real;
 use super::compensated::{Pair, advanced, difference, keep, raised};
-use super::faces::{FaceFlux, FaceScale, face_scale};
+use super::faces::{FaceScale, face_scale};
 use super::gas::Porous;
 use super::material::{PlyScale, StateScale, conductance_across, conductance_within, ply_scale, state_scale};
 use super::reading::{covered, followed, reading};
-use super::step::Edge;
+use super::system::Edge;
 use super::table::{integral, spot};
 use crate::plan::layout::{HEATS, Ply};
 use crate::plan::{GasPath, Plan, Rows};
@@ -33,12 +33,14 @@ pub struct Member<'a, R: Real, const GAS: bool> {
     pub(super) extremes_k: Vec<(R, R)>,
     /// The step on which each lane strayed.
     pub(super) strayed: Vec<Option<usize>>,
-    /// What the faces do to their cells over the step.
+    /// What the faces do to their cells over the step; heat that conduction takes on from those at the stage at hand (W/m²), and −γ times its
+    /// slopes by their temperatures and, less, by those of their neighbours (W/m²/K).
     pub(super) edges: [Edge<R>; 2],
+    pub(super) passed: [R; 2],
+    pub(super) passed_slopes: [[R; 2]; 2],
     pub(super) conductivities: Vec<R>,
     /// Slope of the conductivity of each cell, W/m/K².
     pub(super) slopes: Vec<R>,
-    pub(super) conductances: Vec<R>,
     /// Heat capacity of each cell at the first stage and at the stage last evaluated, J/m²/K.
     pub(super) capacities: Vec<R>,
     pub(super) evaluated: Vec<R>,
@@ -102,13 +104,6 @@ pub struct Member<'a, R: Real, const GAS: bool> {
     pub(super) pressure_upper: Vec<R>,
 }
 
-/// Heat into the layup through its two faces.
-#[derive(Clone, Copy)]
-pub(super) struct Ends<R> {
-    pub(super) hot: FaceFlux<R>,
-    pub(super) back: FaceFlux<R>,
-}
-
 impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     /// Members at the start, from their columns: column 0 is one, the others their factors.
     #[inline(always)]
@@ -155,10 +150,11 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             stored_j_m2: zero,
             extremes_k: vec![(R::constant(1e9), zero); plan.plies.len()],
             strayed: vec![None; R::LANES],
-            edges: [Edge { held: R::fixed(0.0), rise_k: R::fixed(0.0), driven: zero, slope: zero, let_out: zero }; 2],
+            edges: [Edge { held: R::fixed(0.0), rise_k: R::fixed(0.0), flux: zero, driven: zero, slope: zero }; 2],
+            passed: [zero; 2],
+            passed_slopes: [[zero; 2]; 2],
             conductivities: vec![zero; cells],
             slopes: vec![zero; cells],
-            conductances: vec![zero; cells],
             capacities: vec![zero; cells],
             evaluated: vec![zero; cells],
             lower: vec![zero; cells],
@@ -232,15 +228,12 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         let (i, ply) = (place.cell as usize, place.ply_above as usize);
         let conductivity = self.conductivity_now(ply, i, step);
         let next = self.conductivity_now(place.ply_below as usize, i + 1, step);
-        let mut conductance = self.conductances[i];
-        if GAS && self.plan.reactions > 0 {
-            conductance = if place.ply_above == place.ply_below {
-                conductance_within(conductivity, next, R::still(cells[i].half_over_next_1_m))
-            } else {
-                let (below_m, above_m) = (R::still(cells[i].below_m), R::still(cells[i + 1].above_m));
-                conductance_across(conductivity, below_m, next, above_m, self.contacts_m2_k_w[ply])
-            };
-        }
+        let conductance = if place.ply_above == place.ply_below {
+            conductance_within(conductivity, next, R::still(cells[i].half_over_next_1_m))
+        } else {
+            let (below_m, above_m) = (R::still(cells[i].below_m), R::still(cells[i + 1].above_m));
+            conductance_across(conductivity, below_m, next, above_m, self.contacts_m2_k_w[ply])
+        };
         let (here, below) = (self.temperatures[i], self.temperatures[i + 1]);
         let nominal = reading(here, below, conductivity, next, conductance, self.rows.sensors[sensor]);
         if self.plan.has_depths {

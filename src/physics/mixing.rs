@@ -112,7 +112,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
 
     /// Conductivity, its slope and heat capacity of a cell that is a mixture, or whose pressure changes.
     #[inline(always)]
-    pub(super) fn blend(&mut self, p: usize, i: usize, at: Spot<R>, step: usize, stage: usize) {
+    pub(super) fn blend(&mut self, p: usize, i: usize, step: usize, stage: usize) {
+        let at = spot(self.temperatures[i].high + self.moved(i, stage));
         let level = self.level_of(i, step, stage);
         let row = self.row_of(p, levelled(at, level)[0]);
         let phases = self.phases_at(p, i, stage);

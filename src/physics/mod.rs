@@ -22,6 +22,7 @@ mod mixing;
 mod reacting;
 pub mod reading;
 pub mod step;
+mod system;
 pub mod table;
 pub mod tridiagonal;
 
@@ -47,6 +48,7 @@ pub const TWINS: &[&str] = &[
     "carrying",
     "gauges",
     "holder",
+    "system",
     "step",
 ];
 

@@ -48,6 +48,7 @@ pub const PARTS: &[(&str, &str)] = &[
     part!("carrying"),
     part!("gauges"),
     part!("holder"),
+    part!("system"),
     part!("step"),
 ];
 
@@ -81,6 +82,7 @@ pub fn kernel(plan: &Plan, precision: Precision, texels: bool, lanes: u32, entry
         ("CELLS", plan.cells() as u32),
         ("GAS_CELLS", gas_cells(plan) as u32),
         ("PORE_CELLS", pore_cells(plan) as u32),
+        ("NODE_CELLS", node_cells(plan, lanes) as u32),
         ("LANES", lanes),
         ("PLIES", plan.plies.len() as u32),
         ("SENSORS", plan.places.len() as u32),
@@ -115,7 +117,7 @@ pub fn kernel(plan: &Plan, precision: Precision, texels: bool, lanes: u32, entry
     let has = |path| plan.gas == Some(path);
     let is = [
         ("TEXELS", texels),
-        ("REACTS", plan.reactions > 0),
+        ("LOOKED_UP", node_cells(plan, lanes) == 1),
         ("GAS", plan.gas.is_some()),
         ("UNHINDERED", has(GasPath::Unhindered)),
         ("QUASI_STEADY", has(GasPath::QuasiSteady)),
@@ -134,6 +136,13 @@ pub fn kernel(plan: &Plan, precision: Precision, texels: bool, lanes: u32, entry
     text
 }
 
+/// Cells of the columns of what the passes over the cells need of each: one where an invocation carries a member whose plies are one substance each at one
+/// pressure, as it looks that up on its way.
+fn node_cells(plan: &Plan, lanes: u32) -> usize {
+    let is_plain = plan.gas.is_none() && plan.levels == 1 && plan.plies.iter().all(|ply| ply.rows == 1);
+    if lanes == 1 && is_plain { 1 } else { plan.cells() }
+}
+
 /// Cells of columns for gas, and for what flows through pores: one where a plan has none, as WGSL has no array of none.
 fn gas_cells(plan: &Plan) -> usize {
     if plan.gas.is_some() { plan.cells() } else { 1 }
@@ -147,7 +156,7 @@ fn pore_cells(plan: &Plan) -> usize {
 /// test holds this against the kernels.
 pub fn shared_bytes(plan: &Plan, precision: Precision, lanes: u32) -> usize {
     let of_gas = gas_cells(plan) * (8 + 2 * plan.reactions.max(1) + 4 * plan.states);
-    let words = 12 * plan.cells() + of_gas + 22 * pore_cells(plan) + 14 * lanes as usize;
+    let words = 11 * plan.cells() + of_gas + 22 * pore_cells(plan) + 14 * lanes as usize;
     words * if precision == Precision::F32 { 4 } else { 8 }
 }
 
@@ -158,11 +167,9 @@ pub fn loop_turns(plan: &Plan, lanes: u32) -> (u32, u32) {
     let (cells, plies, sensors) = (block(plan, lanes), plan.plies.len() as u32, plan.places.len() as u32);
     let whole = |turns: u32| turns + 1;
     let (cells_by_ply, faces) = (whole(2 * plies + cells), whole(2));
-    // Properties, imbalance, substitution both ways; over a ply's cells once and over the gaps between them once.
-    let stage = cells_by_ply + cells + cells + 2 * cells;
-    let assemble = whole(cells) + faces + cells;
-    let correct = whole(cells) + faces;
-    let advance = faces + whole(2) + 2 * stage + assemble + whole(cells) + correct + cells_by_ply;
+    // Properties, and on the way down a block's cells with those on both sides of it.
+    let stage = cells_by_ply + cells_by_ply + 2 + faces;
+    let advance = faces + whole(2) + 2 * stage + whole(cells) + cells_by_ply;
     let seen = 2 * whole(sensors);
     let sideways = if plan.has_holder { 4 * cells_by_ply } else { 0 };
     let steps = plan.places.iter().map(|place| 2 + place.steps_above + place.steps_below);
