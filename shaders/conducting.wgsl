@@ -110,8 +110,12 @@ fn link_within(cell: u32, here: Node, next: Node, stage: u32) -> Link {
     let half_over_next_1_m = cells[cell].half_over_next_1_m;
     let conductance = conductance_within(here.conductivity, next.conductivity, half_over_next_1_m);
     let drop = difference(here.temperature, next.temperature);
-    let gain = half_over_next_1_m * drop;
-    return link(cell, here, next, conductance, drop, array<real, 2>(here.slope * gain, next.slope * gain), stage);
+    var gained = array<real, 2>(0.0, 0.0);
+    if stage == 0u {
+        let gain = half_over_next_1_m * drop;
+        gained = array<real, 2>(here.slope * gain, next.slope * gain);
+    }
+    return link(cell, here, next, conductance, drop, gained, stage);
 }
 
 fn link_across(p: u32, here: Node, next: Node, stage: u32) -> Link {
@@ -121,9 +125,13 @@ fn link_across(p: u32, here: Node, next: Node, stage: u32) -> Link {
     let conductance =
         conductance_across(here.conductivity, below_m, next.conductivity, above_m, contact_scales[p - 1u]);
     let drop = difference(here.temperature, next.temperature);
-    let own = gain_across(conductance, here.conductivity, below_m) * here.slope;
-    let below = gain_across(conductance, next.conductivity, above_m) * next.slope;
-    return link(cell, here, next, conductance, drop, array<real, 2>(own * drop, below * drop), stage);
+    var gained = array<real, 2>(0.0, 0.0);
+    if stage == 0u {
+        let own = gain_across(conductance, here.conductivity, below_m) * here.slope;
+        let below = gain_across(conductance, next.conductivity, above_m) * next.slope;
+        gained = array<real, 2>(own * drop, below * drop);
+    }
+    return link(cell, here, next, conductance, drop, gained, stage);
 }
 
 fn link(
@@ -136,12 +144,14 @@ fn link(
     stage: u32,
 ) -> Link {
     var link = Link(conductance * drop, 0.0, array<real, 2>(0.0, 0.0));
-    var gained = by_conductivities;
     if GAS {
         link.gained = carried_gain(flows[cell], here.gas_j_kg, next.gas_j_kg);
-        gained = less(gained, carried_slopes(flows[cell], here.gas_rise, next.gas_rise));
     }
     if stage == 0u {
+        var gained = by_conductivities;
+        if GAS {
+            gained = less(gained, carried_slopes(flows[cell], here.gas_rise, next.gas_rise));
+        }
         link.slopes = flux_slopes(conductance, gained);
     }
     return link;

@@ -183,8 +183,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let half_over_next_1_m = R::still(self.rows.cells[cell].half_over_next_1_m);
         let conductance = conductance_within(here.conductivity, next.conductivity, half_over_next_1_m);
         let drop = difference(here.temperature, next.temperature);
-        let gain = drop * half_over_next_1_m;
-        self.link(cell, here, next, conductance, drop, [here.slope * gain, next.slope * gain], stage)
+        let mut gained = [R::constant(0.0); 2];
+        if stage == 0 {
+            let gain = drop * half_over_next_1_m;
+            gained = [here.slope * gain, next.slope * gain];
+        }
+        self.link(cell, here, next, conductance, drop, gained, stage)
     }
 
     /// The same across the interface over a ply, from the last cell of the one before.
@@ -195,11 +199,16 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let contact_m2_k_w = self.contacts_m2_k_w[p - 1];
         let conductance = conductance_across(here.conductivity, below_m, next.conductivity, above_m, contact_m2_k_w);
         let drop = difference(here.temperature, next.temperature);
-        let own = gain_across(conductance, here.conductivity, below_m) * here.slope;
-        let below = gain_across(conductance, next.conductivity, above_m) * next.slope;
-        self.link(cell, here, next, conductance, drop, [own * drop, below * drop], stage)
+        let mut gained = [R::constant(0.0); 2];
+        if stage == 0 {
+            let own = gain_across(conductance, here.conductivity, below_m) * here.slope;
+            let below = gain_across(conductance, next.conductivity, above_m) * next.slope;
+            gained = [own * drop, below * drop];
+        }
+        self.link(cell, here, next, conductance, drop, gained, stage)
     }
 
+    /// Either, given what the slopes of its heat gain at the first stage as temperatures move conductivities.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "the twin in WGSL takes the same")]
     fn link(
@@ -209,16 +218,17 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         next: Node<R>,
         conductance: R,
         drop: R,
-        gained: [R; 2],
+        mut gained: [R; 2],
         stage: usize,
     ) -> Link<R> {
         let mut link = Link { conducted: conductance * drop, ..no_link() };
-        let mut gained = gained;
         if GAS {
             link.gained = carried_gain(self.flows[cell], here.gas_j_kg, next.gas_j_kg);
-            gained = less(gained, carried_slopes(self.flows[cell], here.gas_rise, next.gas_rise));
         }
         if stage == 0 {
+            if GAS {
+                gained = less(gained, carried_slopes(self.flows[cell], here.gas_rise, next.gas_rise));
+            }
             link.slopes = flux_slopes(conductance, gained);
         }
         link
