@@ -63,7 +63,7 @@ fn moved(cell: u32, stage: u32) -> real {
     return select(first[cell], 0.0, stage == 0u);
 }
 
-// The heat capacity that of the cell, J/m²/K.
+// Its heat capacity is that of the whole cell, J/m²/K.
 fn plain(p: u32, i: u32, stage: u32) -> Solid {
     let ply = plies[p];
     let row = row_of(p, spot(temperatures[i].high + moved(i, stage)));

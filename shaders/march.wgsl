@@ -15,7 +15,7 @@ fn slot(index: u32) -> u32 {
 }
 
 // Columns begin as the memory held them (see src/march/gpu/spirv.rs), so that those of gas are cleared here: what no step before has written is nothing.
-// All others are written before they are read.
+// All others are written before what is read of them counts.
 fn clear_gas(i: u32) {
     flows[i] = 0.0;
     made[i] = 0.0;

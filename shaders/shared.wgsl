@@ -35,7 +35,6 @@ struct Joined {
 
 var<workgroup> parts: array<real, LANES>;
 var<workgroup> pairs: array<Pair, LANES>;
-var<workgroup> handed: array<real, LANES>;
 var<workgroup> joints: array<Joined, LANES>;
 var<workgroup> rows: array<array<Joined, LANES>, 2>;
 var<workgroup> lasts: array<real, LANES>;

@@ -65,7 +65,7 @@ fn a_workgroup_shares_as_many_bytes_as_the_host_counts() {
             let text = in_lanes(&case, precision, LANES);
             let counted = shader::shared_bytes(&Plan::new(&case), precision, LANES);
             assert_eq!(shared(&text), counted, "{} in {precision:?}", case.id);
-            let longer = text.replacen("handed: array<real, LANES>", "handed: array<real, LANES + 1u>", 1);
+            let longer = text.replacen("lasts: array<real, LANES>", "lasts: array<real, LANES + 1u>", 1);
             assert_ne!(shared(&longer), counted, "{}: a lane more passed", case.id);
         }
         assert_eq!(shared(&kernel(&case, Precision::F32)), 0, "{}: one lane shares nothing", case.id);

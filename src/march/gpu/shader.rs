@@ -156,7 +156,7 @@ fn pore_cells(plan: &Plan) -> usize {
 /// test holds this against the kernels.
 pub fn shared_bytes(plan: &Plan, precision: Precision, lanes: u32) -> usize {
     let of_gas = gas_cells(plan) * (8 + 2 * plan.reactions.max(1) + 4 * plan.states);
-    let words = 11 * plan.cells() + of_gas + 22 * pore_cells(plan) + 14 * lanes as usize;
+    let words = 11 * plan.cells() + of_gas + 22 * pore_cells(plan) + 13 * lanes as usize;
     words * if precision == Precision::F32 { 4 } else { 8 }
 }
 
