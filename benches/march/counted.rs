@@ -104,6 +104,7 @@ impl Neg for Counted {
 impl Real for Counted {
     type Scalar = f64;
     type Still = Self;
+    type Place = usize;
     type Row<'a> = &'a [f64];
     const LANES: usize = 1;
     const DIGITS: u32 = 52;
@@ -159,8 +160,11 @@ impl Real for Counted {
     fn floor(self, most: u32) -> Self {
         Self(Real::floor(self.0, most))
     }
-    fn row(row: Self, table: &[f64], columns: usize) -> &[f64] {
-        <f64 as Real>::row(row.0, table, columns)
+    fn place(row: Self, columns: usize) -> usize {
+        <f64 as Real>::place(row.0, columns)
+    }
+    fn row<'a>(place: &usize, table: &'a [f64], columns: usize) -> &'a [f64] {
+        <f64 as Real>::row(place, table, columns)
     }
     fn four(row: &[f64], four: usize) -> [Self; ABREAST] {
         count(&LOADS);

@@ -8,7 +8,7 @@ use super::holder::flux_sideways;
 use super::material::{conductance_across, conductance_within, flux_slopes, gain_across, solid};
 use super::member::Member;
 use super::mixing::{left_of, together};
-use super::table::{beyond, integral, segment, spot, value};
+use super::table::{beyond, integral, placed, read, segment, spot, value};
 use crate::plan::GasPath;
 use crate::plan::layout::{Drive, FACE_COLUMNS, GAS_COLUMNS};
 use std::ops::Range;
@@ -118,9 +118,15 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let of_states = if mixes { cells.start * stride..cells.end * stride } else { 0..0 };
         let phases = &self.phases[stage][of_states.clone()];
         let risen = &mut self.risen[of_states];
+        // All cells are placed before any row is read: a processor looks no further ahead than to so many operations that wait,
+        // and all of a row's would wait for its place (0.93 of the time in f64 and 0.83 in f32).
+        let placed_cells = &mut self.placed[..rows.len()];
         for i in 0..rows.len() {
             let moved = if with_slope { zero } else { first[i] };
-            let row = segment(table, spot(temperatures[i].high + moved), columns, 0);
+            placed_cells[i] = placed(spot(temperatures[i].high + moved), columns);
+        }
+        for i in 0..rows.len() {
+            let row = read(table, &placed_cells[i], columns);
             let (mut scale, mut density_kg_m3) = (own[0].conductivity, whole.density_kg_m3);
             if mixes {
                 let all = together(&phases[i * stride..][..own.len()], own, parts);

@@ -94,6 +94,7 @@ impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Mul<V> for Dual<V, D> {
 impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Real<Scalar = V>> Real for Dual<V, D> {
     type Scalar = V;
     type Still = V;
+    type Place = V::Place;
     type Row<'a> = V::Row<'a>;
     const LANES: usize = 1 + D::LANES;
     const DIGITS: u32 = D::DIGITS;
@@ -161,8 +162,12 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Real<Scalar = V>> Real for 
         self.value.floor(most)
     }
     #[inline(always)]
-    fn row(row: V, table: &[V], columns: usize) -> V::Row<'_> {
-        V::row(row, table, columns)
+    fn place(row: V, columns: usize) -> V::Place {
+        V::place(row, columns)
+    }
+    #[inline(always)]
+    fn row<'a>(place: &V::Place, table: &'a [V], columns: usize) -> V::Row<'a> {
+        V::row(place, table, columns)
     }
     #[inline(always)]
     fn four(row: V::Row<'_>, four: usize) -> [V; ABREAST] {

@@ -8,12 +8,12 @@ mod abreast;
 use super::Real;
 use crate::plan::layout::ABREAST;
 pub use abreast::Abreast;
-use abreast::{Rows, WIDEST};
+use abreast::{Places, Rows, WIDEST};
 use simdeez::prelude::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 macro_rules! lanes {
-    ($(#[$about:meta])* $lanes:ident, $real:ty, $vector:ident, $rows:ident, $four:ident, $any:ident, $settles:expr, $whole:expr, $bias:expr, $digits:expr, $bits:ident, $unbits:ident) => {
+    ($(#[$about:meta])* $lanes:ident, $real:ty, $vector:ident, $most:literal, $places:ident, $four:ident, $any:ident, $settles:expr, $whole:expr, $bias:expr, $digits:expr, $bits:ident, $unbits:ident) => {
         $(#[$about])*
         pub struct $lanes<S: Abreast>(S::$vector);
 
@@ -61,7 +61,8 @@ macro_rules! lanes {
         impl<S: Abreast> Real for $lanes<S> {
             type Scalar = $real;
             type Still = Self;
-            type Row<'a> = Rows<'a, $real>;
+            type Place = Places<$most>;
+            type Row<'a> = Rows<'a, $real, $most>;
             const LANES: usize = S::$vector::WIDTH;
             const DIGITS: u32 = $digits;
 
@@ -129,11 +130,15 @@ macro_rules! lanes {
                 Self(self.0.max(S::$vector::zeroes()).min(S::$vector::set1(most as $real)).floor())
             }
             #[inline(always)]
-            fn row(row: Self, table: &[$real], columns: usize) -> Rows<'_, $real> {
-                S::$rows(table, columns, row.0)
+            fn place(row: Self, columns: usize) -> Places<$most> {
+                S::$places(row.0, columns)
             }
             #[inline(always)]
-            fn four(row: Rows<'_, $real>, four: usize) -> [Self; ABREAST] {
+            fn row<'a>(place: &Places<$most>, table: &'a [$real], columns: usize) -> Rows<'a, $real, $most> {
+                Rows::new(place, table, columns)
+            }
+            #[inline(always)]
+            fn four(row: Rows<'_, $real, $most>, four: usize) -> [Self; ABREAST] {
                 S::$four(row, four).map(Self)
             }
             #[inline(always)]
@@ -159,9 +164,9 @@ macro_rules! lanes {
 
 lanes!(
     /// Members in f64.
-    Doubles, f64, Vf64, rows_f64, four_f64, any_f64, false, 6_755_399_441_055_744.0, 1023.0, 52, bitcast_i64, bitcast_f64
+    Doubles, f64, Vf64, 8, places_f64, four_f64, any_f64, false, 6_755_399_441_055_744.0, 1023.0, 52, bitcast_i64, bitcast_f64
 );
 lanes!(
     /// Members in f32.
-    Singles, f32, Vf32, rows_f32, four_f32, any_f32, true, 12_582_912.0, 127.0, 23, bitcast_i32, bitcast_f32
+    Singles, f32, Vf32, 16, places_f32, four_f32, any_f32, true, 12_582_912.0, 127.0, 23, bitcast_i32, bitcast_f32
 );

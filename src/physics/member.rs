@@ -7,7 +7,7 @@ use super::gas::Porous;
 use super::material::{PlyScale, StateScale, conductance_across, conductance_within, ply_scale, state_scale};
 use super::reading::{covered, followed, reading};
 use super::system::Edge;
-use super::table::{integral, spot};
+use super::table::{Placed, integral, placed, spot};
 use crate::plan::layout::{HEATS, Ply};
 use crate::plan::{GasPath, Plan, Rows};
 
@@ -38,6 +38,8 @@ pub struct Member<'a, R: Real, const GAS: bool> {
     pub(super) edges: [Edge<R>; 2],
     pub(super) passed: [R; 2],
     pub(super) passed_slopes: [[R; 2]; 2],
+    /// The cells of the ply at hand in its table.
+    pub(super) placed: Vec<Placed<R>>,
     pub(super) conductivities: Vec<R>,
     /// Slope of the conductivity of each cell, W/m/K².
     pub(super) slopes: Vec<R>,
@@ -153,6 +155,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             edges: [Edge { held: R::fixed(0.0), rise_k: R::fixed(0.0), flux: zero, driven: zero, slope: zero }; 2],
             passed: [zero; 2],
             passed_slopes: [[zero; 2]; 2],
+            placed: vec![placed(spot(zero), 0); cells],
             conductivities: vec![zero; cells],
             slopes: vec![zero; cells],
             capacities: vec![zero; cells],

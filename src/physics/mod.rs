@@ -71,6 +71,8 @@ pub trait Real:
     /// A number that no factor changes, as those of rows and tables: what a dual number is multiplied by for half the work. Other numbers
     /// are their own.
     type Still: Real<Scalar = Self::Scalar, Still = Self::Still>;
+    /// Where the row of a table begins, one a lane.
+    type Place: Copy + Send + Sync;
     /// A row of a table, one a lane.
     type Row<'a>: Copy;
     /// Lanes, that is members carried at once.
@@ -112,8 +114,10 @@ pub trait Real:
     fn mantissa(self) -> Self;
     /// The whole number under it, from zero to `most`.
     fn floor(self, most: u32) -> Self::Still;
-    /// The row of a table of so many columns that a whole number counts to.
-    fn row(row: Self::Still, table: &[Self::Scalar], columns: usize) -> Self::Row<'_>;
+    /// Where the row that a whole number counts to begins in a table of so many columns.
+    fn place(row: Self::Still, columns: usize) -> Self::Place;
+    /// The row of a table of so many columns that begins there.
+    fn row<'a>(place: &Self::Place, table: &'a [Self::Scalar], columns: usize) -> Self::Row<'a>;
     /// One four of the columns of a row.
     fn four(row: Self::Row<'_>, four: usize) -> [Self::Still; ABREAST];
     /// Whether each lane lies in zero to `span`; by its bits, which also tells what is no number.
@@ -125,6 +129,7 @@ macro_rules! scalar {
         impl Real for $real {
             type Scalar = $real;
             type Still = $real;
+            type Place = usize;
             type Row<'a> = &'a [$real];
             const LANES: usize = 1;
             const DIGITS: u32 = $digits;
@@ -191,9 +196,12 @@ macro_rules! scalar {
                 (self as u32).min(most) as $real
             }
             #[inline(always)]
-            fn row(row: $real, table: &[$real], columns: usize) -> &[$real] {
-                let start = columns * row as usize;
-                &table[start..start + columns]
+            fn place(row: $real, columns: usize) -> usize {
+                columns * row as usize
+            }
+            #[inline(always)]
+            fn row<'a>(place: &usize, table: &'a [$real], columns: usize) -> &'a [$real] {
+                &table[*place..place + columns]
             }
             #[inline(always)]
             fn four(row: &[$real], four: usize) -> [Self; ABREAST] {

@@ -18,6 +18,19 @@ pub fn spot<R: Real>(temperature_k: R) -> Spot<R> {
     Spot { row, share: position - row }
 }
 
+/// A spot in a table: where the row begins, and the share of the way to the next.
+#[derive(Clone, Copy)]
+pub struct Placed<R: Real> {
+    place: R::Place,
+    share: R,
+}
+
+/// A spot in a table of `columns` columns, two a property.
+#[inline(always)]
+pub fn placed<R: Real>(spot: Spot<R>, columns: usize) -> Placed<R> {
+    Placed { place: R::place(spot.row, columns), share: spot.share }
+}
+
 /// The row of a table under a spot, from one of its properties on: all that they are read from.
 #[derive(Clone, Copy)]
 pub struct Segment<'a, R: Real> {
@@ -26,10 +39,16 @@ pub struct Segment<'a, R: Real> {
     share: R,
 }
 
-/// The row under a spot in a table of `columns` columns, two a property, that begins at `offset`.
+/// The row under a spot in a table of `columns` columns that begins at `offset`.
 #[inline(always)]
 pub fn segment<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> Segment<'_, R> {
-    Segment { row: R::row(spot.row, &table[offset..], columns), first_four: 0, share: spot.share }
+    read(&table[offset..], &placed(spot, columns), columns)
+}
+
+/// The row at a place in a table of as many columns as it was placed in.
+#[inline(always)]
+pub fn read<'a, R: Real>(table: &'a [R::Scalar], placed: &Placed<R>, columns: usize) -> Segment<'a, R> {
+    Segment { row: R::row(&placed.place, table, columns), first_four: 0, share: placed.share }
 }
 
 /// The same row from as many properties further on, an even number.

@@ -10,23 +10,27 @@ use simdeez::prelude::*;
 /// Most lanes that a vector has.
 pub(super) const WIDEST: usize = 16;
 
-/// Where in a table the row of each lane begins: never so late that it would reach past the end.
+/// Where the row of each lane begins in a table.
 #[derive(Clone, Copy)]
-pub struct Rows<'a, T> {
+pub struct Places<const LANES: usize>([u32; LANES]);
+
+/// The rows of a table of so many columns, none of which reaches past its end.
+#[derive(Clone, Copy)]
+pub struct Rows<'a, T, const LANES: usize> {
     table: &'a [T],
     columns: usize,
-    starts: [u32; WIDEST],
+    starts: [u32; LANES],
 }
 
-impl<'a, T> Rows<'a, T> {
-    /// Rows of as many columns, from the last place where one may begin to where they begin.
+impl<'a, T, const LANES: usize> Rows<'a, T, LANES> {
     #[inline(always)]
-    fn new(table: &'a [T], columns: usize, starts: impl FnOnce(u32) -> [u32; WIDEST]) -> Self {
+    pub(super) fn new(places: &Places<LANES>, table: &'a [T], columns: usize) -> Self {
         let last = table.len().checked_sub(columns).and_then(|last| u32::try_from(last).ok());
         let last = last.expect("a table has rows, and fewer numbers than a u32 counts");
-        // Left in memory, where a load each picks them up: taken for a vector they are pulled out of it one by one, and for want
-        // of registers written to memory again (11.8 ns a cell-step in f32, 8.1 so). What is read does not depend on it.
-        Self { table, columns, starts: std::hint::black_box(starts(last)) }
+        assert!(places.0.iter().fold(true, |all, &place| all & (place <= last)), "a row begins beyond {last}");
+        // Read from where they lie, a load each: taken for a vector they are pulled out of it one by one, and for want of
+        // registers written to memory again (11.8 ns a cell-step in f32, 8.1 so). What is read does not depend on it.
+        Self { table, columns, starts: *std::hint::black_box(&places.0) }
     }
 
     /// Where four numbers stand in the first row of the table.
@@ -41,17 +45,17 @@ impl<'a, T> Rows<'a, T> {
 
 /// A set of vectors that reads tables.
 pub trait Abreast: Simd {
-    /// The row of a table of so many columns under a whole number, one a lane.
+    /// Where the rows of a table of so many columns begin that whole numbers count to.
     #[inline(always)]
-    fn rows_f64(table: &[f64], columns: usize, row: Self::Vf64) -> Rows<'_, f64> {
-        let mut rows = [0.0; WIDEST];
+    fn places_f64(row: Self::Vf64, columns: usize) -> Places<8> {
+        let mut rows = [0.0; 8];
         row.copy_to_slice(&mut rows);
-        Rows::new(table, columns, |last| rows.map(|row| (row as u32 * columns as u32).min(last)))
+        Places(rows.map(|row| row as u32 * columns as u32))
     }
 
     /// One four of the columns of rows.
     #[inline(always)]
-    fn four_f64(rows: Rows<'_, f64>, four: usize) -> [Self::Vf64; ABREAST] {
+    fn four_f64(rows: Rows<'_, f64, 8>, four: usize) -> [Self::Vf64; ABREAST] {
         turned(rows, four, Self::Vf64::WIDTH).map(|column: [f64; WIDEST]| Self::Vf64::load_from_slice(&column))
     }
 
@@ -63,14 +67,14 @@ pub trait Abreast: Simd {
 
     /// The same in f32.
     #[inline(always)]
-    fn rows_f32(table: &[f32], columns: usize, row: Self::Vf32) -> Rows<'_, f32> {
-        let mut rows = [0.0; WIDEST];
+    fn places_f32(row: Self::Vf32, columns: usize) -> Places<16> {
+        let mut rows = [0.0; 16];
         row.copy_to_slice(&mut rows);
-        Rows::new(table, columns, |last| rows.map(|row| (row as u32 * columns as u32).min(last)))
+        Places(rows.map(|row| row as u32 * columns as u32))
     }
 
     #[inline(always)]
-    fn four_f32(rows: Rows<'_, f32>, four: usize) -> [Self::Vf32; ABREAST] {
+    fn four_f32(rows: Rows<'_, f32, 16>, four: usize) -> [Self::Vf32; ABREAST] {
         turned(rows, four, Self::Vf32::WIDTH).map(|column: [f32; WIDEST]| Self::Vf32::load_from_slice(&column))
     }
 
@@ -82,7 +86,11 @@ pub trait Abreast: Simd {
 
 /// Columns of four numbers a lane, picked up one by one.
 #[inline(always)]
-fn turned<T: Copy + Default>(rows: Rows<'_, T>, four: usize, lanes: usize) -> [[T; WIDEST]; ABREAST] {
+fn turned<T: Copy + Default, const LANES: usize>(
+    rows: Rows<'_, T, LANES>,
+    four: usize,
+    lanes: usize,
+) -> [[T; WIDEST]; ABREAST] {
     let place = rows.place(four);
     let mut columns = [[T::default(); WIDEST]; ABREAST];
     for lane in 0..lanes {
@@ -102,7 +110,7 @@ impl Abreast for simdeez::engines::neon::Neon {}
 #[cfg(target_arch = "x86_64")]
 #[expect(unsafe_code, reason = "argued at the blocks")]
 mod x86_64 {
-    use super::{Abreast, Rows, WIDEST};
+    use super::{Abreast, Places, Rows};
     use crate::plan::layout::ABREAST;
     use simdeez::engines::avx2::{Avx2, F32x8, F64x4};
     use simdeez::engines::avx512::{Avx512, F32x16, F64x8};
@@ -110,26 +118,23 @@ mod x86_64 {
     use std::arch::x86_64::*;
 
     // Safety, of all blocks: only a processor that has these instructions is given members in such vectors
-    // (`march/cpu.rs`). Starts are held at or before the last place where a row may begin, and `Rows::place` holds what
-    // is read of a row within it.
+    // (`march/cpu.rs`). `Rows::new` sees that no row reaches past the end of its table, and `Rows::place` that what is read of
+    // a row is within it.
 
     impl Abreast for Avx512 {
         #[inline(always)]
-        fn rows_f64(table: &[f64], columns: usize, row: F64x8) -> Rows<'_, f64> {
-            Rows::new(table, columns, |last| {
-                let mut starts = [0; WIDEST];
-                // SAFETY: see above.
-                unsafe {
-                    let place = _mm512_mul_pd(row.underlying_value(), _mm512_set1_pd(columns as f64));
-                    let place = _mm256_min_epu32(_mm512_cvttpd_epu32(place), _mm256_set1_epi32(last as i32));
-                    _mm256_storeu_si256(starts.as_mut_ptr().cast(), place);
-                }
-                starts
-            })
+        fn places_f64(row: F64x8, columns: usize) -> Places<8> {
+            let mut places = [0; 8];
+            // SAFETY: see above.
+            unsafe {
+                let place = _mm512_mul_pd(row.underlying_value(), _mm512_set1_pd(columns as f64));
+                _mm256_storeu_si256(places.as_mut_ptr().cast(), _mm512_cvttpd_epu32(place));
+            }
+            Places(places)
         }
 
         #[inline(always)]
-        fn four_f64(rows: Rows<'_, f64>, four: usize) -> [F64x8; ABREAST] {
+        fn four_f64(rows: Rows<'_, f64, 8>, four: usize) -> [F64x8; ABREAST] {
             let place = rows.place(four);
             // SAFETY: see above.
             unsafe {
@@ -164,21 +169,18 @@ mod x86_64 {
         }
 
         #[inline(always)]
-        fn rows_f32(table: &[f32], columns: usize, row: F32x16) -> Rows<'_, f32> {
-            Rows::new(table, columns, |last| {
-                let mut starts = [0; WIDEST];
-                // SAFETY: see above.
-                unsafe {
-                    let place = _mm512_mul_ps(row.underlying_value(), _mm512_set1_ps(columns as f32));
-                    let place = _mm512_min_epu32(_mm512_cvttps_epu32(place), _mm512_set1_epi32(last as i32));
-                    _mm512_storeu_si512(starts.as_mut_ptr().cast(), place);
-                }
-                starts
-            })
+        fn places_f32(row: F32x16, columns: usize) -> Places<16> {
+            let mut places = [0; 16];
+            // SAFETY: see above.
+            unsafe {
+                let place = _mm512_mul_ps(row.underlying_value(), _mm512_set1_ps(columns as f32));
+                _mm512_storeu_si512(places.as_mut_ptr().cast(), _mm512_cvttps_epu32(place));
+            }
+            Places(places)
         }
 
         #[inline(always)]
-        fn four_f32(rows: Rows<'_, f32>, four: usize) -> [F32x16; ABREAST] {
+        fn four_f32(rows: Rows<'_, f32, 16>, four: usize) -> [F32x16; ABREAST] {
             let place = rows.place(four);
             // SAFETY: see above.
             unsafe {
@@ -205,21 +207,18 @@ mod x86_64 {
 
     impl Abreast for Avx2 {
         #[inline(always)]
-        fn rows_f64(table: &[f64], columns: usize, row: F64x4) -> Rows<'_, f64> {
-            Rows::new(table, columns, |last| {
-                let mut starts = [0; WIDEST];
-                // SAFETY: see above.
-                unsafe {
-                    let place = _mm256_mul_pd(row.underlying_value(), _mm256_set1_pd(columns as f64));
-                    let place = _mm_min_epu32(_mm256_cvttpd_epi32(place), _mm_set1_epi32(last as i32));
-                    _mm_storeu_si128(starts.as_mut_ptr().cast(), place);
-                }
-                starts
-            })
+        fn places_f64(row: F64x4, columns: usize) -> Places<8> {
+            let mut places = [0; 8];
+            // SAFETY: see above.
+            unsafe {
+                let place = _mm256_mul_pd(row.underlying_value(), _mm256_set1_pd(columns as f64));
+                _mm_storeu_si128(places.as_mut_ptr().cast(), _mm256_cvttpd_epi32(place));
+            }
+            Places(places)
         }
 
         #[inline(always)]
-        fn four_f64(rows: Rows<'_, f64>, four: usize) -> [F64x4; ABREAST] {
+        fn four_f64(rows: Rows<'_, f64, 8>, four: usize) -> [F64x4; ABREAST] {
             let place = rows.place(four);
             // SAFETY: see above.
             unsafe {
@@ -238,21 +237,18 @@ mod x86_64 {
         }
 
         #[inline(always)]
-        fn rows_f32(table: &[f32], columns: usize, row: F32x8) -> Rows<'_, f32> {
-            Rows::new(table, columns, |last| {
-                let mut starts = [0; WIDEST];
-                // SAFETY: see above.
-                unsafe {
-                    let place = _mm256_mul_ps(row.underlying_value(), _mm256_set1_ps(columns as f32));
-                    let place = _mm256_min_epu32(_mm256_cvttps_epi32(place), _mm256_set1_epi32(last as i32));
-                    _mm256_storeu_si256(starts.as_mut_ptr().cast(), place);
-                }
-                starts
-            })
+        fn places_f32(row: F32x8, columns: usize) -> Places<16> {
+            let mut places = [0; 16];
+            // SAFETY: see above.
+            unsafe {
+                let place = _mm256_mul_ps(row.underlying_value(), _mm256_set1_ps(columns as f32));
+                _mm256_storeu_si256(places.as_mut_ptr().cast(), _mm256_cvttps_epi32(place));
+            }
+            Places(places)
         }
 
         #[inline(always)]
-        fn four_f32(rows: Rows<'_, f32>, four: usize) -> [F32x8; ABREAST] {
+        fn four_f32(rows: Rows<'_, f32, 16>, four: usize) -> [F32x8; ABREAST] {
             let place = rows.place(four);
             // SAFETY: see above.
             unsafe {
@@ -272,5 +268,19 @@ mod x86_64 {
                 ]
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "a row begins beyond 8")]
+    fn a_row_that_would_reach_past_the_end_of_its_table_is_not_read() {
+        let mut places = [8; 8];
+        Rows::new(&Places(places), &[0.0; 16], 8);
+        places[5] = 9;
+        Rows::new(&Places(places), &[0.0; 16], 8);
     }
 }
