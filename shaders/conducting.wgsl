@@ -16,6 +16,13 @@ struct Link {
     slopes: array<real, 2>,
 }
 
+struct Surface {
+    temperature_k: real,
+    emissivity: real,
+    enthalpy_j_kg: real,
+    rise_j_kg_k: real,
+}
+
 // A column of what the passes over the cells otherwise look up on their way; of one cell where they do.
 alias NodeColumn = array<real, NODE_CELLS>;
 
@@ -161,21 +168,23 @@ fn staged(cell: u32, stage: u32) -> Pair {
     return raised(temperatures[cell], moved(cell, stage));
 }
 
-fn through(face: u32, drive: Drive, stage: u32, cell: u32) -> FaceFlux {
+fn surface(face: u32, cell: u32, stage: u32) -> Surface {
     let temperature_k = temperatures[cell].high + moved(cell, stage);
     let at = spot(temperature_k);
     let emissivity = face_emissivity(face, face * (PLIES - 1u), cell, at, stage);
     let air = segment(at, FACE_COLUMNS, FACE_TABLE);
-    let enthalpy_j_kg = value(air, 0u);
-    let rise_j_kg_k = value(air, 1u);
+    return Surface(temperature_k, emissivity, value(air, 0u), value(air, 1u));
+}
+
+fn through(face: u32, drive: Drive, surface: Surface) -> FaceFlux {
     let open = face_flux(
         drive,
         faces[face],
         face_scales[face],
-        temperature_k,
-        emissivity,
-        enthalpy_j_kg,
-        rise_j_kg_k,
+        surface.temperature_k,
+        surface.emissivity,
+        surface.enthalpy_j_kg,
+        surface.rise_j_kg_k,
         outflow,
     );
     let free = 1.0 - faces[face].held;
@@ -183,8 +192,11 @@ fn through(face: u32, drive: Drive, stage: u32, cell: u32) -> FaceFlux {
 }
 
 fn passed_through(face: u32, cell: u32, step: u32, stage: u32) -> real {
-    let drive = drives[4u * step + 2u * face + stage];
-    let sideways = conductance_sideways(face * (PLIES - 1u), cell);
-    let to_holder = flux_sideways(sideways, drive.holder_k, staged(cell, stage));
-    return edges[face].flux + faces[face].held * (passed[face] - to_holder);
+    var passed_on = passed[face];
+    if HOLDER == 1u {
+        let drive = drives[4u * step + 2u * face + stage];
+        let sideways = conductance_sideways(face * (PLIES - 1u), cell);
+        passed_on = passed_on - flux_sideways(sideways, drive.holder_k, staged(cell, stage));
+    }
+    return edges[face].flux + faces[face].held * passed_on;
 }

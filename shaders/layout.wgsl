@@ -13,6 +13,7 @@ struct Run {
     plies: u32,
     sensors: u32,
     faces: u32,
+    open_faces: u32,
     stages: u32,
     gauges: u32,
     lanes: u32,

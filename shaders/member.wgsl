@@ -37,6 +37,8 @@ fn scale() {
     }
     face_scales[0] = face_scale(scalings[0]);
     face_scales[1] = face_scale(scalings[1]);
+    // That of an insulated back face stays so.
+    edges[1] = Edge(0.0, 0.0, 0.0, 0.0, 0.0);
 }
 
 fn start() {

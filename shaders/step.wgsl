@@ -16,7 +16,7 @@ fn advance(step: u32) {
         }
         properties(step, stage);
         meet();
-        for (var face = 0u; face < run.faces; face++) {
+        for (var face = 0u; face < run.open_faces; face++) {
             edges[face] = edge(face, face * LAST_CELL, step, stage);
         }
         var sideways = real(0.0);

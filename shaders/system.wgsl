@@ -77,10 +77,11 @@ fn rise(face: u32, step: u32) -> real {
 
 fn edge(face: u32, cell: u32, step: u32, stage: u32) -> Edge {
     let start = 4u * step + 2u * face;
-    let now = through(face, drives[start + stage], stage, cell);
+    let surface = surface(face, cell, stage);
+    let now = through(face, drives[start + stage], surface);
     var edge = edge_of(face);
     if stage == 0u {
-        let end = through(face, drives[start + 1u], stage, cell);
+        let end = through(face, drives[start + 1u], surface);
         edge.held = faces[face].held;
         edge.rise_k = rise(face, step);
         edge.driven = (end.flux - now.flux) * real(GAMMA);

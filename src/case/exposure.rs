@@ -83,6 +83,15 @@ impl OpenFace {
             blowing: 0.0,
         }
     }
+
+    /// Whether nothing passes, at no instant.
+    pub fn is_insulated(&self) -> bool {
+        let is_never = |flux: &Schedule| flux.values.iter().all(|&w_m2| w_m2 == 0.0);
+        is_never(&self.flux_w_m2)
+            && is_never(&self.radiant_w_m2)
+            && self.film_w_m2_k == 0.0
+            && self.emissivity == Emissivity::Constant(0.0)
+    }
 }
 
 impl Exposure {

@@ -38,6 +38,16 @@ pub(super) struct Link<R> {
     pub(super) slopes: [R; 2],
 }
 
+/// The cell of a face at a stage, as what comes in through it sees it.
+#[derive(Clone, Copy)]
+pub(super) struct Surface<R> {
+    temperature_k: R,
+    emissivity: R,
+    /// Enthalpy of air at it over that at the cold wall (J/kg) and its slope (J/kg/K).
+    enthalpy_j_kg: R,
+    rise_j_kg_k: R,
+}
+
 /// Columns cut to some cells beforehand: looking whether a cell is within each takes as long as what is done with it.
 pub(super) struct Nodes<'a, R> {
     temperatures: &'a [Pair<R>],
@@ -246,28 +256,32 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         raised(self.temperatures[cell], self.moved(cell, stage))
     }
 
-    /// Heat that comes into the cell of a face through it at a stage; of a held one nothing, as what comes in is what passes on.
+    /// The cell of a face at a stage.
     #[inline(always)]
-    pub(super) fn through(&self, face: usize, drive: Drive<R::Scalar>, stage: usize, cell: usize) -> FaceFlux<R> {
-        let rows = self.rows;
+    pub(super) fn surface(&self, face: usize, cell: usize, stage: usize) -> Surface<R> {
         let temperature_k = self.temperatures[cell].high + self.moved(cell, stage);
         let at = spot(temperature_k);
         let ply = face * (self.plies.len() - 1);
         let emissivity = self.face_emissivity(face, ply, cell, at, stage);
-        let air = segment(&rows.tables, at, FACE_COLUMNS, self.plan.face_table());
-        let (enthalpy_j_kg, rise_j_kg_k) = (value(air, 0), value(air, 1));
-        let scale = self.faces[face];
+        let air = segment(&self.rows.tables, at, FACE_COLUMNS, self.plan.face_table());
+        Surface { temperature_k, emissivity, enthalpy_j_kg: value(air, 0), rise_j_kg_k: value(air, 1) }
+    }
+
+    /// Heat that comes into the cell of a face through it; of a held one nothing, as what comes in is what passes on.
+    #[inline(always)]
+    pub(super) fn through(&self, face: usize, drive: Drive<R::Scalar>, surface: Surface<R>) -> FaceFlux<R> {
+        let row = self.rows.faces[face];
         let open = face_flux(
             drive,
-            rows.faces[face],
-            scale,
-            temperature_k,
-            emissivity,
-            enthalpy_j_kg,
-            rise_j_kg_k,
+            row,
+            self.faces[face],
+            surface.temperature_k,
+            surface.emissivity,
+            surface.enthalpy_j_kg,
+            surface.rise_j_kg_k,
             self.outflow,
         );
-        let free = R::constant(1.0) - R::of(rows.faces[face].held);
+        let free = R::constant(1.0) - R::of(row.held);
         FaceFlux { flux: free * open.flux, slope: free * open.slope }
     }
 
@@ -275,9 +289,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// the holder.
     #[inline(always)]
     pub(super) fn passed_through(&self, face: usize, cell: usize, step: usize, stage: usize) -> R {
-        let drive = self.rows.drives[4 * step + 2 * face + stage];
-        let sideways = self.conductance_sideways(face * (self.plies.len() - 1), cell);
-        let to_holder = flux_sideways(sideways, R::of(drive.holder_k), self.staged(cell, stage));
-        self.edges[face].flux + R::of(self.rows.faces[face].held) * (self.passed[face] - to_holder)
+        let mut passed_on = self.passed[face];
+        if self.plan.has_holder {
+            let drive = self.rows.drives[4 * step + 2 * face + stage];
+            let sideways = self.conductance_sideways(face * (self.plies.len() - 1), cell);
+            passed_on = passed_on - flux_sideways(sideways, R::of(drive.holder_k), self.staged(cell, stage));
+        }
+        self.edges[face].flux + R::of(self.rows.faces[face].held) * passed_on
     }
 }

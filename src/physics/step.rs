@@ -44,7 +44,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 self.outflow = self.leaving[stage];
             }
             self.properties(step, stage);
-            self.edges = [self.edge(0, 0, step, stage), self.edge(1, last, step, stage)];
+            for face in 0..self.plan.open_faces {
+                self.edges[face] = self.edge(face, face * last, step, stage);
+            }
             let sideways = if stage == 0 { self.assemble(step) } else { self.correct(step) };
             let mut through = [self.passed_through(0, 0, step, stage), self.passed_through(1, last, step, stage)];
             if GAS {

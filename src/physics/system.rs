@@ -115,11 +115,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     pub(super) fn edge(&self, face: usize, cell: usize, step: usize, stage: usize) -> Edge<R> {
         let start = 4 * step + 2 * face;
-        let now = self.through(face, self.rows.drives[start + stage], stage, cell);
+        let surface = self.surface(face, cell, stage);
+        let now = self.through(face, self.rows.drives[start + stage], surface);
         if stage == 1 {
             return Edge { flux: now.flux, ..self.edges[face] };
         }
-        let end = self.through(face, self.rows.drives[start + 1], stage, cell);
+        let end = self.through(face, self.rows.drives[start + 1], surface);
         Edge {
             held: R::still(self.rows.faces[face].held),
             rise_k: self.rise(face, step),

@@ -82,6 +82,8 @@ pub struct Plan {
     pub has_gauges: bool,
     /// Whether the back face lets gas through.
     pub back_is_open: bool,
+    /// Faces that are anything but insulated, from the hot one on: both, or that one alone, and nothing is spent on the back one.
+    pub open_faces: usize,
     /// Whether a holder takes heat sideways; where none does, nothing is spent on it.
     pub has_holder: bool,
     /// Factors of a member; columns are one more.
@@ -216,6 +218,10 @@ impl Plan {
             gas: case.gas.as_ref().map(|flow| flow.path),
             has_gauges: case.gas.is_some(),
             back_is_open: case.exposure.back_pressure_pa.is_some(),
+            open_faces: match &case.exposure.back_face {
+                Face::Open(back) if back.is_insulated() => 1,
+                _ => 2,
+            },
             has_holder: case.exposure.holder.is_some(),
             factors: case.factors.len(),
             allowed_k: case.layup.plies.iter().map(|ply| allowed(&ply.material)).collect(),
