@@ -216,8 +216,8 @@ fn off(device: &Device, plan: &Plan, lanes: u32, spoil: impl Fn(String) -> Strin
     let (rows, expected) = systems(cells, COUNT);
     let text = spoil(shader::kernel(plan, Precision::F64, false, lanes, SOLVE));
     // Words of a dispatch: one, and lanes; no plies, as nothing is asked of them.
-    let mut run = [0_u32; 12];
-    (run[4], run[10]) = (1_f32.to_bits(), lanes);
+    let mut run = [0_u32; 13];
+    (run[4], run[11]) = (1_f32.to_bits(), lanes);
     let run = device.uniform("run", &run).expect("it is small");
     let plies = device.uniform("plies", &vec![0_u32; 20 * plan.plies.len()]).expect("it is small");
     let (rows, solutions) = (device.upload("systems", &rows), device.upload("solutions", &vec![0.0; COUNT * cells]));

@@ -161,4 +161,22 @@ mod tests {
         open.flux_w_m2 = Schedule::constant(-1.0);
         assert_eq!(of(300.0, &open, None), 0.0);
     }
+
+    #[test]
+    fn a_face_is_insulated_only_where_nothing_passes_at_any_instant() {
+        let insulated = OpenFace::insulated();
+        assert!(insulated.is_insulated());
+        // What would pass does not matter where nothing takes it up.
+        assert!(OpenFace { surroundings_k: Schedule::constant(900.0), ..insulated.clone() }.is_insulated());
+        let late = || Schedule { times_s: vec![0.0, 1.0], values: vec![0.0, -1.0] };
+        for passes in [
+            OpenFace { flux_w_m2: late(), ..insulated.clone() },
+            OpenFace { radiant_w_m2: late(), ..insulated.clone() },
+            OpenFace { film_w_m2_k: 1e-6, ..insulated.clone() },
+            OpenFace { emissivity: Emissivity::Material, ..insulated.clone() },
+            OpenFace { emissivity: Emissivity::Constant(0.1), ..insulated.clone() },
+        ] {
+            assert!(!passes.is_insulated(), "{passes:?}");
+        }
+    }
 }
