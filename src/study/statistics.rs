@@ -24,7 +24,7 @@ pub use causes::{Causes, Likely};
 use crate::ensemble::Marginal;
 use basis::Basis;
 use nalgebra::DMatrix;
-use output::{Output, Shift};
+use output::{Output, Shifts};
 use rayon::prelude::*;
 use sums::{Sums, centred};
 
@@ -34,17 +34,19 @@ const OUTPUT_QUANTA: f64 = (1u64 << 20) as f64;
 const FACTOR_QUANTA: f64 = (1u64 << 40) as f64;
 /// Fine quanta of an output in a coarse one, as a power of two. Products of coarse quanta and of functions, summed over a
 /// block, are whole numbers below 2⁵³: a product of matrices in f64 has them exactly, in whatever order it adds.
-const COARSE_LOG2: u32 = 7;
+const COARSE_LOG2: u32 = 9;
 /// Quanta of a grade, which lies between zero and one.
 const GRADE_QUANTA: f64 = (1u64 << 20) as f64;
 /// The largest deviation of an output that is counted, K: a sum of squares then stays in range for 2⁵⁴ members.
 const OUTPUT_REACH: f64 = (1u64 << 16) as f64;
 /// The largest deviation of a factor that is counted: a sum of squares then stays in range for 2²⁶ members.
 const FACTOR_REACH: f64 = (1u64 << 10) as f64;
-/// Outputs that are gathered together: the stretch of a member's row that fills two lines of the cache.
-const STRETCH: usize = 16;
+/// Outputs, or functions, that a thread takes at a time, at least: fewer, and preparing a product of matrices takes longer than the product.
+const STRETCH_LEAST: usize = 32;
+/// Stretches a thread, so that none waits long for the last.
+const STRETCHES: usize = 4;
 /// Members whose products are summed at once.
-const BLOCK: usize = 256;
+const BLOCK: usize = 1024;
 
 /// What has been counted of an ensemble: `outputs` numbers of each member, temperatures in K or times in s, and the
 /// `factors` that led to them.
@@ -61,8 +63,8 @@ pub struct Tally {
     /// Of each factor the sum of its grades, the shares of all draws that lie below a member's value, and the sums of their
     /// products with those of each factor up to it.
     grades: Vec<Vec<i128>>,
-    /// Σφφ', function × function.
-    gram: Vec<i128>,
+    /// Σφφ', of each function with those up to it.
+    gram: Vec<Vec<i128>>,
 }
 
 impl Tally {
@@ -77,7 +79,7 @@ impl Tally {
             outputs: vec![Output::new(marginals.len(), basis.len()); reference.len()],
             factors: vec![Sums::default(); marginals.len()],
             grades: (0..marginals.len()).map(|factor| vec![0; factor + 2]).collect(),
-            gram: vec![0; basis.len() * basis.len()],
+            gram: (0..basis.len()).map(|function| vec![0; function + 1]).collect(),
             basis,
         }
     }
@@ -106,55 +108,52 @@ impl Tally {
         let arrivals: Vec<usize> = (0..arrived.len()).filter(|&member| arrived[member]).collect();
         let counted = |member: &usize| {
             let (outputs, factors) = (&outputs[member * width..][..width], &factors[member * breadth..][..breadth]);
-            let near = |value: &f64, reference: f64, reach: f64| (value - reference).abs() <= reach;
-            let mut drawn = factors.iter().zip(self.basis.marginals());
-            outputs.iter().zip(&self.reference).all(|(value, reference)| near(value, *reference, OUTPUT_REACH))
-                && drawn.all(|(value, marginal)| near(value, marginal.nominal, FACTOR_REACH))
+            let far =
+                |value: &f64, reference: f64, reach: f64| usize::from(!(-reach..=reach).contains(&(value - reference)));
+            let outputs =
+                outputs.iter().zip(&self.reference).map(|(value, &nominal)| far(value, nominal, OUTPUT_REACH));
+            let drawn = factors.iter().zip(self.basis.marginals());
+            let factors = drawn.map(|(value, marginal)| far(value, marginal.nominal, FACTOR_REACH));
+            // Counted and not looked for: nearly all are near, and a loop that may end at each is slower than one that never does.
+            outputs.sum::<usize>() + factors.sum::<usize>() == 0
         };
         let members: Vec<usize> = arrivals.par_iter().copied().filter(counted).collect();
         self.members += members.len();
         self.left_out += arrivals.len() - members.len();
 
+        let each = stretch(width);
         for members in members.chunks(BLOCK) {
             let rows: Vec<&[f64]> = members.iter().map(|member| &factors[member * breadth..][..breadth]).collect();
             let shifts = self.add_factors(&rows);
             let functions = self.add_functions(&rows);
-            let stretches = self.outputs.par_chunks_mut(STRETCH).zip(self.reference.par_chunks(STRETCH)).enumerate();
+            let stretches = self.outputs.par_chunks_mut(each).zip(self.reference.par_chunks(each)).enumerate();
             stretches.for_each(|(stretch, (tallied, reference))| {
-                let mut coarse = DMatrix::zeros(members.len(), tallied.len());
-                for (place, member) in members.iter().enumerate() {
-                    let row = &outputs[member * width + stretch * STRETCH..];
-                    let shifts = &shifts[place * breadth..][..breadth];
-                    for (column, ((output, reference), value)) in tallied.iter_mut().zip(reference).zip(row).enumerate()
-                    {
-                        let quanta = ((value - reference) * OUTPUT_QUANTA).round() as i64;
-                        output.add(*value, quanta, shifts);
-                        coarse[(place, column)] = ((quanta + (1 << (COARSE_LOG2 - 1))) >> COARSE_LOG2) as f64;
-                    }
-                }
-                let products = &functions * coarse;
-                for (output, products) in tallied.iter_mut().zip(products.column_iter()) {
-                    add_whole(&mut output.moments, products.iter());
-                }
+                let rows = members.iter().map(|member| &outputs[member * width + stretch * each..][..reference.len()]);
+                add_outputs(tallied, reference, rows, &shifts, &functions);
             });
         }
     }
 
-    /// Counts the factors of members; their deviations and grades, member × factor.
-    fn add_factors(&mut self, rows: &[&[f64]]) -> Vec<Shift> {
-        let mut shifts: Vec<Shift> = Vec::with_capacity(rows.len() * self.factors.len());
-        for row in rows {
-            let first = shifts.len();
-            shifts.extend(row.iter().zip(self.basis.marginals()).map(|(value, marginal)| Shift {
-                quanta: ((value - marginal.nominal) * FACTOR_QUANTA).round() as i64,
-                grade: (marginal.share(*value) * GRADE_QUANTA).round() as u64,
-            }));
-            let shifts = &shifts[first..];
-            for ((sums, grades), shift) in self.factors.iter_mut().zip(&mut self.grades).zip(shifts) {
-                sums.add(shift.quanta);
-                grades[0] += i128::from(shift.grade);
-                for (sum, other) in grades[1..].iter_mut().zip(shifts) {
-                    *sum += i128::from(shift.grade) * i128::from(other.grade);
+    /// Counts the factors of members, and tells what those add to an output.
+    fn add_factors(&mut self, rows: &[&[f64]]) -> Shifts {
+        let marginals = self.basis.marginals();
+        let quanta = |factor: usize| {
+            rows.iter().map(move |row| nearest((row[factor] - marginals[factor].nominal) * FACTOR_QUANTA))
+        };
+        let grade = |(value, marginal): (&f64, &Marginal)| nearest(marginal.share(*value) * GRADE_QUANTA) as u64;
+        let grades = |row: &&[f64]| row.iter().zip(marginals).map(grade).collect();
+        let shifts = Shifts {
+            quanta: (0..marginals.len()).flat_map(quanta).collect(),
+            grades: rows.par_iter().map(grades).collect::<Vec<Vec<u64>>>().concat(),
+        };
+        for (sums, quanta) in self.factors.iter_mut().zip(shifts.quanta.chunks(rows.len())) {
+            sums.add(quanta);
+        }
+        for member in shifts.grades.chunks(marginals.len().max(1)) {
+            for (sums, &grade) in self.grades.iter_mut().zip(member) {
+                sums[0] += i128::from(grade);
+                for (sum, &other) in sums[1..].iter_mut().zip(member) {
+                    *sum += i128::from(grade) * i128::from(other);
                 }
             }
         }
@@ -163,13 +162,18 @@ impl Tally {
 
     /// Counts the functions of members; all of them, function × member.
     fn add_functions(&mut self, rows: &[&[f64]]) -> DMatrix<f64> {
-        let mut functions = Vec::with_capacity(rows.len() * self.basis.len());
-        rows.iter().for_each(|row| self.basis.evaluate(row, &mut functions));
-        let functions = DMatrix::from_vec(self.basis.len(), rows.len(), functions);
+        let mut functions = DMatrix::zeros(self.basis.len(), rows.len());
+        let members = functions.as_mut_slice().par_chunks_mut(self.basis.len()).zip(rows);
+        members.for_each(|(functions, row)| self.basis.evaluate(row, functions));
         let turned = functions.transpose();
-        let all = self.basis.len();
-        self.gram.par_chunks_mut(all * STRETCH).enumerate().for_each(|(stretch, sums)| {
-            add_whole(sums, (&functions * turned.columns(stretch * STRETCH, sums.len() / all)).iter());
+        let each = stretch(self.basis.len());
+        self.gram.par_chunks_mut(each).enumerate().for_each(|(stretch, sums)| {
+            let first = stretch * each;
+            let up_to = functions.rows(0, first + sums.len());
+            let products = up_to * turned.columns(first, sums.len());
+            for (sums, products) in sums.iter_mut().zip(products.column_iter()) {
+                add_whole(sums, products.iter());
+            }
         });
         functions
     }
@@ -191,8 +195,8 @@ impl Tally {
         for (mine, theirs) in self.factors.iter_mut().zip(&other.factors) {
             mine.merge(theirs);
         }
-        let theirs = other.grades.iter().flatten().chain(&other.gram);
-        for (mine, theirs) in self.grades.iter_mut().flatten().chain(&mut self.gram).zip(theirs) {
+        let theirs = other.grades.iter().chain(&other.gram).flatten();
+        for (mine, theirs) in self.grades.iter_mut().chain(&mut self.gram).flatten().zip(theirs) {
             *mine += theirs;
         }
     }
@@ -262,6 +266,51 @@ impl Tally {
         let all: f64 = (0..self.factors.len()).map(square).sum();
         if all > 0.0 { square(factor) / all } else { 0.0 }
     }
+}
+
+/// Counts some outputs of members, of each a row.
+///
+/// Rows lie far apart, so that each is fetched once, and only then gone through output by output.
+fn add_outputs<'a>(
+    tallied: &mut [Output],
+    reference: &[f64],
+    rows: impl ExactSizeIterator<Item = &'a [f64]>,
+    shifts: &Shifts,
+    functions: &DMatrix<f64>,
+) {
+    let members = rows.len();
+    let mut quanta = Vec::with_capacity(members * tallied.len());
+    for row in rows {
+        for ((output, value), reference) in tallied.iter_mut().zip(row).zip(reference) {
+            output.reaches(*value);
+            quanta.push(nearest((value - reference) * OUTPUT_QUANTA));
+        }
+    }
+    let mut coarse = DMatrix::zeros(members, tallied.len());
+    let mut own = Vec::with_capacity(members);
+    for (column, (output, mut coarse)) in tallied.iter_mut().zip(coarse.column_iter_mut()).enumerate() {
+        own.clear();
+        own.extend(quanta.iter().skip(column).step_by(reference.len()));
+        output.add(&own, shifts);
+        for (coarse, quanta) in coarse.iter_mut().zip(&own) {
+            *coarse = ((quanta + (1 << (COARSE_LOG2 - 1))) >> COARSE_LOG2) as f64;
+        }
+    }
+    let products = functions * coarse;
+    for (output, products) in tallied.iter_mut().zip(products.column_iter()) {
+        add_whole(&mut output.moments, products.iter());
+    }
+}
+
+/// The whole number nearest to one that is not far from nothing; halves go away from it. `round` is a call on processors as old as
+/// those that this is built for, and takes as long as all else that is done to a number here.
+fn nearest(value: f64) -> i64 {
+    (value + f64::copysign(0.5, value)) as i64
+}
+
+/// How many of so many a thread takes at a time.
+fn stretch(all: usize) -> usize {
+    all.div_ceil(STRETCHES * rayon::current_num_threads()).max(STRETCH_LEAST)
 }
 
 /// Adds products that are whole numbers, and small enough to be so exactly.

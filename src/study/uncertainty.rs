@@ -71,7 +71,7 @@ pub struct PeakSpread {
 const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
 
 /// Members counted together: enough to busy every thread, few enough that their copy stays small beside their traces.
-const BLOCK: usize = 256;
+const BLOCK: usize = 1024;
 
 /// What has been counted of some members of an ensemble. Parts that were gathered apart merge to what the whole would
 /// have been, to the last bit, in any order.

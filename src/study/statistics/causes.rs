@@ -1,7 +1,7 @@
 //! What each factor has to do with an output: correlations of values and of ranks, and Sobol indices.
 
 use super::expansion::{Expansion, Indices, NORMAL_95};
-use super::{GRADE_QUANTA, Tally};
+use super::{GRADE_QUANTA, Tally, stretch};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -33,7 +33,7 @@ pub struct Causes {
 }
 
 impl Likely {
-    const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+    pub(super) const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
 
     /// A correlation from so many degrees of freedom: Fisher's transform, with the variance `scatter/(free − 3)`.
     fn correlation(value: f64, free: f64, scatter: f64) -> Self {
@@ -61,22 +61,26 @@ impl Tally {
     pub fn causes(&self, are_independent: bool) -> Vec<Causes> {
         let expansion = Expansion::new(self, are_independent);
         let ranks = Ranks::new(self);
-        (0..self.outputs.len())
-            .into_par_iter()
-            .map(|output| self.causes_of(output, expansion.as_ref(), &ranks))
-            .collect()
+        let each = stretch(self.outputs.len());
+        let stretches = self.outputs.par_chunks(each).zip((0..self.outputs.len()).step_by(each).collect::<Vec<_>>());
+        let causes = stretches.flat_map_iter(|(outputs, first)| {
+            let indices = match &expansion {
+                Some(expansion) => expansion.indices(outputs),
+                None => vec![Indices::unknown(self.factors()); outputs.len()],
+            };
+            indices.into_iter().zip(first..).map(|(indices, output)| self.causes_of(output, indices, &ranks))
+        });
+        causes.collect()
     }
 
-    fn causes_of(&self, output: usize, expansion: Option<&Expansion<'_>>, ranks: &Ranks) -> Causes {
+    fn causes_of(&self, output: usize, indices: Indices, ranks: &Ranks) -> Causes {
         let (members, others) = (self.members as f64, self.factors().saturating_sub(1) as f64);
         let factors = 0..self.factors();
         let correlations =
             factors.clone().map(|factor| Likely::correlation(self.correlation(output, factor), members, 1.0));
         let ranked = ranks.correlations(self, output);
         let partial = ranks.partial(&ranked);
-        let unknown = || vec![Likely::UNKNOWN; self.factors()];
-        let none = || Indices { first: unknown(), total: unknown(), rest: f64::NAN };
-        let Indices { first, total, rest } = expansion.map_or_else(none, |expansion| expansion.indices(output));
+        let Indices { first, total, rest } = indices;
         Causes {
             correlations: correlations.collect(),
             rank_correlations: ranked.iter().map(|&value| Likely::rank_correlation(value, members)).collect(),

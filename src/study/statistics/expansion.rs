@@ -13,8 +13,10 @@
 //! that is what would be left of the variance were all others known. These parts overlap or leave gaps: they do not sum to one.
 
 use super::basis::QUANTA;
-use super::{COARSE_LOG2, Likely, Tally};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use super::output::Output;
+use super::{COARSE_LOG2, Likely, Tally, stretch};
+use nalgebra::{Cholesky, DMatrix, DVectorView, Dyn};
+use rayon::prelude::*;
 
 /// Members a function at least: with fewer, chance fits more than it leaves.
 const MEMBERS_A_FUNCTION: usize = 8;
@@ -30,6 +32,7 @@ const EXCESS: f64 = 5.6;
 const STILL: f64 = 10.0 / 12.0;
 
 /// What the factors make of one output.
+#[derive(Clone)]
 pub(super) struct Indices {
     /// Of first order and total, one a factor.
     pub(super) first: Vec<Likely>,
@@ -37,12 +40,18 @@ pub(super) struct Indices {
     pub(super) rest: f64,
 }
 
+impl Indices {
+    /// Where there are too few members to tell.
+    pub(super) fn unknown(factors: usize) -> Self {
+        Self { first: vec![Likely::UNKNOWN; factors], total: vec![Likely::UNKNOWN; factors], rest: f64::NAN }
+    }
+}
+
 /// The fit of all outputs of a tally, as far as it is the same for each.
 pub(super) struct Expansion<'a> {
     tally: &'a Tally,
     functions: usize,
-    /// Mean products of the functions, factored, and inverted.
-    factored: Cholesky<f64, Dyn>,
+    /// Of the mean products of the functions.
     inverse: DMatrix<f64>,
     /// How coefficients become a variance; `None` where it is the sum of their squares.
     joint: Option<DMatrix<f64>>,
@@ -59,7 +68,6 @@ struct Part {
 impl<'a> Expansion<'a> {
     /// `None` where there are too few members for a straight line in every factor.
     pub(super) fn new(tally: &'a Tally, are_independent: bool) -> Option<Self> {
-        let all = tally.basis.len();
         let scale = QUANTA * QUANTA * tally.members as f64;
         let mut functions = tally.basis.within(tally.members / MEMBERS_A_FUNCTION);
         // Members that happen to lie so that functions cannot be told apart get those of lower degrees.
@@ -67,13 +75,13 @@ impl<'a> Expansion<'a> {
             if functions < 2 {
                 return None;
             }
-            let products = DMatrix::from_fn(functions, functions, |a, b| tally.gram[a * all + b] as f64 / scale);
+            let products = DMatrix::from_fn(functions, functions, |a, b| tally.gram[a.max(b)][a.min(b)] as f64 / scale);
             match products.clone().cholesky() {
                 Some(factored) => break (products, factored),
                 None => functions = tally.basis.within(functions - 1),
             }
         };
-        let inverse = factored.inverse();
+        let inverse = inverse(&factored);
         let joint = (!are_independent).then(|| {
             let means = products.column(0);
             &products - means * means.transpose()
@@ -97,24 +105,30 @@ impl<'a> Expansion<'a> {
             Part { functions: chosen, mixture }
         };
         let parts = (0..tally.factors()).map(|factor| [part(factor, false), part(factor, true)]).collect();
-        Some(Self { tally, functions, factored, inverse, joint, parts })
+        Some(Self { tally, functions, inverse, joint, parts })
     }
 
-    /// Of an output.
-    pub(super) fn indices(&self, output: usize) -> Indices {
-        let output = &self.tally.outputs[output];
+    /// Of some outputs.
+    pub(super) fn indices(&self, outputs: &[Output]) -> Vec<Indices> {
+        let members = self.tally.members as f64;
+        let moment = |function: usize, output: usize| outputs[output].moments[function] as f64 / members / QUANTA;
+        let moments = DMatrix::from_fn(self.functions, outputs.len(), moment);
+        let coefficients = &self.inverse * &moments;
+        let each = outputs.iter().zip(moments.column_iter().zip(coefficients.column_iter()));
+        each.map(|(output, (moments, coefficients))| self.parted(output, moments, coefficients)).collect()
+    }
+
+    /// Of an output with its mean products with the functions, and the coefficients of these that fit it best.
+    fn parted(&self, output: &Output, moments: DVectorView<'_, f64>, coefficients: DVectorView<'_, f64>) -> Indices {
         let (members, functions) = (self.tally.members as f64, self.functions as f64);
         let coarse = f64::from(1 << COARSE_LOG2);
         let square = output.sums.squares as f64 / members / coarse / coarse;
-        let moments = output.moments[..self.functions].iter().map(|&moment| moment as f64 / members / QUANTA);
-        let moments = DVector::from_iterator(self.functions, moments);
-        let coefficients = self.factored.solve(&moments);
         let left = (square - moments.dot(&coefficients)).max(0.0) * members / (members - functions);
         // What chance adds to the square of a coefficient.
         let noise = |function: usize| left * self.inverse[(function, function)] / members;
         let explained = match &self.joint {
             None => (1..self.functions).map(|function| coefficients[function].powi(2) - noise(function)).sum(),
-            Some(joint) => coefficients.dot(&(joint * &coefficients)) - left * (functions - 1.0) / members,
+            Some(joint) => coefficients.dot(&(joint * coefficients)) - left * (functions - 1.0) / members,
         };
         let variance = f64::max(explained, 0.0) + left;
         if variance < STILL {
@@ -126,7 +140,7 @@ impl<'a> Expansion<'a> {
             let count = part.functions.len() as f64;
             let sum: f64 = match &part.mixture {
                 None => part.functions.iter().map(|&at| coefficients[at].powi(2) - noise(at)).sum(),
-                Some(mixture) => (mixture * &coefficients).norm_squared() - left * count / members,
+                Some(mixture) => (mixture * coefficients).norm_squared() - left * count / members,
             };
             self.within(f64::clamp(sum / variance, 0.0, 1.0), rest, count)
         };
@@ -149,6 +163,19 @@ impl<'a> Expansion<'a> {
         let low = (value - NORMAL_95 * own.sqrt()).max(0.0);
         Likely { value, low, high: (value + rest + NORMAL_95 * (own + hidden).sqrt()).min(1.0) }
     }
+}
+
+/// The inverse of what was factored, some of its columns a thread.
+fn inverse(factored: &Cholesky<f64, Dyn>) -> DMatrix<f64> {
+    let all = factored.l_dirty().nrows();
+    let each = stretch(all);
+    let firsts: Vec<usize> = (0..all).step_by(each).collect();
+    let columns = firsts.into_par_iter().flat_map_iter(|first| {
+        let mut columns = DMatrix::from_fn(all, each.min(all - first), |row, column| f64::from(row == first + column));
+        factored.solve_mut(&mut columns);
+        Vec::from(columns.data)
+    });
+    DMatrix::from_vec(all, all, columns.collect())
 }
 
 #[cfg(test)]
@@ -180,7 +207,7 @@ mod tests {
         let ensemble = Ensemble::sample(&drawn, Bounds::Small, &sampling, members).correlated(correlation);
         let mut tally = Tally::new(&[0.0], &vec![Marginal::new(0.0, (-1.0, 1.0), kind); factors]);
         let rows: Vec<Vec<f64>> = (0..members).map(|member| ensemble.member(member)).collect();
-        // A thousand quanta of 2⁻¹³ and more to a deviation, as a kelvin has.
+        // A thousand quanta of 2⁻¹¹ and more to a deviation, as a kelvin has.
         let outputs: Vec<f64> = rows.iter().map(|row| 10.0 * f(row)).collect();
         tally.add_block(&outputs, &rows.concat(), &vec![true; members]);
         tally.causes(correlation.is_none()).remove(0)

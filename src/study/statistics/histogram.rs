@@ -27,12 +27,18 @@ impl Histogram {
         Self { bins_max, columns: 1 + carried, width_log2: 0, lowest: 0, counts: Vec::new() }
     }
 
-    /// Counts a value with what it carries.
-    pub(super) fn count(&mut self, quanta: i64, carried: impl IntoIterator<Item = u64>) {
-        let bin = self.bin(quanta);
-        bin[0] += 1;
-        for (sum, more) in bin[1..].iter_mut().zip(carried) {
-            *sum += more;
+    /// Counts values with what they carry, value × number.
+    pub(super) fn count(&mut self, values: &[i64], carried: &[u64]) {
+        let (Some(&lowest), Some(&highest)) = (values.iter().min(), values.iter().max()) else { return };
+        self.reach(lowest);
+        self.reach(highest);
+        let mut carried = carried.chunks((self.columns - 1).max(1));
+        for &value in values {
+            let bin = self.bin(value);
+            bin[0] += 1;
+            for (sum, more) in bin[1..].iter_mut().zip(carried.next().unwrap_or_default()) {
+                *sum += more;
+            }
         }
     }
 
@@ -48,6 +54,7 @@ impl Histogram {
         }
         for (bin, counts) in (other.lowest..).zip(other.bins()) {
             if counts[0] > 0 {
+                self.reach(bin << other.width_log2);
                 for (mine, theirs) in self.bin(bin << other.width_log2).iter_mut().zip(counts) {
                     *mine += theirs;
                 }
@@ -91,8 +98,14 @@ impl Histogram {
         (held == Some(values)).then_some(Self { width_log2, lowest, counts, ..self })
     }
 
-    /// The numbers of the bin that holds a value, the range grown just so far as to hold it.
+    /// The numbers of the bin that holds a value within reach.
     fn bin(&mut self, quanta: i64) -> &mut [u64] {
+        let place = ((quanta >> self.width_log2) - self.lowest) as usize * self.columns;
+        &mut self.counts[place..place + self.columns]
+    }
+
+    /// Grows the range just so far as to hold a value.
+    fn reach(&mut self, quanta: i64) {
         if self.counts.is_empty() {
             self.lowest = quanta >> self.width_log2;
         }
@@ -109,11 +122,10 @@ impl Histogram {
             self.counts.splice(0..0, std::iter::repeat_n(0, more * self.columns));
             self.lowest = bin;
         }
-        let place = (bin - self.lowest) as usize * self.columns;
-        if place >= self.counts.len() {
-            self.counts.resize(place + self.columns, 0);
+        let end = ((bin - self.lowest) as usize + 1) * self.columns;
+        if end > self.counts.len() {
+            self.counts.resize(end, 0);
         }
-        &mut self.counts[place..place + self.columns]
     }
 
     /// Bins twice as wide: each pair becomes one.
@@ -142,7 +154,7 @@ mod tests {
     /// Of values that carry their own last digit.
     fn of(values: impl IntoIterator<Item = i64>) -> Histogram {
         let mut histogram = Histogram::new(BINS_MAX, 1);
-        values.into_iter().for_each(|value| histogram.count(value, [value.unsigned_abs() % 10]));
+        values.into_iter().for_each(|value| histogram.count(&[value], &[value.unsigned_abs() % 10]));
         histogram
     }
 

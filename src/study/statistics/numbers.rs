@@ -14,7 +14,7 @@ impl Tally {
         let mut numbers = vec![self.members as i128, self.left_out as i128];
         numbers.extend(self.factors.iter().flat_map(|sums| [sums.first, sums.squares]));
         numbers.extend(self.grades.iter().flatten());
-        numbers.extend((0..self.basis.len()).flat_map(|row| &self.gram[row * self.basis.len()..][..=row]));
+        numbers.extend(self.gram.iter().flatten());
         for output in &self.outputs {
             numbers.extend([output.sums.first, output.sums.squares]);
             numbers.extend(&output.crossed);
@@ -36,18 +36,11 @@ impl Tally {
         for sums in &mut tally.factors {
             *sums = Sums { first: numbers.next()?, squares: numbers.next()? };
         }
-        for grade in tally.grades.iter_mut().flatten() {
-            *grade = numbers.next()?;
-        }
-        let functions = tally.basis.len();
-        for row in 0..functions {
-            for column in 0..=row {
-                let sum = numbers.next()?;
-                (tally.gram[row * functions + column], tally.gram[column * functions + row]) = (sum, sum);
-            }
+        for sum in tally.grades.iter_mut().chain(&mut tally.gram).flatten() {
+            *sum = numbers.next()?;
         }
         // The first function is one, in quanta: its square was summed over every member.
-        let counted = tally.gram[0] == tally.members as i128 * CONSTANT * CONSTANT;
+        let counted = tally.gram[0][0] == tally.members as i128 * CONSTANT * CONSTANT;
         for output in &mut tally.outputs {
             let Output { sums, crossed, low, high, histogram, ranked, moments } = output;
             *sums = Sums { first: numbers.next()?, squares: numbers.next()? };

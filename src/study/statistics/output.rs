@@ -1,7 +1,7 @@
 //! What is counted of one number that every member has: a temperature at an instant, a peak, a time.
 
 use super::histogram::Histogram;
-use super::sums::Sums;
+use super::sums::{Sums, products};
 
 /// Bins for the percentiles.
 const BINS: i64 = 1024;
@@ -23,11 +23,12 @@ pub(super) struct Output {
     pub(super) moments: Vec<i128>,
 }
 
-/// What a member's factor adds: its deviation in quanta, and its grade.
-#[derive(Clone, Copy)]
-pub(super) struct Shift {
-    pub(super) quanta: i64,
-    pub(super) grade: u64,
+/// What the factors of some members add to an output.
+pub(super) struct Shifts {
+    /// Deviations in quanta, factor × member.
+    pub(super) quanta: Vec<i64>,
+    /// Grades, member × factor.
+    pub(super) grades: Vec<u64>,
 }
 
 impl Output {
@@ -44,17 +45,21 @@ impl Output {
         }
     }
 
-    /// Counts a value that lies so many quanta from its reference, with what the member's factors add; its moments are
-    /// added with those of a block.
-    pub(super) fn add(&mut self, value: f64, quanta: i64, shifts: &[Shift]) {
-        self.sums.add(quanta);
-        for (crossed, shift) in self.crossed.iter_mut().zip(shifts) {
-            *crossed += i128::from(shift.quanta) * i128::from(quanta);
-        }
+    /// Takes a value in between the lowest and the highest.
+    pub(super) fn reaches(&mut self, value: f64) {
         self.low = self.low.min(value);
         self.high = self.high.max(value);
-        self.histogram.count(quanta, []);
-        self.ranked.count(quanta, shifts.iter().map(|shift| shift.grade));
+    }
+
+    /// Counts values that lie so many quanta from their reference, with what the factors of their members add; their moments
+    /// are added with those of all outputs. Many at once, so that its bins are fetched once.
+    pub(super) fn add(&mut self, quanta: &[i64], shifts: &Shifts) {
+        self.sums.add(quanta);
+        for (crossed, factor) in self.crossed.iter_mut().zip(shifts.quanta.chunks(quanta.len())) {
+            *crossed += products(factor, quanta);
+        }
+        self.histogram.count(quanta, &[]);
+        self.ranked.count(quanta, &shifts.grades);
     }
 
     /// Counts what another has counted.

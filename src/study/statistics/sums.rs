@@ -8,15 +8,20 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    pub(super) fn add(&mut self, quanta: i64) {
-        self.first += i128::from(quanta);
-        self.squares += i128::from(quanta) * i128::from(quanta);
+    pub(super) fn add(&mut self, quanta: &[i64]) {
+        self.first += quanta.iter().map(|&quanta| i128::from(quanta)).sum::<i128>();
+        self.squares += products(quanta, quanta);
     }
 
     pub(super) fn merge(&mut self, other: &Self) {
         self.first += other.first;
         self.squares += other.squares;
     }
+}
+
+/// `Σab`.
+pub(super) fn products(a: &[i64], b: &[i64]) -> i128 {
+    a.iter().zip(b).map(|(&a, &b)| i128::from(a) * i128::from(b)).sum()
 }
 
 /// `Σ (a − ā)(b − b̄) = Σab − ΣaΣb/n`, from the sum of products and the two sums.
