@@ -133,6 +133,9 @@ impl Real for Counted {
         count(&CHOICES);
         Self(Real::settled(self.0, least.0))
     }
+    fn less_times(self, by: Self, before: Self, least: Self) -> Self {
+        self - by * Real::settled(before, least)
+    }
     fn sqrt(self) -> Self {
         count(&QUOTIENTS);
         Self(self.0.sqrt())

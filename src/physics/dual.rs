@@ -128,6 +128,13 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Real<Scalar = V>> Real for 
         Self { value: self.value.settled(least.value), change: self.change.settled(D::of(least.value)) }
     }
     #[inline(always)]
+    fn less_times(self, by: Self, before: Self, least: Self) -> Self {
+        // −(by′ before + by before′), operation for operation.
+        let less = by.change * D::of(-before.value.settled(least.value));
+        let less = less.less_times(D::of(by.value), before.change, D::of(least.value));
+        Self { value: self.value.less_times(by.value, before.value, least.value), change: self.change + less }
+    }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         let value = self.value.sqrt();
         Self { value, change: self.change * D::of(V::constant(0.5) / value) }

@@ -96,6 +96,11 @@ macro_rules! lanes {
                 if $settles { Self(self.0.abs().cmp_lt(least.0).blendv(self.0, S::$vector::zeroes())) } else { self }
             }
             #[inline(always)]
+            fn less_times(self, by: Self, before: Self, least: Self) -> Self {
+                let less = self - by * before;
+                if $settles { Self(before.0.abs().cmp_lt(least.0).blendv(less.0, self.0)) } else { less }
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 Self(self.0.sqrt())
             }

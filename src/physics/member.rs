@@ -322,7 +322,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         let now = spot(self.temperatures[i].high);
         let then = spot(R::of(rows.cells[i].start_k));
         if ply.states == 1 {
-            let [now_j_kg, then_j_kg] = [now, then].map(|at| integral(self.row_of(p, at), 1));
+            let now_j_kg = integral(self.row_of(p, now), 1);
+            let then_j_kg = integral(self.row_of(p, then), 1);
             return keep(now_j_kg - then_j_kg) * self.plies[p].density_kg_m3 * width_m + self.gas_gained(p, i);
         }
         let phases = self.phases_of(p, i);

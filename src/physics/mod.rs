@@ -99,6 +99,8 @@ pub trait Real:
     fn min(self, other: Self) -> Self;
     /// Zero where it is nearer zero than `least` in f32; in f64 what it is.
     fn settled(self, least: Self) -> Self;
+    /// It less `by` times `before`, this settled as with `least`.
+    fn less_times(self, by: Self, before: Self, least: Self) -> Self;
     fn sqrt(self) -> Self;
     /// One where it is not below `mark`, else zero.
     fn reached(self, mark: Self) -> Self;
@@ -163,6 +165,10 @@ macro_rules! scalar {
                 if $settles && self.abs() < least { 0.0 } else { self }
             }
             #[inline(always)]
+            fn less_times(self, by: Self, before: Self, least: Self) -> Self {
+                if $settles && before.abs() < least { self } else { self - by * before }
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 <$real>::sqrt(self)
             }
@@ -193,11 +199,15 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn floor(self, most: u32) -> Self {
-                (self as u32).min(most) as $real
+                // What is no number counts as none. By way of an integer takes longer than all else that is done to a spot.
+                let inside = Real::min(Real::max(self, 0.0), most as $real);
+                let nearest = inside.nearest();
+                if nearest > inside { nearest - 1.0 } else { nearest }
             }
             #[inline(always)]
             fn place(row: $real, columns: usize) -> usize {
-                columns * row as usize
+                // The last 22 bits of the sum are the number.
+                columns * ((row + $whole).to_bits() as usize & 0x003f_ffff)
             }
             #[inline(always)]
             fn row<'a>(place: &usize, table: &'a [$real], columns: usize) -> &'a [$real] {

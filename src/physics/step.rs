@@ -19,7 +19,7 @@
 use super::Real;
 use super::compensated::advanced;
 use super::member::Member;
-use super::tridiagonal::ascended;
+use super::tridiagonal::{ascended, settled};
 use crate::plan::layout::{TABLE_NODES, TABLE_STEP_K};
 
 pub(super) const GAMMA: f64 = 0.292_893_218_813_452_4;
@@ -90,7 +90,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mut before = R::constant(0.0);
         for i in (0..first.len()).rev() {
             before = ascended(second[i], diagonal[i], upper[i], before);
-            first[i] = before;
+            first[i] = settled(before);
         }
     }
 
@@ -125,8 +125,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let (mut coldest, mut hottest) = self.extremes_k[p];
             for i in (0..temperatures.len()).rev() {
                 before = ascended(second[i], diagonal[i], upper[i], before);
-                let increment = first[i] * R::fixed(1.5) + before * R::fixed(0.5);
-                second[i] = first[i] + before;
+                let own = settled(before);
+                let increment = first[i] * R::fixed(1.5) + own * R::fixed(0.5);
+                second[i] = first[i] + own;
                 temperatures[i] = advanced(temperatures[i], increment);
                 let high = temperatures[i].high;
                 coldest = coldest.min(high);

@@ -9,7 +9,7 @@ use super::conducting::{Link, Node, no_link};
 use super::member::Member;
 use super::reacting::{EASE, restraint};
 use super::step::GAMMA;
-use super::tridiagonal::{descended, eliminated};
+use super::tridiagonal::{descended, eliminated, settled};
 use crate::plan::GasPath;
 
 /// What a face does to the row of its cell.
@@ -41,7 +41,7 @@ struct Way<R> {
     taken: R,
     /// −γ times the slopes of what is conducted, by the temperature of the cell above and, less, by the cell's, W/m²/K.
     slopes: [R; 2],
-    /// Of the row above the reciprocal of its pivot, its upper coefficient and its right-hand side.
+    /// Of the row above the reciprocal of its pivot, its upper coefficient and its right-hand side, not settled yet.
     reciprocal: R,
     upper: R,
     side: R,
@@ -194,7 +194,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         way.slopes = [leaving, below];
         (way.reciprocal, way.upper) = (reciprocal, row.upper);
         (way.conducted, way.gained) = (link.conducted, link.gained);
-        [under, reciprocal, row.upper * reciprocal, way.side]
+        [under, reciprocal, row.upper * reciprocal, settled(way.side)]
     }
 
     /// Over the link under a cell, which makes the right-hand side of the second stage in its row; of that the ratio under the diagonal and the heat
@@ -225,7 +225,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         way.side = descended(side, under, way.side);
         (way.conducted, way.gained) = (link.conducted, link.gained);
-        way.side
+        settled(way.side)
     }
 
     /// The system of both stages, factored, and on the way down the right-hand side of the first; what all cells take from the holder, W/m². What

@@ -34,16 +34,17 @@ pub fn eliminated<R: Real>(lower: R, diagonal: R, before: R, upper_before: R) ->
     [lower * before, R::constant(1.0) / (diagonal - product * before)]
 }
 
-/// The right-hand side of a row on the way down, from that of the row above.
+/// The right-hand side of a row on the way down, from that of the row above, to be settled where it is kept. The row under it may have it as it is:
+/// whether it is negligible is then found while it is multiplied, where settling it first would be waited for in every row.
 #[inline(always)]
 pub fn descended<R: Real>(side: R, under: R, before: R) -> R {
-    settled(side - under * before)
+    side.less_times(under, before, R::constant(LEAST))
 }
 
-/// The unknown of a row on the way up, from that of the row below.
+/// The unknown of a row on the way up, from that of the row below, likewise.
 #[inline(always)]
 pub fn ascended<R: Real>(side: R, reciprocal: R, over: R, before: R) -> R {
-    settled(side * reciprocal - over * before)
+    (side * reciprocal).less_times(over, before, R::constant(LEAST))
 }
 
 /// Turn the lower coefficients into ratios `l/d'`, the diagonal into reciprocals of the pivots `d'` and the upper
@@ -63,16 +64,16 @@ pub fn factorise<R: Real>(lower: &mut [R], diagonal: &mut [R], upper: &mut [R]) 
 pub fn substitute<R: Real>(under: &[R], reciprocals: &[R], over: &[R], side: &mut [R]) {
     let last = side.len() - 1;
     // Held on to, as to write it and read it again takes longer than to work it out.
-    let mut before = settled(side[0]);
+    let mut before = side[0];
     for i in 1..=last {
         before = descended(side[i], under[i], before);
-        side[i] = before;
+        side[i] = settled(before);
     }
-    before = settled(before * reciprocals[last]);
-    side[last] = before;
+    before = settled(before) * reciprocals[last];
+    side[last] = settled(before);
     for back in 1..=last {
         let i = last - back;
         before = ascended(side[i], reciprocals[i], over[i], before);
-        side[i] = before;
+        side[i] = settled(before);
     }
 }
