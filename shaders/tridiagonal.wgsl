@@ -1,6 +1,6 @@
 // Systems with one neighbour on each side: twin of src/physics/tridiagonal.rs.
 
-const LEAST = 1e-25;
+const LEAST = 1e-12;
 
 alias Column = array<real, CELLS>;
 
