@@ -48,6 +48,10 @@ const STRETCHES: usize = 4;
 /// Members whose products are summed at once.
 const BLOCK: usize = 1024;
 
+/// Coarse quanta of the furthest output, times those of the furthest function, over all members of a block.
+const SUM_MOST: f64 = OUTPUT_REACH * OUTPUT_QUANTA / (1u64 << COARSE_LOG2) as f64 * basis::REACH * BLOCK as f64;
+const _: () = assert!(SUM_MOST <= (1u64 << f64::MANTISSA_DIGITS) as f64, "a product of matrices would round");
+
 /// What has been counted of an ensemble: `outputs` numbers of each member, temperatures in K or times in s, and the
 /// `factors` that led to them.
 ///

@@ -70,7 +70,7 @@ pub struct PeakSpread {
 /// The percentiles of every spread.
 const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
 
-/// Members counted together: enough to busy every thread, few enough that their copy stays small beside their traces.
+/// Members counted together: as many as a tally takes at once, and their copy no larger than their traces.
 const BLOCK: usize = 1024;
 
 /// What has been counted of some members of an ensemble. Parts that were gathered apart merge to what the whole would

@@ -19,7 +19,7 @@ const DEGREE_MAX: usize = 10;
 /// Quanta of a function in one unit of it. Rounded functions are functions as good as those they are rounded from.
 pub(super) const QUANTA: f64 = 512.0;
 /// A function is cut off here, quanta: the product with the furthest output, summed over a block, then is exact in f64.
-const REACH: f64 = 65_536.0;
+pub(super) const REACH: f64 = 65_536.0;
 /// Shares at which a distribution is taken to find what is orthonormal over it.
 const NODES: usize = 1 << 14;
 
