@@ -167,6 +167,11 @@ mod tests {
     fn a_histogram_depends_on_its_values_and_not_on_their_order_or_how_they_are_parted() {
         let whole = of(widening());
         assert_eq!(whole, of(widening().rev()));
+        let (values, carried): (Vec<i64>, Vec<u64>) =
+            widening().map(|value| (value, value.unsigned_abs() % 10)).unzip();
+        let mut together = Histogram::new(BINS_MAX, 1);
+        together.count(&values, &carried);
+        assert_eq!(together, whole, "all at once");
         for parted in [1, 10, 3990] {
             let (mut first, last) = (of(widening().take(parted)), of(widening().skip(parted)));
             let mut turned = last.clone();
