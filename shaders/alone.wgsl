@@ -22,11 +22,11 @@ fn end_ply() -> u32 {
 }
 
 fn first_of(ply: u32) -> u32 {
-    return plies[ply].first_cell;
+    return plan.plies[ply].first_cell;
 }
 
 fn end_of(ply: u32) -> u32 {
-    return plies[ply].end_cell;
+    return plan.plies[ply].end_cell;
 }
 
 fn has(cell: u32) -> bool {

@@ -56,7 +56,7 @@ fn gas_gained(p: u32, cell: u32) -> real {
 fn first_storage(p: u32, cell: u32) -> real {
     let start_k = cells[cell].start_k;
     let molar = value(gas_of(p, row_of(p, spot(start_k))), 2u);
-    let virgin = substances[plies[p].first_state];
+    let virgin = plan.substances[plan.plies[p].first_state];
     let volume_m = cells[cell].width_m * ply_scales[p].thickness;
     return volume_m * virgin.porosity * (molar / start_k);
 }
@@ -93,7 +93,7 @@ fn warm(step: u32, stage: u32) -> array<real, 2> {
         }
     }
     tally(step, stage, out);
-    return array<real, 2>(faces[0].held * drawn[0], faces[1].held * drawn[1]);
+    return array<real, 2>(plan.faces[0].held * drawn[0], plan.faces[1].held * drawn[1]);
 }
 
 fn carried(cell: u32) -> real {

@@ -46,7 +46,7 @@ fn properties(step: u32, stage: u32) {
         return;
     }
     for (var p = first_ply(); p < end_ply(); p++) {
-        if plies[p].rows > 1u || LEVELS > 1u {
+        if plan.plies[p].rows > 1u || LEVELS > 1u {
             for (var i = first_of(p); i < end_of(p); i++) {
                 blend(p, i, step, stage);
             }
@@ -72,7 +72,7 @@ fn moved(cell: u32, stage: u32) -> real {
 
 // Its heat capacity is that of the whole cell, J/m²/K.
 fn plain(p: u32, i: u32, stage: u32) -> Solid {
-    let ply = plies[p];
+    let ply = plan.plies[p];
     let row = row_of(p, spot(temperatures[i].high + moved(i, stage)));
     var scale = state_scales[ply.first_state].conductivity;
     var density_kg_m3 = ply_scales[p].density_kg_m3;
@@ -126,7 +126,7 @@ fn link_within(cell: u32, here: Node, next: Node, stage: u32) -> Link {
 }
 
 fn link_across(p: u32, here: Node, next: Node, stage: u32) -> Link {
-    let cell = plies[p].first_cell - 1u;
+    let cell = plan.plies[p].first_cell - 1u;
     let below_m = cells[cell].below_m;
     let above_m = cells[cell + 1u].above_m;
     let conductance =
@@ -179,7 +179,7 @@ fn surface(face: u32, cell: u32, stage: u32) -> Surface {
 fn through(face: u32, drive: Drive, surface: Surface) -> FaceFlux {
     let open = face_flux(
         drive,
-        faces[face],
+        plan.faces[face],
         face_scales[face],
         surface.temperature_k,
         surface.emissivity,
@@ -187,7 +187,7 @@ fn through(face: u32, drive: Drive, surface: Surface) -> FaceFlux {
         surface.rise_j_kg_k,
         outflow,
     );
-    let free = 1.0 - faces[face].held;
+    let free = 1.0 - plan.faces[face].held;
     return FaceFlux(free * open.flux, free * open.slope);
 }
 
@@ -198,5 +198,5 @@ fn passed_through(face: u32, cell: u32, step: u32, stage: u32) -> real {
         let sideways = conductance_sideways(face * (PLIES - 1u), cell);
         passed_on = passed_on - flux_sideways(sideways, drive.holder_k, staged(cell, stage));
     }
-    return edges[face].flux + faces[face].held * passed_on;
+    return edges[face].flux + plan.faces[face].held * passed_on;
 }

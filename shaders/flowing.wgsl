@@ -70,7 +70,7 @@ fn pass_out(hot_kg_m2: real, back_kg_m2: real) {
 }
 
 fn porous(p: u32, i: u32, stage: u32) -> Porous {
-    let ply = plies[p];
+    let ply = plan.plies[p];
     let temperature_k = temperatures[i].high + moved(i, stage);
     let at = spot(temperature_k);
     let gas = gas_of(p, row_of(p, at));
@@ -83,7 +83,7 @@ fn porous(p: u32, i: u32, stage: u32) -> Porous {
     var slip = real(0.0);
     var inertia = real(0.0);
     for (var state = 0u; state < ply.states; state++) {
-        let row = substances[ply.first_state + state];
+        let row = plan.substances[ply.first_state + state];
         porosity = porosity + phases[state] * row.porosity;
         permeability = permeability + phases[state] * row.permeability_m2;
         slip = slip + phases[state] * row.slip_pa_k;

@@ -143,43 +143,48 @@ struct Path {
     product: u32,
 }
 
+// What is the same for all members and steps, but for cells, of which there may be as many as fill a buffer. One buffer, as lavapipe
+// of Mesa 22.3 writes beyond its own memory while it compiles a condition on a word of the fourth uniform buffer or a later one.
+struct Plan {
+    plies: array<Ply, PLIES>,
+    bulks: array<Bulk, PLIES>,
+    // Hot, back.
+    faces: array<Face, 2>,
+    scalings: array<Scaling, 2>,
+    sensors: array<Sensor, SENSORS>,
+    places: array<Place, SENSORS>,
+    // Ply × state, ply × state, ply × reaction, ply × reaction.
+    substances: array<Substance, SUBSTANCES>,
+    conductions: array<Conduction, SUBSTANCES>,
+    reactions: array<Reaction, PATHS>,
+    paths: array<Path, PATHS>,
+}
+
 @group(0) @binding(0) var<uniform> run: Run;
 @group(0) @binding(1) var<uniform> cells: array<Cell, CELLS>;
-@group(0) @binding(2) var<uniform> plies: array<Ply, PLIES>;
-@group(0) @binding(3) var<uniform> bulks: array<Bulk, PLIES>;
+@group(0) @binding(2) var<uniform> plan: Plan;
 // Of each interface, m²K/W.
-@group(0) @binding(4) var<storage, read> contacts: array<real>;
-// Hot, back.
-@group(0) @binding(5) var<uniform> faces: array<Face, 2>;
-@group(0) @binding(6) var<uniform> scalings: array<Scaling, 2>;
+@group(0) @binding(3) var<storage, read> contacts: array<real>;
 // Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the end.
-@group(0) @binding(7) var<storage, read> drives: array<Drive>;
-@group(0) @binding(8) var<storage, read> lengths: array<real>;
+@group(0) @binding(4) var<storage, read> drives: array<Drive>;
+@group(0) @binding(5) var<storage, read> lengths: array<real>;
 // Two properties in four words, each with its rise to the next node; or zeros, where they are texels.
-@group(0) @binding(9) var<storage, read> tables: array<vec4<real>>;
-@group(0) @binding(10) var<uniform> sensors: array<Sensor, SENSORS>;
-@group(0) @binding(11) var<uniform> places: array<Place, SENSORS>;
+@group(0) @binding(6) var<storage, read> tables: array<vec4<real>>;
+// The tables, TEXELS_ABREAST of their fours in a row, where the device reads texels faster; or a row of zeros, where they are not.
+@group(0) @binding(7) var texels: texture_storage_2d<rgba32float, read>;
 // Step × sensor.
-@group(0) @binding(12) var<storage, read> beads: array<Bead>;
+@group(0) @binding(8) var<storage, read> beads: array<Bead>;
 // The instant at the start of each step, and at the end of the last.
-@group(0) @binding(13) var<storage, read> instants: array<u32>;
+@group(0) @binding(9) var<storage, read> instants: array<u32>;
 // Factor × member.
-@group(0) @binding(14) var<storage, read> factors: array<real>;
+@group(0) @binding(10) var<storage, read> factors: array<real>;
 // Slot × member: temperatures, readings and beads in two words each; then what a member leaves behind:
 // sums of heat in two words each, heat stored, coldest and hottest of each ply.
-@group(0) @binding(15) var<storage, read_write> state: array<real>;
+@group(0) @binding(11) var<storage, read_write> state: array<real>;
 // Instant × sensor × word × member.
-@group(0) @binding(16) var<storage, read_write> traces: array<real>;
+@group(0) @binding(12) var<storage, read_write> traces: array<real>;
 // Steps done by each member; then the step after which each strayed, or zero.
-@group(0) @binding(17) var<storage, read_write> progress: array<u32>;
-
-// Ply × state, ply × reaction, ply × reaction, ply × state.
-@group(0) @binding(18) var<uniform> substances: array<Substance, SUBSTANCES>;
-@group(0) @binding(19) var<uniform> reactions: array<Reaction, PATHS>;
-@group(0) @binding(20) var<uniform> paths: array<Path, PATHS>;
-@group(0) @binding(21) var<uniform> conductions: array<Conduction, SUBSTANCES>;
-// The tables, TEXELS_ABREAST of their fours in a row, where the device reads texels faster; or a row of zeros, where they are not.
-@group(0) @binding(22) var texels: texture_storage_2d<rgba32float, read>;
+@group(0) @binding(13) var<storage, read_write> progress: array<u32>;
 
 // A four of the columns of the tables.
 fn four(place: u32) -> vec4<real> {

@@ -24,19 +24,19 @@ const LAST_CELL = CELLS - 1u;
 // What does not change over the march.
 fn scale() {
     for (var p = 0u; p < run.plies; p++) {
-        ply_scales[p] = ply_scale(plies[p], bulks[p], substances[plies[p].first_state + plies[p].states - 1u]);
+        ply_scales[p] = ply_scale(plan.plies[p], plan.bulks[p], plan.substances[plan.plies[p].first_state + plan.plies[p].states - 1u]);
         if p > 0u {
-            contact_scales[p - 1u] = contacts[p - 1u] / column(plies[p - 1u].contact);
+            contact_scales[p - 1u] = contacts[p - 1u] / column(plan.plies[p - 1u].contact);
         }
     }
     for (var p = 0u; p < run.plies; p++) {
-        for (var state = 0u; state < plies[p].states; state++) {
-            let row = plies[p].first_state + state;
-            state_scales[row] = state_scale(conductions[row], substances[row], bulks[p], ply_scales[p]);
+        for (var state = 0u; state < plan.plies[p].states; state++) {
+            let row = plan.plies[p].first_state + state;
+            state_scales[row] = state_scale(plan.conductions[row], plan.substances[row], plan.bulks[p], ply_scales[p]);
         }
     }
-    face_scales[0] = face_scale(scalings[0]);
-    face_scales[1] = face_scale(scalings[1]);
+    face_scales[0] = face_scale(plan.scalings[0]);
+    face_scales[1] = face_scale(plan.scalings[1]);
     // That of an insulated back face stays so.
     edges[1] = Edge(0.0, 0.0, 0.0, 0.0, 0.0);
 }
@@ -58,7 +58,7 @@ fn hold(step: u32) {
     for (var face = 0u; face < run.faces; face++) {
         let cell = face * LAST_CELL;
         if has(cell) {
-            let held = faces[face].held;
+            let held = plan.faces[face].held;
             let free = 1.0 - held;
             let held_k = drives[4u * step + 2u * face].held_k;
             let pair = temperatures[cell];
@@ -68,7 +68,7 @@ fn hold(step: u32) {
 }
 
 fn read_sensor(sensor: u32, step: u32) -> Pair {
-    let place = places[sensor];
+    let place = plan.places[sensor];
     let i = place.cell;
     let ply = place.ply_above;
     let conductivity = conductivity_now(ply, i, step);
@@ -78,7 +78,7 @@ fn read_sensor(sensor: u32, step: u32) -> Pair {
         conductance =
             conductance_across(conductivity, cells[i].below_m, next, cells[i + 1u].above_m, contact_scales[ply]);
     }
-    let nominal = reading(temperatures[i], temperatures[i + 1u], conductivity, next, conductance, sensors[sensor]);
+    let nominal = reading(temperatures[i], temperatures[i + 1u], conductivity, next, conductance, plan.sensors[sensor]);
     if DEPTHS == 1u {
         let flux = conductance * difference(temperatures[i], temperatures[i + 1u]);
         return raised(nominal, displaced(sensor, flux / conductivity, flux / next));
@@ -87,8 +87,8 @@ fn read_sensor(sensor: u32, step: u32) -> Pair {
 }
 
 fn displaced(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> real {
-    let place = places[sensor];
-    let row = sensors[sensor];
+    let place = plan.places[sensor];
+    let row = plan.sensors[sensor];
     let shift_m = row.depth_m * (column(place.depth) - 1.0);
     var start_m = row.below_m;
     var rise = -(fall_below_k_m * covered(shift_m, 0.0, start_m));
@@ -150,8 +150,8 @@ fn finish() {
         for (var i = first_of(p); i < end_of(p); i++) {
             let more = gained(p, i);
             stored_j_m2 = stored_j_m2 + more;
-            let hot = select(0.0, faces[0].held * more, i == 0u);
-            let back = select(0.0, faces[1].held * more, i == LAST_CELL);
+            let hot = select(0.0, plan.faces[0].held * more, i == 0u);
+            let back = select(0.0, plan.faces[1].held * more, i == LAST_CELL);
             heat[0] = advanced(heat[0], max(hot, 0.0));
             heat[1] = advanced(heat[1], max(-hot, 0.0));
             heat[2] = advanced(heat[2], max(back, 0.0));
@@ -161,7 +161,7 @@ fn finish() {
 }
 
 fn gained(p: u32, i: u32) -> real {
-    let ply = plies[p];
+    let ply = plan.plies[p];
     let width_m = cells[i].width_m;
     let now = spot(temperatures[i].high);
     let then = spot(cells[i].start_k);

@@ -3,23 +3,23 @@
 alias Phases = array<real, STATES>;
 
 fn scale_of(ply: u32, state: u32) -> StateScale {
-    return state_scales[plies[ply].first_state + state];
+    return state_scales[plan.plies[ply].first_state + state];
 }
 
 fn phases_of(ply: u32, cell: u32) -> Phases {
-    let row = plies[ply];
+    let row = plan.plies[ply];
     var phases = virgin();
     for (var j = row.first_reaction; j < row.end_reaction; j++) {
         let place = cell * REACTIONS + j - row.first_reaction;
-        let moved = reactions[j].share * advancements[place].high;
-        phases = transferred(phases, paths[j], moved);
+        let moved = plan.reactions[j].share * advancements[place].high;
+        phases = transferred(phases, plan.paths[j], moved);
     }
     return phases;
 }
 
 fn phases_at(ply: u32, cell: u32, stage: u32) -> Phases {
     var phases = virgin();
-    for (var state = 0u; GAS && state < plies[ply].states; state++) {
+    for (var state = 0u; GAS && state < plan.plies[ply].states; state++) {
         if stage == 0u {
             phases[state] = phases_onward[cell * STATES + state];
         } else {
@@ -38,7 +38,7 @@ fn virgin() -> Phases {
 fn mass_left(ply: u32, phases: Phases) -> real {
     var each = phases;
     var density = each[0];
-    for (var state = 1u; state < plies[ply].states; state++) {
+    for (var state = 1u; state < plan.plies[ply].states; state++) {
         density = density + each[state] * scale_of(ply, state).remains;
     }
     return keep(density);
@@ -48,9 +48,9 @@ fn face_emissivity(face: u32, ply: u32, cell: u32, at: Spot, stage: u32) -> real
     var phases = phases_at(ply, cell, stage);
     let seen = segment(at, FACE_COLUMNS, FACE_TABLE);
     let first_property = AIR_PROPERTIES + face * STATES_MAX;
-    let by_volume = bulks[ply].by_volume == 1.0;
+    let by_volume = plan.bulks[ply].by_volume == 1.0;
     var sum = real(0.0);
-    for (var state = 0u; state < plies[ply].states; state++) {
+    for (var state = 0u; state < plan.plies[ply].states; state++) {
         var own = phases[state] * value(seen, first_property + state);
         if !by_volume {
             own = own * scale_of(ply, state).remains;
@@ -64,7 +64,7 @@ fn face_emissivity(face: u32, ply: u32, cell: u32, at: Spot, stage: u32) -> real
 }
 
 fn row_of(ply: u32, at: Spot) -> Segment {
-    return segment(at, plies[ply].columns, plies[ply].table);
+    return segment(at, plan.plies[ply].columns, plan.plies[ply].table);
 }
 
 fn state_of(state: u32, row: Segment) -> Segment {
@@ -72,7 +72,7 @@ fn state_of(state: u32, row: Segment) -> Segment {
 }
 
 fn gas_of(ply: u32, row: Segment) -> Segment {
-    return state_of(plies[ply].rows, row);
+    return state_of(plan.plies[ply].rows, row);
 }
 
 fn enthalpy_of(ply: u32, state: u32, risen_j_kg: real) -> real {
@@ -91,13 +91,13 @@ fn blend(p: u32, i: u32, step: u32, stage: u32) {
     if reads_gas(stage) {
         gas_enthalpy(i, gas_of(p, row));
     }
-    if GAS && stage == 0u && plies[p].end_reaction > plies[p].first_reaction {
+    if GAS && stage == 0u && plan.plies[p].end_reaction > plan.plies[p].first_reaction {
         rise_at(p, i, row);
     }
 }
 
 fn rise_at(p: u32, i: u32, row: Segment) {
-    for (var state = 0u; state < plies[p].rows; state++) {
+    for (var state = 0u; state < plan.plies[p].rows; state++) {
         let own = state_of(state, row);
         risen[i * STATES + state] = array<real, 2>(integral(own, 1u), value(own, 1u));
     }
@@ -117,7 +117,7 @@ fn mixture(p: u32, at: Spot, row: Segment, level_here: Level, phases: Phases, wi
 fn of_states(p: u32, row: Segment, of_phases: Phases, with_slope: bool) -> Solid {
     var phases = of_phases;
     let mass_kg_m3 = ply_scales[p].mass_kg_m3;
-    let ply = plies[p];
+    let ply = plan.plies[p];
     let alike = select(1u, ply.states, ply.rows == 1u);
     let all = together(p, phases, alike);
     let virgin = solid(row, ply.parts, all.conductivity, with_slope);
@@ -133,7 +133,7 @@ fn of_states(p: u32, row: Segment, of_phases: Phases, with_slope: bool) -> Solid
 }
 
 fn conductivity_now(p: u32, i: u32, step: u32) -> real {
-    let ply = plies[p];
+    let ply = plan.plies[p];
     if ply.end_reaction == ply.first_reaction {
         return conductivities[i];
     }
@@ -161,8 +161,8 @@ fn solid_enthalpy(ply: u32, phases: Phases, here: Segment) -> real {
     var each = phases;
     var risen_j_kg = integral(here, 1u);
     var sum = real(0.0);
-    for (var state = 0u; state < plies[ply].states; state++) {
-        if state > 0u && plies[ply].rows > 1u {
+    for (var state = 0u; state < plan.plies[ply].states; state++) {
+        if state > 0u && plan.plies[ply].rows > 1u {
             risen_j_kg = integral(state_of(state, here), 1u);
         }
         sum = sum + each[state] * enthalpy_of(ply, state, risen_j_kg);
@@ -179,7 +179,7 @@ struct Together {
 fn together(ply: u32, of_phases: Phases, states: u32) -> Together {
     var phases = of_phases;
     let virgin_scale = scale_of(ply, 0u);
-    let parts = plies[ply].parts;
+    let parts = plan.plies[ply].parts;
     var sum = Together(times(virgin_scale.conductivity, phases[0], parts), phases[0] * virgin_scale.stores, phases[0]);
     for (var state = 1u; state < states; state++) {
         let own = scale_of(ply, state);
@@ -192,7 +192,7 @@ fn together(ply: u32, of_phases: Phases, states: u32) -> Together {
 
 fn left_of(ply: u32, density: real) -> real {
     let stretch = stretch_of(ply, density);
-    if bulks[ply].by_volume == 1.0 {
+    if plan.bulks[ply].by_volume == 1.0 {
         return stretch;
     }
     return density * stretch;
@@ -203,7 +203,7 @@ fn converted(ply: u32, density: real) -> real {
 }
 
 fn stretch_of(ply: u32, density: real) -> real {
-    return 1.0 - bulks[ply].shrinkage * converted(ply, density);
+    return 1.0 - plan.bulks[ply].shrinkage * converted(ply, density);
 }
 
 fn transferred(phases: Phases, path: Path, moved: real) -> Phases {

@@ -37,7 +37,7 @@ fn react(step: u32, stage: u32) {
         next_s = lengths[step + 1u];
     }
     for (var p = first_ply(); p < end_ply(); p++) {
-        let ply = plies[p];
+        let ply = plan.plies[p];
         if ply.end_reaction == ply.first_reaction {
             continue;
         }
@@ -49,11 +49,11 @@ fn react(step: u32, stage: u32) {
 
 fn react_cell(p: u32, i: u32, length_s: real, next_s: real) {
     let scale = ply_scales[p];
-    let ply = plies[p];
+    let ply = plan.plies[p];
     let rise_k = 0.5 * first[i];
     let temperature_k = temperatures[i].high + rise_k;
     let gas_here_j_kg = gas_j_kg[i] + gas_rises[i] * rise_k;
-    let is_absolute = bulks[p].absolute == 1.0;
+    let is_absolute = plan.bulks[p].absolute == 1.0;
     var held_j_kg: Phases;
     var risen_j_kg = risen[i * STATES][0] + risen[i * STATES][1] * rise_k;
     for (var state = 0u; state < ply.states; state++) {
@@ -76,9 +76,9 @@ fn react_cell(p: u32, i: u32, length_s: real, next_s: real) {
     var onward = virgin();
     for (var j = ply.first_reaction; j < ply.end_reaction; j++) {
         let place = i * REACTIONS + j - ply.first_reaction;
-        let reaction = reactions[j];
+        let reaction = plan.reactions[j];
         let steepness = reaction.activation_k * steepness_k;
-        let path = paths[j];
+        let path = plan.paths[j];
         let before_it = advancements[place];
         let is_chained = reaction.chained == 1.0;
         let ahead = select(1.0, before, is_chained);

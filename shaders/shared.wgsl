@@ -46,10 +46,10 @@ fn stand(place: u32) {
     block_first = min(lane * EACH, CELLS);
     block_end = min(block_first + EACH, CELLS);
     for (var p = 0u; p < run.plies; p++) {
-        ply_first += select(0u, 1u, plies[p].end_cell <= block_first);
-        ply_end += select(0u, 1u, plies[p].first_cell < block_end);
-        linked_first += select(0u, 1u, plies[p].end_cell <= first_link());
-        linked_end += select(0u, 1u, plies[p].first_cell < end_linked());
+        ply_first += select(0u, 1u, plan.plies[p].end_cell <= block_first);
+        ply_end += select(0u, 1u, plan.plies[p].first_cell < block_end);
+        linked_first += select(0u, 1u, plan.plies[p].end_cell <= first_link());
+        linked_end += select(0u, 1u, plan.plies[p].first_cell < end_linked());
     }
 }
 
@@ -72,11 +72,11 @@ fn end_ply() -> u32 {
 
 // The cells of a ply in the block.
 fn first_of(ply: u32) -> u32 {
-    return max(plies[ply].first_cell, block_first);
+    return max(plan.plies[ply].first_cell, block_first);
 }
 
 fn end_of(ply: u32) -> u32 {
-    return min(plies[ply].end_cell, block_end);
+    return min(plan.plies[ply].end_cell, block_end);
 }
 
 fn has(cell: u32) -> bool {
@@ -341,7 +341,7 @@ fn conversion_above() -> Conversion {
         end_m = end_m + cells[i].width_m;
     }
     let i = block_first - 1u;
-    let p = ply_first - select(0u, 1u, i < plies[ply_first].first_cell);
+    let p = ply_first - select(0u, 1u, i < plan.plies[ply_first].first_cell);
     let at = converted(p, mass_left(p, phases_of(p, i)));
     return Conversion(at, end_m - cells[i].width_m + cells[i].above_m, end_m);
 }

@@ -82,7 +82,7 @@ fn edge(face: u32, cell: u32, step: u32, stage: u32) -> Edge {
     var edge = edge_of(face);
     if stage == 0u {
         let end = through(face, drives[start + 1u], surface);
-        edge.held = faces[face].held;
+        edge.held = plan.faces[face].held;
         edge.rise_k = rise(face, step);
         edge.driven = (end.flux - now.flux) * real(GAMMA);
         edge.slope = now.slope * keep(real(GAMMA));
@@ -134,7 +134,7 @@ fn row(above: Way, at: Position, node: Node, link: Link, per_length: real, step:
     if HOLDER == 1u {
         row.diagonal = row.diagonal + conductance_sideways(at.ply, at.cell) * keep(real(GAMMA));
     }
-    if GAS && plies[at.ply].end_reaction > plies[at.ply].first_reaction {
+    if GAS && plan.plies[at.ply].end_reaction > plan.plies[at.ply].first_reaction {
         row.diagonal = row.diagonal + restraint(restraints[at.cell], node.capacity, per_length * EASE);
     }
     if at.face == 0u {
@@ -199,13 +199,13 @@ fn assemble(step: u32) -> real {
     var way = way();
     var here: Node;
     for (var p = first_linked_ply(); p < end_linked_ply(); p++) {
-        let start = max(plies[p].first_cell, first_link());
+        let start = max(plan.plies[p].first_cell, first_link());
         let entry = node(p, start, 0u);
         if start > first_link() {
             way = row(way, position(p - 1u, start - 1u), here, link_across(p, here, entry, 0u), per_length, step);
         }
         here = entry;
-        for (var i = start + 1u; i < min(plies[p].end_cell, end_linked()); i++) {
+        for (var i = start + 1u; i < min(plan.plies[p].end_cell, end_linked()); i++) {
             let next = node(p, i, 0u);
             way = row(way, position(p, i - 1u), here, link_within(i - 1u, here, next, 0u), per_length, step);
             here = next;
@@ -220,13 +220,13 @@ fn correct(step: u32) -> real {
     var way = way();
     var here: Node;
     for (var p = first_linked_ply(); p < end_linked_ply(); p++) {
-        let start = max(plies[p].first_cell, first_link());
+        let start = max(plan.plies[p].first_cell, first_link());
         let entry = node(p, start, 1u);
         if start > first_link() {
             way = side(way, position(p - 1u, start - 1u), here, link_across(p, here, entry, 1u), twice_per_length, step);
         }
         here = entry;
-        for (var i = start + 1u; i < min(plies[p].end_cell, end_linked()); i++) {
+        for (var i = start + 1u; i < min(plan.plies[p].end_cell, end_linked()); i++) {
             let next = node(p, i, 1u);
             way = side(way, position(p, i - 1u), here, link_within(i - 1u, here, next, 1u), twice_per_length, step);
             here = next;

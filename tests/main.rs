@@ -14,7 +14,8 @@ mod properties; // truths of heat that no case may break, and what a seed promis
 mod readings; // what sensors read beside plies that decompose
 mod reduction; // which factors are left to estimate, beside what the paper left
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
-mod shaders; // naga: kernels, layouts, twins of names, the loop budget
+mod rows; // rows on the device where the host puts them
+mod shaders; // naga: kernels, twins of names, the loop budget
 mod states; // conductivities scaled state by state, and PATO's inverse problem
 mod support; // tolerances with their reasons, cases, devices
 mod tangents; // derivatives that a march tells, against differences

@@ -119,7 +119,7 @@ where
         .map(|words| device.upload("probe", words));
     let mut bound = vec![];
     if probe.body.contains("spot(") {
-        bound.extend([(9, in_buffer.as_entire_binding()), (22, wgpu::BindingResource::TextureView(&in_texels))]);
+        bound.extend([(6, in_buffer.as_entire_binding()), (7, wgpu::BindingResource::TextureView(&in_texels))]);
     }
     bound.extend((30..).zip([&ones, &inputs_up, &outputs].map(wgpu::Buffer::as_entire_binding)));
     let kernel = device.kernel(text).expect("the probe compiles");

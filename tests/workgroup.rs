@@ -219,7 +219,7 @@ fn off(device: &Device, plan: &Plan, lanes: u32, spoil: impl Fn(String) -> Strin
     let mut run = [0_u32; 13];
     (run[4], run[11]) = (1_f32.to_bits(), lanes);
     let run = device.uniform("run", &run).expect("it is small");
-    let plies = device.uniform("plies", &vec![0_u32; 20 * plan.plies.len()]).expect("it is small");
+    let plies = device.uniform("plan", &vec![0_u32; 20 * plan.plies.len()]).expect("it is small");
     let (rows, solutions) = (device.upload("systems", &rows), device.upload("solutions", &vec![0.0; COUNT * cells]));
     let bound = [(0, &run), (2, &plies), (30, &rows), (31, &solutions)];
     let bound = bound.map(|(binding, buffer)| (binding, buffer.as_entire_binding()));

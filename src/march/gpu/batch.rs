@@ -113,7 +113,7 @@ impl Room {
 }
 
 /// Where the changes of factors, state and traces are bound where a kernel tells them: behind all others.
-const CHANGES: u32 = 23;
+const CHANGES: u32 = 14;
 
 impl Batch {
     /// Upload, submit every dispatch, and have copied down what they leave.
@@ -137,12 +137,12 @@ impl Batch {
         let changes = pipeline.tells.then(|| {
             (device.upload("changes of factors", &seeds::<W>(plan, &carried)), Room::new(device, plan, bytes))
         });
-        let own = [(0, &run), (14, &factors), (15, &values.state), (16, &values.traces), (17, &progress)];
+        let own = [(0, &run), (10, &factors), (11, &values.state), (12, &values.traces), (13, &progress)];
         let told = changes.iter().flat_map(|(seeds, room)| (CHANGES..).zip([seeds, &room.state, &room.traces]));
         let mut entries: Vec<(u32, wgpu::BindingResource<'_>)> =
             rows.buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding())).collect();
         entries.extend(own.into_iter().chain(told).map(|(binding, buffer)| (binding, buffer.as_entire_binding())));
-        entries.push((22, wgpu::BindingResource::TextureView(&rows.texels)));
+        entries.push((7, wgpu::BindingResource::TextureView(&rows.texels)));
         let group = device.bind(&pipeline.inner, entries);
         dispatch(device, plan, pipeline, &group, &run, count as u32)?;
         Ok(Self {
@@ -221,6 +221,10 @@ fn flat<S: Pod, T>(rows: &[T], fields: usize, flatten: impl Fn(&T, &mut Vec<S>))
     words
 }
 
+fn bytes(rows: &[impl Pod]) -> Vec<u8> {
+    bytemuck::cast_slice(rows).to_vec()
+}
+
 /// Rows of one kind, by their name in `plan/layout.rs`.
 macro_rules! flat {
     ($kind:ident of $rows:expr) => {
@@ -230,24 +234,28 @@ macro_rules! flat {
 
 fn rows<W: Word>(device: &Device, plan: &Plan, texels: bool) -> Result<Rows, MarchError> {
     let rows = plan.rows.map(W::word);
+    // As `Plan` of shaders/layout.wgsl has them.
+    let same = [
+        bytes(&flat!(Ply of plan.plies)),
+        bytes(&flat!(Bulk of rows.bulks)),
+        bytes(&flat!(Face of rows.faces)),
+        bytes(&flat!(Scaling of plan.scalings)),
+        bytes(&flat!(Sensor of rows.sensors)),
+        bytes(&flat!(Place of plan.places)),
+        bytes(&flat!(Substance of rows.substances)),
+        bytes(&flat!(Conduction of plan.conductions)),
+        bytes(&flat!(Reaction of rows.reactions)),
+        bytes(&flat!(Path of plan.paths)),
+    ];
     let buffers = vec![
         (1, device.uniform("cells", &flat!(Cell of rows.cells))?),
-        (2, device.uniform("plies", &flat!(Ply of plan.plies))?),
-        (3, device.uniform("bulks", &flat!(Bulk of rows.bulks))?),
-        (4, device.upload("contacts", &rows.contacts_m2_k_w)),
-        (5, device.uniform("faces", &flat!(Face of rows.faces))?),
-        (6, device.uniform("scalings", &flat!(Scaling of plan.scalings))?),
-        (7, device.upload("drives", &flat!(Drive of rows.drives))),
-        (8, device.upload("lengths", &rows.lengths_s)),
-        (9, device.upload("tables", if texels { &[] } else { &rows.tables })),
-        (10, device.uniform("sensors", &flat!(Sensor of rows.sensors))?),
-        (11, device.uniform("places", &flat!(Place of plan.places))?),
-        (12, device.upload("beads", &flat!(Bead of rows.beads))),
-        (13, device.upload("instants", &plan.instants)),
-        (18, device.uniform("substances", &flat!(Substance of rows.substances))?),
-        (19, device.uniform("reactions", &flat!(Reaction of rows.reactions))?),
-        (20, device.uniform("paths", &flat!(Path of plan.paths))?),
-        (21, device.uniform("conductions", &flat!(Conduction of plan.conductions))?),
+        (2, device.uniform("plan", &same.concat())?),
+        (3, device.upload("contacts", &rows.contacts_m2_k_w)),
+        (4, device.upload("drives", &flat!(Drive of rows.drives))),
+        (5, device.upload("lengths", &rows.lengths_s)),
+        (6, device.upload("tables", if texels { &[] } else { &rows.tables })),
+        (8, device.upload("beads", &flat!(Bead of rows.beads))),
+        (9, device.upload("instants", &plan.instants)),
     ];
     let words: Vec<f32> = if texels { plan.rows.tables.iter().map(|&word| f32::word(word)).collect() } else { vec![] };
     Ok(Rows { buffers, texels: device.texels("texels", &words) })
