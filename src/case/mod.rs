@@ -19,7 +19,7 @@ pub mod unit;
 pub use decomposition::{
     Decomposition, Gas, GasFlow, GasPath, Mixing, Pores, PyrolysisHeat, Reaction, Residue, Sequence,
 };
-pub use error::{CaseError, Fault};
+pub use error::{CaseError, Fault, unreadable};
 pub use exposure::{Emissivity, Exposure, Face, Holder, OpenFace};
 pub use factor::{Bounds, Correlation, Factor, Property};
 pub use layup::{Layup, Ply, Sensor, Side};

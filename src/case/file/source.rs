@@ -1,8 +1,8 @@
 //! A text file, or why it cannot be read.
 
-use crate::case::error::{Faults, Place, Read};
+use crate::case::error::{Faults, Place, Read, unreadable};
 use std::fs::File;
-use std::io::{ErrorKind, Read as _};
+use std::io::Read as _;
 use std::path::Path;
 
 /// Larger files than this are no case and no measured trace: a day at 10 Hz of ten thermocouples is half of it.
@@ -14,11 +14,7 @@ pub(super) fn read(path: &Path, faults: &Faults) -> Read<String> {
     let mut bytes = Vec::new();
     let read = File::open(path).and_then(|file| file.take(LARGEST_BYTES + 1).read_to_end(&mut bytes));
     if let Err(error) = read {
-        return Err(match error.kind() {
-            ErrorKind::NotFound => faults.record(&place, "no such file"),
-            ErrorKind::IsADirectory => faults.record(&place, "is a folder: expected a file"),
-            _ => faults.record(&place, format!("cannot be read: {error}")),
-        });
+        return Err(faults.record(&place, unreadable(&error)));
     }
     if bytes.len() as u64 > LARGEST_BYTES {
         return Err(faults.record(&place, format!("too large: more than {} MiB", LARGEST_BYTES >> 20)));

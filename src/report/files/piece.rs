@@ -6,7 +6,7 @@
 
 use super::super::{ReportError, precision_words};
 use super::OutputFolder;
-use crate::case::Case;
+use crate::case::{Case, unreadable};
 use crate::march;
 use crate::study::nominal::Nominal;
 use crate::study::uncertainty::{Failure, Gathered};
@@ -154,7 +154,7 @@ impl Piece {
     /// When the file cannot be read or is no piece.
     pub fn read(path: &Path) -> Result<Self, ReportError> {
         let fault = |message: String| ReportError::Piece { path: path.to_owned(), message };
-        let text = fs::read_to_string(path).map_err(|error| fault(error.to_string()))?;
+        let text = fs::read_to_string(path).map_err(|error| fault(unreadable(&error)))?;
         serde_json::from_str(&text)
             .map_err(|error| fault(format!("not a piece that `uncertainty --members` left: {error}")))
     }
