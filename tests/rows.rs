@@ -3,6 +3,7 @@
 use crate::shaders::{all, compiled, kernel};
 use crate::support::{case, text};
 use bondline::march::Precision;
+use bondline::plan::Plan;
 use bondline::plan::layout::{
     Bead, Bulk, Cell, Conduction, Drive, Face, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
 };
@@ -166,6 +167,13 @@ fn plan_lies(module: &Module, host: &str) -> Result<(), String> {
 fn the_rows_of_a_plan_lie_on_the_device_as_on_the_host() {
     let host = text("src/march/gpu/batch.rs");
     for case in all() {
+        // The shader has one length for both of each.
+        let plan = Plan::new(&case);
+        let rows = &plan.rows;
+        assert_eq!(rows.bulks.len(), plan.plies.len(), "{}", case.id);
+        assert_eq!(rows.sensors.len(), plan.places.len(), "{}", case.id);
+        assert_eq!(plan.conductions.len(), rows.substances.len(), "{}", case.id);
+        assert_eq!(rows.reactions.len(), plan.paths.len(), "{}", case.id);
         for precision in [Precision::F32, Precision::F64] {
             let text = kernel(&case, precision);
             let module = compiled(&text).unwrap_or_else(|error| panic!("{error}"));
