@@ -33,7 +33,7 @@ fn indices() -> [(&'static str, &'static [&'static str]); 5] {
 }
 
 /// A struct of a module: each field with its offset, and the span of the whole, in bytes.
-fn reflected(module: &Module, name: &str) -> Option<(Vec<(String, u32)>, u32)> {
+pub(crate) fn reflected(module: &Module, name: &str) -> Option<(Vec<(String, u32)>, u32)> {
     let found = module.types.iter().find(|(_, kind)| kind.name.as_deref() == Some(name))?.1;
     let TypeInner::Struct { members, span } = &found.inner else { return None };
     Some((members.iter().map(|member| (member.name.clone().unwrap_or_default(), member.offset)).collect(), *span))
@@ -140,7 +140,7 @@ fn the_words_of_a_dispatch_lie_on_the_device_as_on_the_host() {
 
 /// Whether the kinds of rows that are uniform lie on the device as the host writes them, one behind the other.
 fn plan_lies(module: &Module, host: &str) -> Result<(), String> {
-    let written: Vec<&str> = host
+    let kinds: Vec<&str> = host
         .lines()
         .filter_map(|line| line.trim_start().strip_prefix("bytes(&flat!(").and_then(|rest| rest.split(' ').next()))
         .collect();
@@ -160,7 +160,7 @@ fn plan_lies(module: &Module, host: &str) -> Result<(), String> {
         end += module.types[member.ty].inner.size(module.to_ctx());
         found.push(module.types[base].name.as_deref().unwrap_or_default());
     }
-    if found == written { Ok(()) } else { Err(format!("{found:?}, the host writes {written:?}")) }
+    if found == kinds { Ok(()) } else { Err(format!("{found:?}, the host writes {kinds:?}")) }
 }
 
 #[test]

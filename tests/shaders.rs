@@ -1,7 +1,7 @@
 //! What can be known of the shaders without a device: they compile, their functions are those of their twins, and no dispatch
 //! runs out of loops.
 
-use crate::support::{LOOPS_ENDED, case, cases, text, with_factor};
+use crate::support::{LOOPS_ENDED, UNIFORM_BUFFERS, case, cases, text, with_factor};
 use bondline::case::{Case, Property};
 use bondline::march::Precision;
 use bondline::march::gpu::LANES;
@@ -76,9 +76,6 @@ fn a_kernel_that_mixes_precisions_is_refused() {
     assert_ne!(text, spoiled);
     assert!(compiled(&spoiled).is_err());
 }
-
-/// Uniform buffers that lavapipe of Mesa 22.3 has room for the words of, on which conditions hang: it has four, of which the first is its own.
-const UNIFORM_BUFFERS: usize = 3;
 
 fn uniform_buffers(text: &str) -> usize {
     let module = compiled(text).unwrap_or_else(|error| panic!("{error}"));

@@ -54,6 +54,10 @@ pub(crate) const MEMORY_KIB: usize = 256 * 1024;
 /// `LP_MAX_TGSI_LOOP_ITERATIONS` = 65,535).
 pub(crate) const LOOPS_ENDED: u32 = 65_535;
 
+/// Uniform buffers for whose words, where conditions hang on them, the software rasteriser (Mesa 22.3) has room while it compiles: four, of
+/// which the first is its own. Those of a fifth it writes beyond it.
+pub(crate) const UNIFORM_BUFFERS: usize = 3;
+
 /// The root of the repository.
 pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -2,6 +2,7 @@
 
 use crate::layup::held_above_too;
 use crate::parity::{apart_k, differing, numbers, spoiled};
+use crate::rows::reflected;
 use crate::support::{
     BALANCE, MASS, MASS_SINGLE, ROUNDING_K, SINGLE_K, SINGLE_REACTING_K, Uniform, adapter, case, cases, drawn,
 };
@@ -215,15 +216,16 @@ fn off(device: &Device, plan: &Plan, lanes: u32, spoil: impl Fn(String) -> Strin
     let cells = plan.cells();
     let (rows, expected) = systems(cells, COUNT);
     let text = spoil(shader::kernel(plan, Precision::F64, false, lanes, SOLVE));
-    // Words of a dispatch: one, and lanes; no plies, as nothing is asked of them.
+    let kernel = device.kernel(text).expect("the text is sound");
+    // Words of a dispatch: one, and lanes; the rows of a plan are zeros, as nothing is asked of them.
     let mut run = [0_u32; 13];
     (run[4], run[11]) = (1_f32.to_bits(), lanes);
     let run = device.uniform("run", &run).expect("it is small");
-    let plies = device.uniform("plan", &vec![0_u32; 20 * plan.plies.len()]).expect("it is small");
+    let (_, bytes) = reflected(&kernel.module, "Plan").expect("the shader has it");
+    let zeros = device.uniform("plan", &vec![0_u8; bytes as usize]).expect("it is small");
     let (rows, solutions) = (device.upload("systems", &rows), device.upload("solutions", &vec![0.0; COUNT * cells]));
-    let bound = [(0, &run), (2, &plies), (30, &rows), (31, &solutions)];
+    let bound = [(0, &run), (2, &zeros), (30, &rows), (31, &solutions)];
     let bound = bound.map(|(binding, buffer)| (binding, buffer.as_entire_binding()));
-    let kernel = device.kernel(text).expect("the text is sound");
     let found: Vec<f64> = device.probe(&kernel, "solve", COUNT as u32, bound, &solutions).expect("the probe runs");
     let each = found.chunks_exact(cells).zip(expected.chunks_exact(cells)).map(|(found, expected)| {
         let largest = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));

@@ -99,7 +99,7 @@ pub trait Real:
     fn min(self, other: Self) -> Self;
     /// Zero where it is nearer zero than `least` in f32; in f64 what it is.
     fn settled(self, least: Self) -> Self;
-    /// It less `by` times `before`, this settled as with `least`.
+    /// It less `by` times what [`settled`](Self::settled) makes of `before`.
     fn less_times(self, by: Self, before: Self, least: Self) -> Self;
     fn sqrt(self) -> Self;
     /// One where it is not below `mark`, else zero.

@@ -46,7 +46,7 @@ const STRETCH_LEAST: usize = 32;
 /// Stretches a thread, so that none waits long for the last.
 const STRETCHES: usize = 4;
 /// Members whose products are summed at once.
-const BLOCK: usize = 1024;
+pub const BLOCK: usize = 1024;
 
 /// Coarse quanta of the furthest output, times those of the furthest function, over all members of a block.
 const SUM_MOST: f64 = OUTPUT_REACH * OUTPUT_QUANTA / (1u64 << COARSE_LOG2) as f64 * basis::REACH * BLOCK as f64;

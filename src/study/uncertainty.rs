@@ -1,7 +1,7 @@
 //! How far may the prediction be off, and which factor is to blame?
 
 use super::nominal::{Nominal, Peak};
-use super::statistics::{Causes, Tally};
+use super::statistics::{BLOCK, Causes, Tally};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
 use crate::march::{March, MarchError, march_some};
@@ -69,9 +69,6 @@ pub struct PeakSpread {
 
 /// The percentiles of every spread.
 const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
-
-/// Members counted together: as many as a tally takes at once, and their copy no larger than their traces.
-const BLOCK: usize = 1024;
 
 /// What has been counted of some members of an ensemble. Parts that were gathered apart merge to what the whole would
 /// have been, to the last bit, in any order.
