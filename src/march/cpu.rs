@@ -179,8 +179,10 @@ fn in_lanes<S: Abreast>(precision: Precision, plan: &Plan, ensemble: &Ensemble, 
 
 fn along_lanes<S: Abreast>(precision: Precision, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
     match precision {
-        Precision::F64 => carry_along::<S, Dual<f64, Doubles<S>>>(plan, &plan.rows, points, factors),
-        Precision::F32 => carry_along::<S, Dual<f32, Singles<S>>>(plan, &plan.rows.map(|x| x as f32), points, factors),
+        Precision::F64 => carry_along::<S, Dual<f64, S::Directions64>>(plan, &plan.rows, points, factors),
+        Precision::F32 => {
+            carry_along::<S, Dual<f32, S::Directions32>>(plan, &plan.rows.map(|x| x as f32), points, factors)
+        }
     }
 }
 
@@ -297,21 +299,25 @@ fn carry_columns<R: Real, const GAS: bool>(
     let mut gauges = vec![0.0; lanes * plan.gauges() * instants];
     let mut member = Member::<R, GAS>::start(plan, rows, |column| columns[column as usize]);
     for turn in 0..=plan.steps() {
-        member.advance(turn, |member| {
-            let instant = plan.instants[turn];
-            if instant != NO_INSTANT {
-                for (lane, sensor) in (0..lanes).flat_map(|lane| (0..sensors).map(move |sensor| (lane, sensor))) {
-                    let at = (lane * sensors + sensor) * instants + instant as usize;
-                    temperatures_k[at] = member.shown_k(sensor, lane);
-                }
-                if plan.gauges() > 0 {
-                    let read = member.gauges(turn);
-                    for (lane, gauge) in (0..lanes).flat_map(|lane| (0..GAUGES).map(move |gauge| (lane, gauge))) {
-                        gauges[(lane * GAUGES + gauge) * instants + instant as usize] = read[gauge].lane(lane);
+        member.advance(
+            turn,
+            #[inline(always)]
+            |member| {
+                let instant = plan.instants[turn];
+                if instant != NO_INSTANT {
+                    for (lane, sensor) in (0..lanes).flat_map(|lane| (0..sensors).map(move |sensor| (lane, sensor))) {
+                        let at = (lane * sensors + sensor) * instants + instant as usize;
+                        temperatures_k[at] = member.shown_k(sensor, lane);
+                    }
+                    if plan.gauges() > 0 {
+                        let read = member.gauges(turn);
+                        for (lane, gauge) in (0..lanes).flat_map(|lane| (0..GAUGES).map(move |gauge| (lane, gauge))) {
+                            gauges[(lane * GAUGES + gauge) * instants + instant as usize] = read[gauge].lane(lane);
+                        }
                     }
                 }
-            }
-        });
+            },
+        );
     }
     (0..lanes)
         .map(|lane| {
@@ -333,7 +339,7 @@ mod tests {
 
     /// The integration tests march in the widest vectors only.
     #[test]
-    fn every_set_of_vectors_that_is_here_marches_as_one_by_one() {
+    fn every_set_of_vectors_that_is_here_marches_and_differentiates_as_one_by_one() {
         let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/lcat-2259-pyrolysis");
         let mut case = Case::load(cases.as_ref()).expect("a shipped case loads");
         case.resolution = Resolution { cells: 40, ..Resolution::default() };
@@ -343,10 +349,15 @@ mod tests {
         for precision in [Precision::F64, Precision::F32] {
             let alone = one_by_one(precision, &plan, &ensemble, 0..5);
             assert!(alone.trace(0, 0) != alone.trace(1, 0), "members do not differ");
+            let all: Vec<usize> = (0..factors).collect();
+            let told = Vectors::None.tangents(precision, &plan, &ensemble, &all);
+            assert!(told.trace(factors, 0) != told.trace(factors - 1, 0), "derivatives do not differ");
             for vectors in Vectors::at_hand() {
                 let beside = vectors.march(precision, &plan, &ensemble, 0..5);
                 assert_eq!(beside.temperatures_k, alone.temperatures_k, "{vectors:?} in {precision:?}");
                 assert_eq!(beside.gauges, alone.gauges, "{vectors:?} in {precision:?}");
+                let beside = vectors.tangents(precision, &plan, &ensemble, &all);
+                assert_eq!(beside.temperatures_k, told.temperatures_k, "derivatives of {vectors:?} in {precision:?}");
             }
         }
     }

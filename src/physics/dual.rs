@@ -5,8 +5,11 @@
 //! wait for a pivot, is done once, and most of the rest in vectors that would else be empty. The road not taken, the scheme
 //! differentiated by hand, is every formula of this folder a second time, to be kept true by hand.
 
+pub mod directions;
+
 use super::Real;
 use crate::plan::layout::ABREAST;
+use directions::Directions;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A value, and how it changes by one unit of each direction. Lane zero is the value, the others are the directions.
@@ -16,15 +19,15 @@ pub struct Dual<V, D> {
     change: D,
 }
 
-impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Dual<V, D> {
+impl<V: Real<Scalar = V>, D: Directions<V>> Dual<V, D> {
     /// A value that changes along no direction.
     #[inline(always)]
     fn unchanging(value: V) -> Self {
-        Self { value, change: D::constant(0.0) }
+        Self { value, change: D::of(V::constant(0.0)) }
     }
 }
 
-impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Add for Dual<V, D> {
+impl<V: Real<Scalar = V>, D: Directions<V>> Add for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -32,7 +35,7 @@ impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Add for Dual<V, D> {
     }
 }
 
-impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Sub for Dual<V, D> {
+impl<V: Real<Scalar = V>, D: Directions<V>> Sub for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -40,7 +43,7 @@ impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Sub for Dual<V, D> {
     }
 }
 
-impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Mul for Dual<V, D> {
+impl<V: Real<Scalar = V>, D: Directions<V>> Mul for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -49,7 +52,7 @@ impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Mul for Dual<V, D> {
     }
 }
 
-impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Div for Dual<V, D> {
+impl<V: Real<Scalar = V>, D: Directions<V>> Div for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
@@ -59,7 +62,7 @@ impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Div for Dual<V, D> {
     }
 }
 
-impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Neg for Dual<V, D> {
+impl<V: Real<Scalar = V>, D: Directions<V>> Neg for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -67,7 +70,7 @@ impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Neg for Dual<V, D> {
     }
 }
 
-impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Add<V> for Dual<V, D> {
+impl<V: Real<Scalar = V>, D: Directions<V>> Add<V> for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn add(self, still: V) -> Self {
@@ -75,7 +78,7 @@ impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Add<V> for Dual<V, D> {
     }
 }
 
-impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Sub<V> for Dual<V, D> {
+impl<V: Real<Scalar = V>, D: Directions<V>> Sub<V> for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, still: V) -> Self {
@@ -83,7 +86,7 @@ impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Sub<V> for Dual<V, D> {
     }
 }
 
-impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Mul<V> for Dual<V, D> {
+impl<V: Real<Scalar = V>, D: Directions<V>> Mul<V> for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, still: V) -> Self {
@@ -91,13 +94,13 @@ impl<V: Real<Scalar = V>, D: Real<Scalar = V>> Mul<V> for Dual<V, D> {
     }
 }
 
-impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Real<Scalar = V>> Real for Dual<V, D> {
+impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Directions<V>> Real for Dual<V, D> {
     type Scalar = V;
     type Still = V;
     type Place = V::Place;
     type Row<'a> = V::Row<'a>;
     const LANES: usize = 1 + D::LANES;
-    const DIGITS: u32 = D::DIGITS;
+    const DIGITS: u32 = V::DIGITS;
 
     #[inline(always)]
     fn scalar(value: f64) -> V {

@@ -3,6 +3,8 @@
 //! Half of a march was once spent on picking the numbers up one by one. Gathering loads are no way out, as processors pick
 //! them up one by one too.
 
+use super::{Doubles, Singles};
+use crate::physics::dual::directions::{Directions, Pair};
 use crate::plan::layout::ABREAST;
 use simdeez::engines::scalar::Scalar;
 use simdeez::prelude::*;
@@ -45,6 +47,11 @@ impl<'a, T, const LANES: usize> Rows<'a, T, LANES> {
 
 /// A set of vectors that reads tables.
 pub trait Abreast: Simd {
+    /// What holds the changes of a dual number in f64: eight directions at least where there are vectors, so that those of most
+    /// layups go beside one march of their member. With AVX2 7 took 3.3 ms where two marches of four took 4.5.
+    type Directions64: Directions<f64>;
+    type Directions32: Directions<f32>;
+
     /// Where the rows of a table of so many columns begin that whole numbers count to.
     #[inline(always)]
     fn places_f64(row: Self::Vf64, columns: usize) -> Places<8> {
@@ -102,15 +109,21 @@ fn turned<T: Copy + Default, const LANES: usize>(
     columns
 }
 
-impl Abreast for Scalar {}
+impl Abreast for Scalar {
+    type Directions64 = Doubles<Self>;
+    type Directions32 = Singles<Self>;
+}
 
 #[cfg(target_arch = "aarch64")]
-impl Abreast for simdeez::engines::neon::Neon {}
+impl Abreast for simdeez::engines::neon::Neon {
+    type Directions64 = Pair<Pair<Doubles<Self>>>;
+    type Directions32 = Pair<Singles<Self>>;
+}
 
 #[cfg(target_arch = "x86_64")]
 #[expect(unsafe_code, reason = "argued at the blocks")]
 mod x86_64 {
-    use super::{Abreast, Places, Rows};
+    use super::{Abreast, Doubles, Pair, Places, Rows, Singles};
     use crate::plan::layout::ABREAST;
     use simdeez::engines::avx2::{Avx2, F32x8, F64x4};
     use simdeez::engines::avx512::{Avx512, F32x16, F64x8};
@@ -122,6 +135,9 @@ mod x86_64 {
     // a row is within it.
 
     impl Abreast for Avx512 {
+        type Directions64 = Doubles<Self>;
+        type Directions32 = Singles<Self>;
+
         #[inline(always)]
         fn places_f64(row: F64x8, columns: usize) -> Places<8> {
             let mut places = [0; 8];
@@ -206,6 +222,9 @@ mod x86_64 {
     }
 
     impl Abreast for Avx2 {
+        type Directions64 = Pair<Doubles<Self>>;
+        type Directions32 = Singles<Self>;
+
         #[inline(always)]
         fn places_f64(row: F64x4, columns: usize) -> Places<8> {
             let mut places = [0; 8];
