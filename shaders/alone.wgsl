@@ -10,7 +10,7 @@ fn first_cell() -> u32 {
 }
 
 fn end_cell() -> u32 {
-    return CELLS;
+    return run.cells;
 }
 
 fn first_ply() -> u32 {
@@ -38,7 +38,7 @@ fn first_link() -> u32 {
 }
 
 fn end_linked() -> u32 {
-    return CELLS;
+    return run.cells;
 }
 
 fn first_linked_ply() -> u32 {

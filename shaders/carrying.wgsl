@@ -75,7 +75,7 @@ fn warm(step: u32, stage: u32) -> array<real, 2> {
             if i == 0u {
                 drawn[0] = drawn[0] + leaves;
             }
-            if i == LAST_CELL {
+            if i == run.last_cell {
                 drawn[1] = drawn[1] + leaves;
             }
         }
@@ -84,7 +84,7 @@ fn warm(step: u32, stage: u32) -> array<real, 2> {
             out = leaving[stage] * gas_j_kg[0];
             drawn[0] = drawn[0] + (out - carried(0u));
         }
-        if has(LAST_CELL) {
+        if has(run.last_cell) {
             // Told by the block, as columns are of one cell where there is no gas.
             let last = end_cell() - 1u;
             let back = back_leaving * gas_j_kg[last];

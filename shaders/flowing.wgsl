@@ -117,7 +117,7 @@ fn settle(step: u32) {
 
 fn face_pressures(step: u32) {
     for (var face = 0u; face < run.faces; face++) {
-        let cell = face * LAST_CELL;
+        let cell = face * run.last_cell;
         if has(cell) && (face == 0u || BACK_IS_OPEN) {
             let outside = Pair(drives[4u * step + 2u * face].pressure_pa, 0.0);
             let taken = pores[cell].storage * difference(pressures[cell], outside);
@@ -197,7 +197,7 @@ fn percolate(step: u32) {
     for (var i = first_link(); i < end_cell(); i++) {
         var under: GasFlux;
         var ending = real(0.0);
-        if i < LAST_CELL {
+        if i < run.last_cell {
             under = gas_under(i, false);
             ending = gas_under(i, true).flux;
         } else {
@@ -221,7 +221,7 @@ fn percolate(step: u32) {
     }
     let rises = pressure_rises(step);
     for (var face = 0u; face < run.faces; face++) {
-        let cell = face * LAST_CELL;
+        let cell = face * run.last_cell;
         let is_open = select(open[1], open[0], face == 0u);
         let rise = select(rises[1], rises[0], face == 0u);
         let free = 1.0 - is_open;
@@ -241,7 +241,7 @@ fn percolate(step: u32) {
     above = 0.0;
     for (var i = first_link(); i < end_cell(); i++) {
         var under = real(0.0);
-        if i < LAST_CELL {
+        if i < run.last_cell {
             under = gas_under(i, false).flux;
         }
         if has(i) {
@@ -252,7 +252,7 @@ fn percolate(step: u32) {
         above = under;
     }
     for (var face = 0u; face < run.faces; face++) {
-        let cell = face * LAST_CELL;
+        let cell = face * run.last_cell;
         let is_open = select(open[1], open[0], face == 0u);
         let rise = select(rises[1], rises[0], face == 0u);
         let free = 1.0 - is_open;
@@ -291,20 +291,20 @@ fn driven_through(cell: u32) -> real {
 const LEAST_PASSING = 1e-30;
 
 fn passing(cell: u32) -> real {
-    if cell == LAST_CELL {
+    if cell == run.last_cell {
         return 1.0;
     }
-    if cell + 1u == LAST_CELL && BACK_IS_OPEN {
+    if cell + 1u == run.last_cell && BACK_IS_OPEN {
         return 0.0;
     }
     return reached(slopes_above[cell] + slopes_below[cell], real(LEAST_PASSING));
 }
 
 fn driven_into(cell: u32, behind: real, per_length: real) -> real {
-    if cell == LAST_CELL {
+    if cell == run.last_cell {
         return behind;
     }
-    if cell + 1u == LAST_CELL && BACK_IS_OPEN {
+    if cell + 1u == run.last_cell && BACK_IS_OPEN {
         return driven_through(cell);
     }
     return passing(cell) * (behind + given_off(cell + 1u, per_length));
@@ -323,7 +323,7 @@ fn take_in(step: u32) {
     var left = array<real, 2>(mean_flows[0] + given_off(0u, per_length), 0.0);
     if BACK_IS_OPEN {
         // No constant, as there may be no such cell where no kernel comes here.
-        var last = LAST_CELL;
+        var last = run.last_cell;
         left[1] = given_off(last, per_length) - mean_flows[last - 1u];
     }
     leaving = array<real, 2>(mean_leaving, 2.0 * left[0] - mean_leaving);

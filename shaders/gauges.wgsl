@@ -33,7 +33,7 @@ fn gauges(step: u32) -> array<real, GAUGES> {
             depth_m = depth_m + width_m;
         }
     }
-    if has(LAST_CELL) {
+    if has(run.last_cell) {
         virgin_m = max(virgin_m, crossing(before, before_m, 0.0, depth_m, real(VIRGIN_LOST)));
         char_m = max(char_m, crossing(before, before_m, 0.0, depth_m, real(CHAR_LOST)));
     }
@@ -43,7 +43,7 @@ fn gauges(step: u32) -> array<real, GAUGES> {
         for (var i = first_cell(); i < end_cell(); i++) {
             peak = max(peak, pressures[i].high);
         }
-        var last = LAST_CELL;
+        var last = run.last_cell;
         back = pressures[last].high;
     }
     let flux = 1.5 * recent[1] - 0.5 * recent[0];

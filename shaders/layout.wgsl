@@ -18,6 +18,9 @@ struct Run {
     gauges: u32,
     lanes: u32,
     sums: u32,
+    // Not more than CELLS, which columns have room for.
+    cells: u32,
+    last_cell: u32,
 }
 
 struct Cell {

@@ -19,8 +19,6 @@ var<COLUMNS> upper: Column;
 var<COLUMNS> first: Column;
 var<COLUMNS> second: Column;
 
-const LAST_CELL = CELLS - 1u;
-
 // What does not change over the march.
 fn scale() {
     for (var p = 0u; p < run.plies; p++) {
@@ -56,7 +54,7 @@ fn start() {
 
 fn hold(step: u32) {
     for (var face = 0u; face < run.faces; face++) {
-        let cell = face * LAST_CELL;
+        let cell = face * run.last_cell;
         if has(cell) {
             let held = plan.faces[face].held;
             let free = 1.0 - held;
@@ -151,7 +149,7 @@ fn finish() {
             let more = gained(p, i);
             stored_j_m2 = stored_j_m2 + more;
             let hot = select(0.0, plan.faces[0].held * more, i == 0u);
-            let back = select(0.0, plan.faces[1].held * more, i == LAST_CELL);
+            let back = select(0.0, plan.faces[1].held * more, i == run.last_cell);
             heat[0] = advanced(heat[0], max(hot, 0.0));
             heat[1] = advanced(heat[1], max(-hot, 0.0));
             heat[2] = advanced(heat[2], max(back, 0.0));

@@ -147,7 +147,7 @@ fn take_stage(i: u32, gas_made: real, heat_absorbed: real, heat_given: real) {
     if i == 0u {
         given_ends[0] = heat_given;
     }
-    if i == LAST_CELL {
+    if i == run.last_cell {
         given_ends[1] = heat_given;
     }
 }

@@ -41,10 +41,10 @@ var<workgroup> lasts: array<real, LANES>;
 
 // Blocks are alike but for the last, and those beyond the last cell, which are empty.
 fn stand(place: u32) {
-    const EACH = (CELLS + LANES - 1u) / LANES;
+    let each = (run.cells + LANES - 1u) / LANES;
     lane = place;
-    block_first = min(lane * EACH, CELLS);
-    block_end = min(block_first + EACH, CELLS);
+    block_first = min(lane * each, run.cells);
+    block_end = min(block_first + each, run.cells);
     for (var p = 0u; p < run.plies; p++) {
         ply_first += select(0u, 1u, plan.plies[p].end_cell <= block_first);
         ply_end += select(0u, 1u, plan.plies[p].first_cell < block_end);
@@ -90,7 +90,7 @@ fn first_link() -> u32 {
 
 // The end of the cells that the block has links to, and the plies that have one of them.
 fn end_linked() -> u32 {
-    return min(block_end + 1u, CELLS);
+    return min(block_end + 1u, run.cells);
 }
 
 fn first_linked_ply() -> u32 {

@@ -17,7 +17,7 @@ fn advance(step: u32) {
         properties(step, stage);
         meet();
         for (var face = 0u; face < run.open_faces; face++) {
-            edges[face] = edge(face, face * LAST_CELL, step, stage);
+            edges[face] = edge(face, face * run.last_cell, step, stage);
         }
         var sideways = real(0.0);
         if stage == 0u {
@@ -27,7 +27,7 @@ fn advance(step: u32) {
         }
         var through = array<real, 2>(
             passed_through(0u, 0u, step, stage),
-            passed_through(1u, LAST_CELL, step, stage),
+            passed_through(1u, run.last_cell, step, stage),
         );
         if GAS {
             let drawn = warm(step, stage);
@@ -49,8 +49,8 @@ fn advance(step: u32) {
             if has(0u) {
                 account(0u, step, start[0], through[0], 0u, 1u);
             }
-            if has(LAST_CELL) {
-                account(1u, step, start[1], through[1], LAST_CELL, LAST_CELL - 1u);
+            if has(run.last_cell) {
+                account(1u, step, start[1], through[1], run.last_cell, run.last_cell - 1u);
             }
             if HOLDER == 1u {
                 account_sideways(step, start_sideways, sideways);

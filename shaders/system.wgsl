@@ -211,7 +211,7 @@ fn assemble(step: u32) -> real {
             here = next;
         }
     }
-    way = row(way, Position(PLIES - 1u, LAST_CELL, 1u), here, no_link(), per_length, step);
+    way = row(way, Position(PLIES - 1u, run.last_cell, 1u), here, no_link(), per_length, step);
     return way.taken;
 }
 
@@ -232,6 +232,6 @@ fn correct(step: u32) -> real {
             here = next;
         }
     }
-    way = side(way, Position(PLIES - 1u, LAST_CELL, 1u), here, no_link(), twice_per_length, step);
+    way = side(way, Position(PLIES - 1u, run.last_cell, 1u), here, no_link(), twice_per_length, step);
     return way.taken;
 }

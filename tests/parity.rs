@@ -150,6 +150,18 @@ fn the_device_in_single_precision_equals_the_processor_bit_for_bit() {
     }
 }
 
+/// The kernel is that of the finer plan, and has room to spare.
+#[test]
+fn a_coarser_plan_in_the_kernel_of_a_finer_one_equals_the_processor_bit_for_bit() {
+    for marched in MARCHED.iter() {
+        let coarse = marched.plan.coarse.as_deref().expect("a plan has both resolutions");
+        let single = carried(&mut *SINGLE.gpu(), coarse, &marched.ensemble);
+        let count = differing(&single, &on_cpu(Precision::F32, coarse, &marched.ensemble));
+        assert_eq!(count, 0, "{}: numbers that differ, of {}", marched.case.id, single.temperatures_k.len());
+        assert_ne!(differing(&single, &marched.single), 0, "{}: the finer plan marched again", marched.case.id);
+    }
+}
+
 #[test]
 fn a_table_one_bit_off_in_one_place_is_caught() {
     for marched in MARCHED.iter() {

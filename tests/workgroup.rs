@@ -55,12 +55,16 @@ fn carried(march: &mut dyn March, plan: &Plan, ensemble: &Ensemble) -> Traces {
     march.march(plan, ensemble, 0..ensemble.len()).expect("the march does not fail")
 }
 
-fn marched(case: Case, precision: Precision, lanes: u32) -> Marched {
-    let (plan, ensemble) = (Plan::new(&case), drawn(&case, 2));
+/// At both resolutions, of which the coarser has room to spare in the kernel of the finer.
+fn marched(case: &Case, precision: Precision, lanes: u32) -> [Marched; 2] {
+    let (plan, ensemble) = (Plan::new(case), drawn(case, 2));
     let mut gpu = gpu(precision, lanes);
     assert_eq!(gpu.lanes(&plan, ensemble.len()), lanes, "{}: no room in a workgroup", case.id);
-    let traces = carried(&mut gpu, &plan, &ensemble);
-    Marched { case, plan, ensemble, lanes, precision, traces }
+    let coarse = plan.coarse.as_deref().expect("a plan has both resolutions").clone();
+    [plan, coarse].map(|plan| {
+        let traces = carried(&mut gpu, &plan, &ensemble);
+        Marched { case: case.clone(), plan, ensemble: ensemble.clone(), lanes, precision, traces }
+    })
 }
 
 /// Every shipped case in double precision, with what they lack: a holder, a contact and depths in doubt, and gas that leaves where it is made; and
@@ -72,7 +76,7 @@ static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
     let asked = double.chain(kinds.map(|case| (case, Precision::F32, LANES)));
     let (even, odd): (Vec<_>, Vec<_>) = asked.enumerate().partition(|(place, _)| place % 2 == 0);
     let march = |asked: Vec<(usize, (Case, Precision, u32))>| -> Vec<Marched> {
-        asked.into_iter().map(|(_, (case, precision, lanes))| marched(case, precision, lanes)).collect()
+        asked.into_iter().flat_map(|(_, (case, precision, lanes))| marched(&case, precision, lanes)).collect()
     };
     thread::scope(|scope| {
         let odd = scope.spawn(move || march(odd));
@@ -218,8 +222,8 @@ fn off(device: &Device, plan: &Plan, lanes: u32, spoil: impl Fn(String) -> Strin
     let text = spoil(shader::kernel(plan, Precision::F64, false, lanes, SOLVE));
     let kernel = device.kernel(text).expect("the text is sound");
     // Words of a dispatch: one, and lanes; the rows of a plan are zeros, as nothing is asked of them.
-    let mut run = [0_u32; 13];
-    (run[4], run[11]) = (1_f32.to_bits(), lanes);
+    let mut run = [0_u32; 15];
+    (run[4], run[11], run[13]) = (1_f32.to_bits(), lanes, plan.cells() as u32);
     let run = device.uniform("run", &run).expect("it is small");
     let (_, bytes) = reflected(&kernel.module, "Plan").expect("the shader has it");
     let zeros = device.uniform("plan", &vec![0_u8; bytes as usize]).expect("it is small");

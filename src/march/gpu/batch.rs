@@ -29,6 +29,8 @@ struct Run {
     gauges: u32,
     lanes: u32,
     sums: u32,
+    cells: u32,
+    last_cell: u32,
 }
 
 /// A scalar that crosses to the device.
@@ -57,6 +59,8 @@ impl Word for f64 {
 /// A kernel as a device compiled it.
 pub(super) struct Pipeline {
     pub(super) inner: wgpu::ComputePipeline,
+    /// Cells that its columns have room for.
+    pub(super) cells: usize,
     /// Invocations that carry each member.
     pub(super) lanes: u32,
     /// Whether it tells derivatives.
@@ -132,7 +136,7 @@ impl Batch {
         let run = device.uniform("run", &[Run::zeroed()])?;
         let values = Room::new(device, plan, bytes);
         let progress = device.storage("progress", (2 * size_of::<u32>() * count) as u64);
-        let rows = rows::<W>(device, plan, pipeline.texels)?;
+        let rows = rows::<W>(device, plan, pipeline)?;
         let factors = device.upload("factors", &factors::<W>(plan, ensemble, &carried));
         let changes = pipeline.tells.then(|| {
             (device.upload("changes of factors", &seeds::<W>(plan, &carried)), Room::new(device, plan, bytes))
@@ -232,8 +236,10 @@ macro_rules! flat {
     };
 }
 
-fn rows<W: Word>(device: &Device, plan: &Plan, texels: bool) -> Result<Rows, MarchError> {
+fn rows<W: Word>(device: &Device, plan: &Plan, pipeline: &Pipeline) -> Result<Rows, MarchError> {
     let rows = plan.rows.map(W::word);
+    let mut cells = flat!(Cell of rows.cells);
+    cells.resize(cells.len() / rows.cells.len() * pipeline.cells, W::zeroed());
     // As `Plan` of shaders/layout.wgsl has them.
     let same = [
         bytes(&flat!(Ply of plan.plies)),
@@ -248,16 +254,17 @@ fn rows<W: Word>(device: &Device, plan: &Plan, texels: bool) -> Result<Rows, Mar
         bytes(&flat!(Path of plan.paths)),
     ];
     let buffers = vec![
-        (1, device.uniform("cells", &flat!(Cell of rows.cells))?),
+        (1, device.uniform("cells", &cells)?),
         (2, device.uniform("plan", &same.concat())?),
         (3, device.upload("contacts", &rows.contacts_m2_k_w)),
         (4, device.upload("drives", &flat!(Drive of rows.drives))),
         (5, device.upload("lengths", &rows.lengths_s)),
-        (6, device.upload("tables", if texels { &[] } else { &rows.tables })),
+        (6, device.upload("tables", if pipeline.texels { &[] } else { &rows.tables })),
         (8, device.upload("beads", &flat!(Bead of rows.beads))),
         (9, device.upload("instants", &plan.instants)),
     ];
-    let words: Vec<f32> = if texels { plan.rows.tables.iter().map(|&word| f32::word(word)).collect() } else { vec![] };
+    let words: Vec<f32> =
+        if pipeline.texels { plan.rows.tables.iter().map(|&word| f32::word(word)).collect() } else { vec![] };
     Ok(Rows { buffers, texels: device.texels("texels", &words) })
 }
 
@@ -289,6 +296,8 @@ fn dispatch(
             gauges: plan.gauges() as u32,
             lanes,
             sums: shader::sums(plan),
+            cells: plan.cells() as u32,
+            last_cell: plan.cells() as u32 - 1,
         };
         device.queue.write_buffer(run, 0, bytemuck::bytes_of(&words));
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

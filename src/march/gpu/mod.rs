@@ -30,8 +30,6 @@ use batch::{Batch, Carried, Pipeline, Word};
 use device::Device;
 use gather::{state_words, trace_words};
 pub use lanes::LANES;
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::ops::Range;
 
 /// Members at once, at most: enough to fill any device, and a bound on the host's memory. A software device is full with
@@ -48,8 +46,8 @@ pub struct Gpu {
     precision: Precision,
     /// Lanes of a member, where they were asked for.
     lanes: Option<u32>,
-    /// By the kernel's text, and whether it tells derivatives.
-    pipelines: HashMap<(String, bool), Pipeline>,
+    /// Beside what the text of its kernel is at any length of its columns.
+    pipelines: Vec<(String, Pipeline)>,
 }
 
 impl Gpu {
@@ -70,7 +68,7 @@ impl Gpu {
                 });
             }
         }
-        Ok(Self { device, precision, lanes: None, pipelines: HashMap::new() })
+        Ok(Self { device, precision, lanes: None, pipelines: vec![] })
     }
 
     /// The same with so many invocations for each member, whatever is faster: to prove and to measure them. A plan that a workgroup has no
@@ -108,22 +106,26 @@ impl Gpu {
         (trace_words(plan).max(state_words(plan)) as u64) * self.word_bytes()
     }
 
-    /// The pipeline that marches a plan, so many lanes a member, or telling derivatives; compiled once.
+    /// A pipeline that marches a plan, so many lanes a member, or telling derivatives; compiled once for both resolutions.
     fn pipeline(&mut self, plan: &Plan, lanes: u32, tells: bool) -> Result<&mut Pipeline, MarchError> {
         let texels = self.precision == Precision::F32 && self.device.reads_texels(plan.rows.tables.len());
-        let asked = (shader::kernel(plan, self.precision, texels, lanes, shader::MARCH), tells);
-        match self.pipelines.entry(asked) {
-            Entry::Occupied(known) => Ok(known.into_mut()),
-            Entry::Vacant(new) => {
-                let mut kernel = self.device.kernel(new.key().0.clone())?;
-                if tells {
-                    kernel = kernel.differentiated("factors").map_err(|why| self.device.error(why))?;
-                }
-                let inner = self.device.pipeline(&kernel, "march")?;
-                self.device.keep();
-                Ok(new.insert(Pipeline { inner, lanes, tells, texels, timed: None }))
+        let text = shader::of_any_length(plan, self.precision, texels, lanes, shader::MARCH);
+        // Half of longer columns would lie idle, in memory that other members could be carried in.
+        let room = plan.cells()..=2 * plan.cells();
+        let fits =
+            |known: &(String, Pipeline)| known.0 == text && known.1.tells == tells && room.contains(&known.1.cells);
+        let known = self.pipelines.iter().position(fits);
+        let place = known.unwrap_or(self.pipelines.len());
+        if known.is_none() {
+            let mut kernel = self.device.kernel(shader::columns(plan, lanes) + &text)?;
+            if tells {
+                kernel = kernel.differentiated("factors").map_err(|why| self.device.error(why))?;
             }
+            let inner = self.device.pipeline(&kernel, "march")?;
+            self.device.keep();
+            self.pipelines.push((text, Pipeline { inner, cells: plan.cells(), lanes, tells, texels, timed: None }));
         }
+        Ok(&mut self.pipelines[place].1)
     }
 
     fn begin_in<'a, W: Word>(

@@ -2,7 +2,7 @@
 //!
 //! WGSL asks for no order of declaration, so a kernel is its parts one after another, each under a comment
 //! with its path, which is where naga's excerpts then point. Precision is one line, sizes are constants:
-//! private arrays cannot be sized by pipeline constants, so that text is made for each plan.
+//! private arrays cannot be sized by pipeline constants, so that text is made for each plan, and serves those of fewer cells.
 
 use crate::march::Precision;
 use crate::plan::layout::{
@@ -74,15 +74,30 @@ pub fn head(precision: Precision) -> String {
     format!("alias real = {real};\nconst DIGITS = {digits}u;\nconst WHOLE = {whole};\nconst SETTLES = {settles};\n")
 }
 
-/// The text of a kernel: the parts for a plan, whose tables are texels or not and whose members are carried by so many lanes each, and an
-/// entry point.
+/// The text of a kernel that has room for a plan.
 pub fn kernel(plan: &Plan, precision: Precision, texels: bool, lanes: u32, entry: (&str, &str)) -> String {
+    columns(plan, lanes) + &of_any_length(plan, precision, texels, lanes, entry)
+}
+
+/// Lengths of the columns of a kernel, which may be longer than a plan has cells.
+pub(super) fn columns(plan: &Plan, lanes: u32) -> String {
+    let (cells, gas, pores, nodes) = (plan.cells(), gas_cells(plan), pore_cells(plan), node_cells(plan, lanes));
+    format!(
+        "const CELLS = {cells}u;\nconst GAS_CELLS = {gas}u;\nconst PORE_CELLS = {pores}u;\nconst NODE_CELLS = {nodes}u;\n"
+    )
+}
+
+/// All else of the text of a kernel: the parts for a plan, whose tables are texels or not and whose members are carried by so many lanes each, and
+/// an entry point. It is the same at both resolutions.
+pub(super) fn of_any_length(
+    plan: &Plan,
+    precision: Precision,
+    texels: bool,
+    lanes: u32,
+    entry: (&str, &str),
+) -> String {
     let mut text = head(precision);
     let sizes = [
-        ("CELLS", plan.cells() as u32),
-        ("GAS_CELLS", gas_cells(plan) as u32),
-        ("PORE_CELLS", pore_cells(plan) as u32),
-        ("NODE_CELLS", node_cells(plan, lanes) as u32),
         ("LANES", lanes),
         ("PLIES", plan.plies.len() as u32),
         ("SENSORS", plan.places.len() as u32),
@@ -257,6 +272,25 @@ pub(super) fn steps_in_time(steps: u32, took: Duration) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::case::Case;
+    use std::path::Path;
+
+    /// Or a device would compile twice what takes seconds once.
+    #[test]
+    fn both_resolutions_of_every_shipped_case_have_one_kernel() {
+        let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
+        let folders = shipped.read_dir().expect("cases are shipped").map(|entry| entry.expect("it can be read").path());
+        let text = |plan: &Plan| of_any_length(plan, Precision::F32, true, 1, MARCH);
+        for folder in folders.filter(|folder| folder.is_dir()) {
+            let plan = Plan::new(&Case::load(&folder).expect("a shipped case loads"));
+            let coarse = plan.coarse.as_deref().expect("a plan has both");
+            assert!((coarse.cells()..=2 * coarse.cells()).contains(&plan.cells()), "{}", folder.display());
+            assert_eq!(text(coarse), text(&plan), "{}", folder.display());
+            assert_ne!(columns(coarse, 1), columns(&plan, 1), "{}: one has no room for the other", folder.display());
+            let other = Plan { levels: plan.levels + 1, ..plan.clone() };
+            assert_ne!(text(&other), text(&plan), "{}: of other tables", folder.display());
+        }
+    }
 
     #[test]
     fn a_dispatch_takes_a_fiftieth_of_a_second_however_fast_the_device() {
