@@ -59,6 +59,8 @@ impl Word for f64 {
 /// A kernel as a device compiled it.
 pub(super) struct Pipeline {
     pub(super) inner: wgpu::ComputePipeline,
+    /// What its kernel's text is at any length of its columns.
+    pub(super) text: String,
     /// Cells that its columns have room for.
     pub(super) cells: usize,
     /// Invocations that carry each member.

@@ -46,8 +46,7 @@ pub struct Gpu {
     precision: Precision,
     /// Lanes of a member, where they were asked for.
     lanes: Option<u32>,
-    /// Beside what the text of its kernel is at any length of its columns.
-    pipelines: Vec<(String, Pipeline)>,
+    pipelines: Vec<Pipeline>,
 }
 
 impl Gpu {
@@ -112,8 +111,7 @@ impl Gpu {
         let text = shader::of_any_length(plan, self.precision, texels, lanes, shader::MARCH);
         // Half of longer columns would lie idle, in memory that other members could be carried in.
         let room = plan.cells()..=2 * plan.cells();
-        let fits =
-            |known: &(String, Pipeline)| known.0 == text && known.1.tells == tells && room.contains(&known.1.cells);
+        let fits = |known: &Pipeline| known.text == text && known.tells == tells && room.contains(&known.cells);
         let known = self.pipelines.iter().position(fits);
         let place = known.unwrap_or(self.pipelines.len());
         if known.is_none() {
@@ -123,9 +121,9 @@ impl Gpu {
             }
             let inner = self.device.pipeline(&kernel, "march")?;
             self.device.keep();
-            self.pipelines.push((text, Pipeline { inner, cells: plan.cells(), lanes, tells, texels, timed: None }));
+            self.pipelines.push(Pipeline { inner, text, cells: plan.cells(), lanes, tells, texels, timed: None });
         }
-        Ok(&mut self.pipelines[place].1)
+        Ok(&mut self.pipelines[place])
     }
 
     fn begin_in<'a, W: Word>(

@@ -7,6 +7,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 pub trait Directions<V>:
     Copy + Send + Sync + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
+    /// Directions side by side.
     const LANES: usize;
 
     /// The same change along every direction.
@@ -45,11 +46,11 @@ impl<R: Real> Directions<R::Scalar> for R {
 }
 
 /// Two vectors as one of twice the lanes, so that narrow ones too carry the directions of most layups beside one march of the
-/// member. Written out, as arrays of vectors stay in memory (four times as long).
+/// member. Written out, as arrays of vectors stay in memory (twice as long in f32).
 #[derive(Clone, Copy)]
-pub struct Pair<D>(D, D);
+pub struct Twofold<D>(D, D);
 
-impl<D: Add<Output = D>> Add for Pair<D> {
+impl<D: Add<Output = D>> Add for Twofold<D> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -57,7 +58,7 @@ impl<D: Add<Output = D>> Add for Pair<D> {
     }
 }
 
-impl<D: Sub<Output = D>> Sub for Pair<D> {
+impl<D: Sub<Output = D>> Sub for Twofold<D> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -65,7 +66,7 @@ impl<D: Sub<Output = D>> Sub for Pair<D> {
     }
 }
 
-impl<D: Mul<Output = D>> Mul for Pair<D> {
+impl<D: Mul<Output = D>> Mul for Twofold<D> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -73,7 +74,7 @@ impl<D: Mul<Output = D>> Mul for Pair<D> {
     }
 }
 
-impl<D: Neg<Output = D>> Neg for Pair<D> {
+impl<D: Neg<Output = D>> Neg for Twofold<D> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -81,7 +82,7 @@ impl<D: Neg<Output = D>> Neg for Pair<D> {
     }
 }
 
-impl<V: Copy, D: Directions<V>> Directions<V> for Pair<D> {
+impl<V: Copy, D: Directions<V>> Directions<V> for Twofold<D> {
     const LANES: usize = 2 * D::LANES;
 
     #[inline(always)]

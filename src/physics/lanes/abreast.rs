@@ -4,7 +4,7 @@
 //! them up one by one too.
 
 use super::{Doubles, Singles};
-use crate::physics::dual::directions::{Directions, Pair};
+use crate::physics::dual::directions::{Directions, Twofold};
 use crate::plan::layout::ABREAST;
 use simdeez::engines::scalar::Scalar;
 use simdeez::prelude::*;
@@ -116,14 +116,14 @@ impl Abreast for Scalar {
 
 #[cfg(target_arch = "aarch64")]
 impl Abreast for simdeez::engines::neon::Neon {
-    type Directions64 = Pair<Pair<Doubles<Self>>>;
-    type Directions32 = Pair<Singles<Self>>;
+    type Directions64 = Twofold<Twofold<Doubles<Self>>>;
+    type Directions32 = Twofold<Singles<Self>>;
 }
 
 #[cfg(target_arch = "x86_64")]
 #[expect(unsafe_code, reason = "argued at the blocks")]
 mod x86_64 {
-    use super::{Abreast, Doubles, Pair, Places, Rows, Singles};
+    use super::{Abreast, Doubles, Places, Rows, Singles, Twofold};
     use crate::plan::layout::ABREAST;
     use simdeez::engines::avx2::{Avx2, F32x8, F64x4};
     use simdeez::engines::avx512::{Avx512, F32x16, F64x8};
@@ -222,7 +222,7 @@ mod x86_64 {
     }
 
     impl Abreast for Avx2 {
-        type Directions64 = Pair<Doubles<Self>>;
+        type Directions64 = Twofold<Doubles<Self>>;
         type Directions32 = Singles<Self>;
 
         #[inline(always)]
