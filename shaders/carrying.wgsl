@@ -85,8 +85,7 @@ fn warm(step: u32, stage: u32) -> array<real, 2> {
             drawn[0] = drawn[0] + (out - carried(0u));
         }
         if has(run.last_cell) {
-            // Told by the block, as columns are of one cell where there is no gas.
-            let last = end_cell() - 1u;
+            let last = run.last_cell;
             let back = back_leaving * gas_j_kg[last];
             drawn[1] = drawn[1] + (carried(last - 1u) + back);
             out = out + back;

@@ -322,8 +322,7 @@ fn take_in(step: u32) {
     meet();
     var left = array<real, 2>(mean_flows[0] + given_off(0u, per_length), 0.0);
     if BACK_IS_OPEN {
-        // No constant, as there may be no such cell where no kernel comes here.
-        var last = run.last_cell;
+        let last = run.last_cell;
         left[1] = given_off(last, per_length) - mean_flows[last - 1u];
     }
     leaving = array<real, 2>(mean_leaving, 2.0 * left[0] - mean_leaving);

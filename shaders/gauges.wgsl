@@ -43,8 +43,7 @@ fn gauges(step: u32) -> array<real, GAUGES> {
         for (var i = first_cell(); i < end_cell(); i++) {
             peak = max(peak, pressures[i].high);
         }
-        var last = run.last_cell;
-        back = pressures[last].high;
+        back = pressures[run.last_cell].high;
     }
     let flux = 1.5 * recent[1] - 0.5 * recent[0];
     return array<real, GAUGES>(flux, summed(lost), largest(virgin_m), largest(char_m), largest(peak), back);

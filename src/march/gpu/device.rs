@@ -359,7 +359,7 @@ fn handed_over(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::Shade
     // SAFETY: the words are naga's, of a module that it validated, less the zeros of arrays that our kernels clear
     // themselves; one that tells changes has the loops and indices of the one that it was made of. Every loop of theirs counts
     // to a constant or to a length fixed before it starts; every index into
-    // a private array, or one that a workgroup shares, is such a counter, a lane, or a cell number that the plan bounds by CELLS; table rows are clamped
+    // a private array, or one that a workgroup shares, is such a counter, a lane, or a cell number below that of a dispatch's cells, for which `Gpu::pipeline` sees that columns have room; table rows are clamped
     // before use; members beyond the last return at once; what lanes of a workgroup ask before a barrier is the same for all of them. Tests march shipped cases with checks on and compare bit
     // for bit. Injected loop counters cost about a tenth on a software device, and far more has been seen on hardware.
     unsafe { device.create_shader_module_passthrough(descriptor) }
