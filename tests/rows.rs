@@ -114,6 +114,17 @@ fn written(text: &str, name: &str) -> Vec<(String, String)> {
     fields.map(|(field, kind)| (field.trim_start_matches("pub ").to_owned(), kind.to_owned())).collect()
 }
 
+/// The words of a dispatch as a kernel has them: those named, and zeros.
+pub(crate) fn dispatched(module: &Module, named: &[(&str, u32)]) -> Vec<u32> {
+    let (fields, bytes) = reflected(module, "Run").expect("the shader has it");
+    let mut words = vec![0; bytes as usize / 4];
+    for (name, word) in named {
+        let field = fields.iter().find(|(field, _)| field == name).expect("a word of a dispatch");
+        words[field.1 as usize / 4] = *word;
+    }
+    words
+}
+
 /// Whether the words of a dispatch lie on the device as the host writes them; only padding may follow.
 fn run_lies(module: &Module, host: &str) -> Result<(), String> {
     let mut fields = written(host, "Run");

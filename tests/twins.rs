@@ -1,5 +1,6 @@
 //! Each WGSL function against its Rust twin on thousands of inputs, in both precisions, bit for bit.
 
+use crate::rows::dispatched;
 use crate::support::{Uniform, device};
 use bondline::march::Precision;
 use bondline::march::gpu::device::Device;
@@ -121,14 +122,13 @@ where
     if probe.body.contains("spot(") {
         bound.extend([(6, in_buffer.as_entire_binding()), (7, wgpu::BindingResource::TextureView(&in_texels))]);
     }
-    let mut run = [0_u32; 15];
-    run[13] = CELLS as u32;
-    let run = device.uniform("run", &run).expect("it is small");
+    let kernel = device.kernel(text).expect("the probe compiles");
+    let words = dispatched(&kernel.module, &[("cells", CELLS as u32)]);
+    let run = device.uniform("run", &words).expect("it is small");
     if probe.body.contains("factorise(") {
         bound.push((0, run.as_entire_binding()));
     }
     bound.extend((30..).zip([&ones, &inputs_up, &outputs].map(wgpu::Buffer::as_entire_binding)));
-    let kernel = device.kernel(text).expect("the probe compiles");
     let found: Vec<W> = device.probe(&kernel, "probe", (SAMPLES / 64) as u32, bound, &outputs).expect("the probe runs");
     let mut expected = vec![W::scalar(0.0); outs];
     let mut count = 0;

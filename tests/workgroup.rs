@@ -2,7 +2,7 @@
 
 use crate::layup::held_above_too;
 use crate::parity::{apart_k, differing, numbers, spoiled};
-use crate::rows::reflected;
+use crate::rows::{dispatched, reflected};
 use crate::support::{
     BALANCE, MASS, MASS_SINGLE, ROUNDING_K, SINGLE_K, SINGLE_REACTING_K, Uniform, adapter, case, cases, drawn,
 };
@@ -221,10 +221,9 @@ fn off(device: &Device, plan: &Plan, lanes: u32, spoil: impl Fn(String) -> Strin
     let (rows, expected) = systems(cells, COUNT);
     let text = spoil(shader::kernel(plan, Precision::F64, false, lanes, SOLVE));
     let kernel = device.kernel(text).expect("the text is sound");
-    // Words of a dispatch: one, and lanes; the rows of a plan are zeros, as nothing is asked of them.
-    let mut run = [0_u32; 15];
-    (run[4], run[11], run[13]) = (1_f32.to_bits(), lanes, plan.cells() as u32);
-    let run = device.uniform("run", &run).expect("it is small");
+    let words = [("one", 1_f32.to_bits()), ("lanes", lanes), ("cells", cells as u32)];
+    let run = device.uniform("run", &dispatched(&kernel.module, &words)).expect("it is small");
+    // Nothing is asked of the rows of a plan.
     let (_, bytes) = reflected(&kernel.module, "Plan").expect("the shader has it");
     let zeros = device.uniform("plan", &vec![0_u8; bytes as usize]).expect("it is small");
     let (rows, solutions) = (device.upload("systems", &rows), device.upload("solutions", &vec![0.0; COUNT * cells]));
