@@ -115,7 +115,6 @@ const ONE_SIDED: &[(&str, &str, &str)] = &[
     ("tridiagonal", "substitute", "the device's are beside their one system: see flowing"),
     ("flowing", "factorise", "the host's are lent columns: see tridiagonal"),
     ("flowing", "substitute", "the host's are lent columns: see tridiagonal"),
-    ("table", "placed", "the processor places all cells of a ply before it reads any row"),
     ("table", "read", "the processor places all cells of a ply before it reads any row"),
     ("system", "edge_of", "the host picks a row by its number; that costs a driver, see there"),
     ("conducting", "nodes", "the host cuts columns before it reads nodes from them"),

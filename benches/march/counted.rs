@@ -105,6 +105,7 @@ impl Real for Counted {
     type Scalar = f64;
     type Still = Self;
     type Place = usize;
+    type Rows<'p, 'a> = <f64 as Real>::Rows<'p, 'a>;
     type Row<'a> = &'a [f64];
     const LANES: usize = 1;
     const DIGITS: u32 = 52;
@@ -163,11 +164,16 @@ impl Real for Counted {
     fn floor(self, most: u32) -> Self {
         Self(Real::floor(self.0, most))
     }
-    fn place(row: Self, columns: usize) -> usize {
-        <f64 as Real>::place(row.0, columns)
+    fn rows<'p, 'a>(
+        places: &'p mut [usize],
+        table: &'a [f64],
+        columns: usize,
+        mut row: impl FnMut(usize) -> Self,
+    ) -> Self::Rows<'p, 'a> {
+        <f64 as Real>::rows(places, table, columns, |i| row(i).0)
     }
-    fn row<'a>(place: &usize, table: &'a [f64], columns: usize) -> &'a [f64] {
-        <f64 as Real>::row(place, table, columns)
+    fn row<'a>(rows: Self::Rows<'_, 'a>, i: usize) -> &'a [f64] {
+        <f64 as Real>::row(rows, i)
     }
     fn four(row: &[f64], four: usize) -> [Self; ABREAST] {
         count(&LOADS);

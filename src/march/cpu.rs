@@ -305,7 +305,7 @@ fn carry_columns<R: Real, const GAS: bool>(
             |member| {
                 let instant = plan.instants[turn];
                 if instant != NO_INSTANT {
-                    for (lane, sensor) in (0..lanes).flat_map(|lane| (0..sensors).map(move |sensor| (lane, sensor))) {
+                    for (sensor, lane) in (0..sensors).flat_map(|sensor| (0..lanes).map(move |lane| (sensor, lane))) {
                         let at = (lane * sensors + sensor) * instants + instant as usize;
                         temperatures_k[at] = member.shown_k(sensor, lane);
                     }

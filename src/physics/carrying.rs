@@ -97,7 +97,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Tell what heat gas takes out; and what it draws from held faces, which they must supply, W/m².
     #[inline(always)]
     pub(super) fn warm(&mut self, step: usize, stage: usize) -> [R; 2] {
-        let last = self.second.len() - 1;
+        let last = self.temperatures.len() - 1;
         let mut drawn = [-self.given_ends[0], -self.given_ends[1]];
         let mut out = R::constant(0.0);
         if self.plan.gas == Some(GasPath::Unhindered) {

@@ -16,6 +16,7 @@ pub struct Pair<R> {
 
 impl<R: Real> Pair<R> {
     /// Both words of one lane.
+    #[inline(always)]
     pub fn lane(self, lane: usize) -> f64 {
         self.high.lane(lane) + self.low.lane(lane)
     }

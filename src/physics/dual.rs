@@ -98,6 +98,7 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Directions<V>> Real for Dua
     type Scalar = V;
     type Still = V;
     type Place = V::Place;
+    type Rows<'p, 'a> = V::Rows<'p, 'a>;
     type Row<'a> = V::Row<'a>;
     const LANES: usize = 1 + D::LANES;
     const DIGITS: u32 = V::DIGITS;
@@ -172,12 +173,17 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Directions<V>> Real for Dua
         self.value.floor(most)
     }
     #[inline(always)]
-    fn place(row: V, columns: usize) -> V::Place {
-        V::place(row, columns)
+    fn rows<'p, 'a>(
+        places: &'p mut [V::Place],
+        table: &'a [V],
+        columns: usize,
+        row: impl FnMut(usize) -> V,
+    ) -> V::Rows<'p, 'a> {
+        V::rows(places, table, columns, row)
     }
     #[inline(always)]
-    fn row<'a>(place: &V::Place, table: &'a [V], columns: usize) -> V::Row<'a> {
-        V::row(place, table, columns)
+    fn row<'a>(rows: V::Rows<'_, 'a>, i: usize) -> V::Row<'a> {
+        V::row(rows, i)
     }
     #[inline(always)]
     fn four(row: V::Row<'_>, four: usize) -> [V; ABREAST] {

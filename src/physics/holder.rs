@@ -39,14 +39,14 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         flux_sideways(conductance_w_m2_k, self.holder_k(step, stage), self.staged(cell, stage))
     }
 
-    /// Add the heat from the holder over a step, whose increments are in `second`: the stages' mean, and the scheme's own implicit part.
+    /// Add the heat from the holder over a step, whose increments are in the system: the stages' mean, and the scheme's own implicit part.
     #[inline(always)]
     pub(super) fn account_sideways(&mut self, step: usize, start: R, end: R) {
         let mut taken = R::constant(0.0);
         for p in 0..self.plies.len() {
             let ply = &self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                taken = taken + self.conductance_sideways(p, i) * self.second[i];
+                taken = taken + self.conductance_sideways(p, i) * self.system[i].second;
             }
         }
         let half_length = R::constant(0.5) * R::of(self.rows.lengths_s[step]);

@@ -8,7 +8,7 @@ mod abreast;
 use super::Real;
 use crate::plan::layout::ABREAST;
 pub use abreast::Abreast;
-use abreast::{Places, Rows, WIDEST};
+use abreast::{Places, Row, Rows, WIDEST};
 use simdeez::prelude::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -62,7 +62,8 @@ macro_rules! lanes {
             type Scalar = $real;
             type Still = Self;
             type Place = Places<$most>;
-            type Row<'a> = Rows<'a, $real, $most>;
+            type Rows<'p, 'a> = Rows<'p, 'a, $real, $most>;
+            type Row<'a> = Row<'a, $real, $most>;
             const LANES: usize = S::$vector::WIDTH;
             const DIGITS: u32 = $digits;
 
@@ -80,7 +81,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn lane(self, lane: usize) -> f64 {
-                f64::from(self.array()[lane])
+                f64::from(self.0[lane])
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
@@ -135,15 +136,26 @@ macro_rules! lanes {
                 Self(self.0.max(S::$vector::zeroes()).min(S::$vector::set1(most as $real)).floor())
             }
             #[inline(always)]
-            fn place(row: Self, columns: usize) -> Places<$most> {
-                S::$places(row.0, columns)
+            fn rows<'p, 'a>(
+                places: &'p mut [Places<$most>],
+                table: &'a [$real],
+                columns: usize,
+                mut row: impl FnMut(usize) -> Self,
+            ) -> Self::Rows<'p, 'a> {
+                Rows::new(
+                    places,
+                    table,
+                    columns,
+                    #[inline(always)]
+                    |i| S::$places(row(i).0, columns),
+                )
             }
             #[inline(always)]
-            fn row<'a>(place: &Places<$most>, table: &'a [$real], columns: usize) -> Rows<'a, $real, $most> {
-                Rows::new(place, table, columns)
+            fn row<'a>(rows: Self::Rows<'_, 'a>, i: usize) -> Self::Row<'a> {
+                rows.row(i)
             }
             #[inline(always)]
-            fn four(row: Rows<'_, $real, $most>, four: usize) -> [Self; ABREAST] {
+            fn four(row: Self::Row<'_>, four: usize) -> [Self; ABREAST] {
                 S::$four(row, four).map(Self)
             }
             #[inline(always)]

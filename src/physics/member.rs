@@ -2,12 +2,13 @@
 
 use super::Real;
 use super::compensated::{Pair, advanced, difference, keep, raised};
+use super::conducting::Matter;
 use super::faces::{FaceScale, face_scale};
 use super::gas::Porous;
 use super::material::{PlyScale, StateScale, conductance_across, conductance_within, ply_scale, state_scale};
 use super::reading::{covered, followed, reading};
-use super::system::Edge;
-use super::table::{Placed, integral, placed, spot};
+use super::system::{Edge, Eliminated};
+use super::table::{integral, spot};
 use crate::plan::layout::{HEATS, Ply};
 use crate::plan::{GasPath, Plan, Rows};
 
@@ -38,19 +39,14 @@ pub struct Member<'a, R: Real, const GAS: bool> {
     pub(super) edges: [Edge<R>; 2],
     pub(super) passed: [R; 2],
     pub(super) passed_slopes: [[R; 2]; 2],
-    /// The cells of the ply at hand in its table.
-    pub(super) placed: Vec<Placed<R>>,
-    pub(super) conductivities: Vec<R>,
-    /// Slope of the conductivity of each cell, W/m/K².
-    pub(super) slopes: Vec<R>,
-    /// Heat capacity of each cell at the first stage and at the stage last evaluated, J/m²/K.
-    pub(super) capacities: Vec<R>,
-    pub(super) evaluated: Vec<R>,
-    pub(super) lower: Vec<R>,
-    pub(super) diagonal: Vec<R>,
-    pub(super) upper: Vec<R>,
+    /// Where the rows of the cells of the ply at hand begin in its table, and the shares of the way to the next.
+    pub(super) row_places: Vec<R::Place>,
+    pub(super) row_shares: Vec<R>,
+    /// What each cell is like at the stage last evaluated.
+    pub(super) matter: Vec<Matter<R>>,
+    /// The system of the step, and what the first stage moves each cell by, K.
+    pub(super) system: Vec<Eliminated<R>>,
     pub(super) first: Vec<R>,
-    pub(super) second: Vec<R>,
     /// Cell × reaction: how far each has come.
     pub(super) advancements: Vec<Pair<R>>,
     /// Cell × state: its share of the volume as the first stage sees it, and as the second does.
@@ -155,16 +151,11 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             edges: [Edge { held: R::fixed(0.0), rise_k: R::fixed(0.0), flux: zero, driven: zero, slope: zero }; 2],
             passed: [zero; 2],
             passed_slopes: [[zero; 2]; 2],
-            placed: vec![placed(spot(zero), 0); cells],
-            conductivities: vec![zero; cells],
-            slopes: vec![zero; cells],
-            capacities: vec![zero; cells],
-            evaluated: vec![zero; cells],
-            lower: vec![zero; cells],
-            diagonal: vec![zero; cells],
-            upper: vec![zero; cells],
+            row_places: vec![R::Place::default(); cells],
+            row_shares: vec![zero; cells],
+            matter: vec![Matter { conductivity: zero, slope: zero, capacity: zero }; cells],
+            system: vec![Eliminated { under: zero, reciprocal: zero, over: zero, capacity: zero, second: zero }; cells],
             first: vec![zero; cells],
-            second: vec![zero; cells],
             advancements: vec![none; reactions],
             phases: [0, 1].map(|_| {
                 (0..flowing * plan.states)
@@ -337,6 +328,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     }
 
     /// What a sensor's bead shows in one lane, K.
+    #[inline(always)]
     pub fn shown_k(&self, sensor: usize, lane: usize) -> f64 {
         self.beads[sensor].lane(lane)
     }

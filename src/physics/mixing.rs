@@ -3,6 +3,7 @@
 use super::Real;
 use super::carrying::gas_enthalpy;
 use super::compensated::keep;
+use super::conducting::Matter;
 use super::gas::level;
 use super::material::{Level, Parts, PlyScale, Solid, StateScale, levelled, solid};
 use super::member::Member;
@@ -118,9 +119,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         let row = self.row_of(p, levelled(at, level)[0]);
         let phases = self.phases_at(p, i, stage);
         let here = self.mixture(p, at, row, level, phases, stage == 0);
-        self.conductivities[i] = here.conductivity;
-        self.slopes[i] = here.slope;
-        self.evaluated[i] = here.heat_capacity * R::still(self.rows.cells[i].width_m);
+        let capacity = here.heat_capacity * R::still(self.rows.cells[i].width_m);
+        self.matter[i] = Matter { conductivity: here.conductivity, slope: here.slope, capacity };
         if self.reads_gas(stage) {
             [self.gas_j_kg[i], self.gas_rises[i]] = gas_enthalpy(self.gas_of(p, row));
         }
@@ -193,7 +193,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     pub(super) fn conductivity_now(&self, p: usize, i: usize, step: usize) -> R {
         let ply = self.plan.plies[p];
         if !GAS || ply.end_reaction == ply.first_reaction {
-            return self.conductivities[i];
+            return self.matter[i].conductivity;
         }
         let at = spot(self.temperatures[i].high);
         let level = self.level_of(i, step, 0);

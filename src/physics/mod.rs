@@ -72,7 +72,9 @@ pub trait Real:
     /// are their own.
     type Still: Real<Scalar = Self::Scalar, Still = Self::Still>;
     /// Where the row of a table begins, one a lane.
-    type Place: Copy + Send + Sync;
+    type Place: Copy + Default + Send + Sync;
+    /// The rows of a table at some places.
+    type Rows<'p, 'a>: Copy;
     /// A row of a table, one a lane.
     type Row<'a>: Copy;
     /// Lanes, that is members carried at once.
@@ -116,10 +118,15 @@ pub trait Real:
     fn mantissa(self) -> Self;
     /// The whole number under it, from zero to `most`.
     fn floor(self, most: u32) -> Self::Still;
-    /// Where the row that a whole number counts to begins in a table of so many columns.
-    fn place(row: Self::Still, columns: usize) -> Self::Place;
-    /// The row of a table of so many columns that begins there.
-    fn row<'a>(place: &Self::Place, table: &'a [Self::Scalar], columns: usize) -> Self::Row<'a>;
+    /// The rows of a table of so many columns that whole numbers count to; where they begin is kept in as many places.
+    fn rows<'p, 'a>(
+        places: &'p mut [Self::Place],
+        table: &'a [Self::Scalar],
+        columns: usize,
+        row: impl FnMut(usize) -> Self::Still,
+    ) -> Self::Rows<'p, 'a>;
+    /// One of them.
+    fn row<'a>(rows: Self::Rows<'_, 'a>, i: usize) -> Self::Row<'a>;
     /// One four of the columns of a row.
     fn four(row: Self::Row<'_>, four: usize) -> [Self::Still; ABREAST];
     /// Whether each lane lies in zero to `span`; by its bits, which also tells what is no number.
@@ -132,6 +139,7 @@ macro_rules! scalar {
             type Scalar = $real;
             type Still = $real;
             type Place = usize;
+            type Rows<'p, 'a> = (&'p [usize], &'a [$real], usize);
             type Row<'a> = &'a [$real];
             const LANES: usize = 1;
             const DIGITS: u32 = $digits;
@@ -205,13 +213,21 @@ macro_rules! scalar {
                 if nearest > inside { nearest - 1.0 } else { nearest }
             }
             #[inline(always)]
-            fn place(row: $real, columns: usize) -> usize {
-                // The last 22 bits of the sum are the number.
-                columns * ((row + $whole).to_bits() as usize & 0x003f_ffff)
+            fn rows<'p, 'a>(
+                places: &'p mut [usize],
+                table: &'a [$real],
+                columns: usize,
+                mut row: impl FnMut(usize) -> $real,
+            ) -> Self::Rows<'p, 'a> {
+                for i in 0..places.len() {
+                    // The last 22 bits of the sum are the number.
+                    places[i] = columns * ((row(i) + $whole).to_bits() as usize & 0x003f_ffff);
+                }
+                (places, table, columns)
             }
             #[inline(always)]
-            fn row<'a>(place: &usize, table: &'a [$real], columns: usize) -> &'a [$real] {
-                &table[*place..place + columns]
+            fn row<'a>((places, table, columns): Self::Rows<'_, 'a>, i: usize) -> &'a [$real] {
+                &table[places[i]..places[i] + columns]
             }
             #[inline(always)]
             fn four(row: &[$real], four: usize) -> [Self; ABREAST] {

@@ -84,12 +84,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn ascend(&mut self) {
         let first = &mut self.first[..];
-        let second = &self.second[..first.len()];
-        let diagonal = &self.diagonal[..first.len()];
-        let upper = &self.upper[..first.len()];
+        let system = &self.system[..first.len()];
         let mut before = R::constant(0.0);
         for i in (0..first.len()).rev() {
-            before = ascended(second[i], diagonal[i], upper[i], before);
+            let row = system[i];
+            before = ascended(row.second, row.reciprocal, row.over, before);
             first[i] = settled(before);
         }
     }
@@ -97,7 +96,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Add the heat through a face over a step: the stages' mean, and the scheme's own implicit part.
     #[inline(always)]
     fn account(&mut self, face: usize, step: usize, start: R, end: R, cell: usize, neighbour: usize) {
-        let (sum, beside) = (self.second[cell], self.second[neighbour]);
+        let (sum, beside) = (self.system[cell].second, self.system[neighbour].second);
         let (edge, [by_cell, by_neighbour]) = (self.edges[face], self.passed_slopes[face]);
         let implicit = edge.slope * sum - (by_cell * sum - by_neighbour * beside) * edge.held;
         let half_length = R::fixed(0.5) * R::still(self.rows.lengths_s[step]);
@@ -107,8 +106,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         self.heat[2 * face + 1] = advanced(self.heat[2 * face + 1], (-amount).max(zero));
     }
 
-    /// The increments of the second stage, on the way up, and with those of the first into the temperatures; both together stay in
-    /// `second`. Watched is where temperatures go: a ply's coldest and hottest cell are looked at, and its uppermost, as what is no number is
+    /// The increments of the second stage, on the way up, and with those of the first into the temperatures; both together stay in the
+    /// system. Watched is where temperatures go: a ply's coldest and hottest cell are looked at, and its uppermost, as what is no number is
     /// neither, and on the way up makes all cells above it alike.
     #[inline(always)]
     fn update(&mut self, step: usize) {
@@ -119,15 +118,14 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let cells = ply.first_cell as usize..ply.end_cell as usize;
             let temperatures = &mut self.temperatures[cells.clone()];
             let first = &self.first[cells.clone()][..temperatures.len()];
-            let second = &mut self.second[cells.clone()][..temperatures.len()];
-            let diagonal = &self.diagonal[cells.clone()][..temperatures.len()];
-            let upper = &self.upper[cells][..temperatures.len()];
+            let system = &mut self.system[cells][..temperatures.len()];
             let (mut coldest, mut hottest) = self.extremes_k[p];
             for i in (0..temperatures.len()).rev() {
-                before = ascended(second[i], diagonal[i], upper[i], before);
+                let row = system[i];
+                before = ascended(row.second, row.reciprocal, row.over, before);
                 let own = settled(before);
                 let increment = first[i] * R::fixed(1.5) + own * R::fixed(0.5);
-                second[i] = first[i] + own;
+                system[i].second = first[i] + own;
                 temperatures[i] = advanced(temperatures[i], increment);
                 let high = temperatures[i].high;
                 coldest = coldest.min(high);

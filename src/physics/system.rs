@@ -33,6 +33,19 @@ struct Row<R> {
     side: R,
 }
 
+/// A cell's row once it is eliminated: the ratio under the diagonal, the reciprocal of the pivot, and the ratio over the diagonal; the heat
+/// capacity of the cell at the first stage, J/m²/K, which the second asks for; and of the stage at hand the right-hand side, W/m², at last
+/// what both stages move the cell by, K. All of a cell lies together: a way over columns of their own has more of them than a processor
+/// has registers to tell where they are.
+#[derive(Clone, Copy)]
+pub(super) struct Eliminated<R> {
+    pub(super) under: R,
+    pub(super) reciprocal: R,
+    pub(super) over: R,
+    pub(super) capacity: R,
+    pub(super) second: R,
+}
+
 /// What the way down has with it from cell to cell.
 struct Way<R> {
     /// Heat that flows into the cell by conduction, what gas brings it, and what all cells before took from the holder, W/m².
@@ -149,8 +162,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         net
     }
 
-    /// Over the link under a cell, which makes its row of the system of both stages with the right-hand side of the first: once it is eliminated the
-    /// ratio under the diagonal, the reciprocal of the pivot, the ratio over the diagonal, and the side.
+    /// Over the link under a cell, which makes its row of the system of both stages with the right-hand side of the first.
     #[inline(always)]
     fn row(
         &self,
@@ -160,7 +172,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         link: Link<R>,
         per_length: R::Still,
         step: usize,
-    ) -> [R; 4] {
+    ) -> Eliminated<R> {
         let less = R::fixed(-GAMMA);
         let (leaving, below) = (link.slopes[0] * less, link.slopes[1] * less);
         let mut from_holder = R::constant(0.0);
@@ -170,7 +182,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         let mut row = Row {
             lower: way.slopes[0],
-            diagonal: node.capacity * per_length - (way.slopes[1] + leaving),
+            diagonal: node.matter.capacity * per_length - (way.slopes[1] + leaving),
             upper: below,
             side: self.net(at, link, from_holder, 0, way),
         };
@@ -179,7 +191,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         if GAS && self.plan.plies[at.ply].end_reaction > self.plan.plies[at.ply].first_reaction {
             let eased = per_length * R::fixed(EASE);
-            row.diagonal = row.diagonal + restraint(self.restraints[at.cell], node.capacity, eased);
+            row.diagonal = row.diagonal + restraint(self.restraints[at.cell], node.matter.capacity, eased);
         }
         if let Some(face) = at.face {
             let (passed, slopes) =
@@ -194,11 +206,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         way.slopes = [leaving, below];
         (way.reciprocal, way.upper) = (reciprocal, row.upper);
         (way.conducted, way.gained) = (link.conducted, link.gained);
-        [under, reciprocal, row.upper * reciprocal, settled(way.side)]
+        let (over, capacity) = (row.upper * reciprocal, node.matter.capacity);
+        Eliminated { under, reciprocal, over, capacity, second: settled(way.side) }
     }
 
-    /// Over the link under a cell, which makes the right-hand side of the second stage in its row; of that the ratio under the diagonal and the heat
-    /// capacity at the first stage are given.
+    /// Over the link under a cell, which makes the right-hand side of the second stage in its row.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "the twin in WGSL has its columns at hand")]
     fn side(
@@ -207,8 +219,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         at: Position,
         node: Node<R>,
         link: Link<R>,
-        under: R,
-        capacity: R,
+        row: Eliminated<R>,
         twice_per_length: R::Still,
         step: usize,
     ) -> R {
@@ -218,12 +229,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             way.taken = way.taken + from_holder;
         }
         let net = self.net(at, link, from_holder, 1, way);
-        let mut side = capacity / node.capacity * net - capacity * twice_per_length * node.moved;
+        let mut side = row.capacity / node.matter.capacity * net - row.capacity * twice_per_length * node.moved;
         if let Some(face) = at.face {
             way.passed[face] = [link.conducted, -way.conducted][face];
             side = self.edges[face].corrects(side);
         }
-        way.side = descended(side, under, way.side);
+        way.side = descended(side, row.under, way.side);
         (way.conducted, way.gained) = (link.conducted, link.gained);
         settled(way.side)
     }
@@ -235,39 +246,39 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let last = self.temperatures.len() - 1;
         let per_length = R::fixed(1.0) / self.length_s(step);
         let mut way = way();
-        let [mut lower, mut diagonal, mut upper, mut second] =
-            [&mut self.lower, &mut self.diagonal, &mut self.upper, &mut self.second].map(std::mem::take);
+        let mut system = std::mem::take(&mut self.system);
         for p in 0..self.plies.len() {
             let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
             let nodes = self.nodes(cells.clone());
-            let mut here = nodes.node::<GAS>(0, 0);
             if p > 0 {
                 let i = cells.start - 1;
                 let above = self.nodes(i..cells.start).node::<GAS>(0, 0);
-                let link = self.link_across(p, above, here, 0);
-                [lower[i], diagonal[i], upper[i], second[i]] =
-                    self.row(&mut way, position(p - 1, i), above, link, per_length, step);
+                let link = self.link_across(p, above, nodes.node::<GAS>(0, 0), 0);
+                system[i] = self.row(&mut way, position(p - 1, i), above, link, per_length, step);
             }
             let links = cells.len() - 1;
-            let lower = &mut lower[cells.clone()][..links];
-            let diagonal = &mut diagonal[cells.clone()][..links];
-            let upper = &mut upper[cells.clone()][..links];
-            let second = &mut second[cells.clone()][..links];
-            for i in 0..links {
+            let system = &mut system[cells.clone()][..links];
+            // The cell at the hot face goes before the others, which then need not be asked whether they are at it. Both nodes are read
+            // anew in each turn: one carried on from the turn before takes the registers in which the pivot is waited for, and writing
+            // that to memory and reading it again is as long a wait as a third of the division.
+            let faced = links.min(usize::from(p == 0));
+            if faced > 0 {
+                let (here, next) = (nodes.node::<GAS>(0, 0), nodes.node::<GAS>(1, 0));
+                let link = self.link_within(0, here, next, R::still(nodes.cells[0].half_over_next_1_m), 0);
+                system[0] = self.row(&mut way, position(0, 0), here, link, per_length, step);
+            }
+            for i in faced..links {
                 let cell = cells.start + i;
-                let next = nodes.node::<GAS>(i + 1, 0);
-                let link = self.link_within(cell, here, next, 0);
-                [lower[i], diagonal[i], upper[i], second[i]] =
-                    self.row(&mut way, position(p, cell), here, link, per_length, step);
-                here = next;
+                let (here, next) = (nodes.node::<GAS>(i, 0), nodes.node::<GAS>(i + 1, 0));
+                let link = self.link_within(cell, here, next, R::still(nodes.cells[i].half_over_next_1_m), 0);
+                let at = Position { ply: p, cell, face: None };
+                system[i] = self.row(&mut way, at, here, link, per_length, step);
             }
         }
         let at_back = Position { ply: self.plies.len() - 1, cell: last, face: Some(1) };
         let here = self.nodes(last..last + 1).node::<GAS>(0, 0);
-        [lower[last], diagonal[last], upper[last], second[last]] =
-            self.row(&mut way, at_back, here, no_link(), per_length, step);
-        (self.lower, self.diagonal, self.upper, self.second) = (lower, diagonal, upper, second);
-        std::mem::swap(&mut self.capacities, &mut self.evaluated);
+        system[last] = self.row(&mut way, at_back, here, no_link(), per_length, step);
+        self.system = system;
         (self.passed, self.passed_slopes) = (way.passed, way.passed_slopes);
         way.taken
     }
@@ -278,37 +289,40 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let last = self.temperatures.len() - 1;
         let twice_per_length = R::fixed(2.0) / self.length_s(step);
         let mut way = way();
-        let mut second = std::mem::take(&mut self.second);
+        let mut system = std::mem::take(&mut self.system);
         for p in 0..self.plies.len() {
             let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
             let nodes = self.nodes(cells.clone());
-            let mut here = nodes.node::<GAS>(0, 1);
             if p > 0 {
                 let i = cells.start - 1;
                 let above = self.nodes(i..cells.start).node::<GAS>(0, 1);
-                let link = self.link_across(p, above, here, 1);
-                let (under, capacity) = (self.lower[i], self.capacities[i]);
-                second[i] =
-                    self.side(&mut way, position(p - 1, i), above, link, under, capacity, twice_per_length, step);
+                let link = self.link_across(p, above, nodes.node::<GAS>(0, 1), 1);
+                let row = system[i];
+                system[i].second = self.side(&mut way, position(p - 1, i), above, link, row, twice_per_length, step);
             }
             let links = cells.len() - 1;
-            let lower = &self.lower[cells.clone()][..links];
-            let capacities = &self.capacities[cells.clone()][..links];
-            let second = &mut second[cells.clone()][..links];
-            for i in 0..links {
+            let system = &mut system[cells.clone()][..links];
+            let faced = links.min(usize::from(p == 0));
+            if faced > 0 {
+                let (here, next) = (nodes.node::<GAS>(0, 1), nodes.node::<GAS>(1, 1));
+                let link = self.link_within(0, here, next, R::still(nodes.cells[0].half_over_next_1_m), 1);
+                let row = system[0];
+                system[0].second = self.side(&mut way, position(0, 0), here, link, row, twice_per_length, step);
+            }
+            for i in faced..links {
                 let cell = cells.start + i;
-                let next = nodes.node::<GAS>(i + 1, 1);
-                let link = self.link_within(cell, here, next, 1);
-                let (under, capacity) = (lower[i], capacities[i]);
-                second[i] = self.side(&mut way, position(p, cell), here, link, under, capacity, twice_per_length, step);
-                here = next;
+                let (here, next) = (nodes.node::<GAS>(i, 1), nodes.node::<GAS>(i + 1, 1));
+                let link = self.link_within(cell, here, next, R::still(nodes.cells[i].half_over_next_1_m), 1);
+                let row = system[i];
+                let at = Position { ply: p, cell, face: None };
+                system[i].second = self.side(&mut way, at, here, link, row, twice_per_length, step);
             }
         }
         let at_back = Position { ply: self.plies.len() - 1, cell: last, face: Some(1) };
         let here = self.nodes(last..last + 1).node::<GAS>(0, 1);
-        let (under, capacity) = (self.lower[last], self.capacities[last]);
-        second[last] = self.side(&mut way, at_back, here, no_link(), under, capacity, twice_per_length, step);
-        self.second = second;
+        let row = system[last];
+        system[last].second = self.side(&mut way, at_back, here, no_link(), row, twice_per_length, step);
+        self.system = system;
         self.passed = way.passed;
         way.taken
     }

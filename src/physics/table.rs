@@ -18,19 +18,6 @@ pub fn spot<R: Real>(temperature_k: R) -> Spot<R> {
     Spot { row, share: position - row }
 }
 
-/// A spot in a table: where the row begins, and the share of the way to the next.
-#[derive(Clone, Copy)]
-pub struct Placed<R: Real> {
-    place: R::Place,
-    share: R,
-}
-
-/// A spot in a table of `columns` columns, two a property.
-#[inline(always)]
-pub fn placed<R: Real>(spot: Spot<R>, columns: usize) -> Placed<R> {
-    Placed { place: R::place(spot.row, columns), share: spot.share }
-}
-
 /// The row of a table under a spot, from one of its properties on: all that they are read from.
 #[derive(Clone, Copy)]
 pub struct Segment<'a, R: Real> {
@@ -42,13 +29,21 @@ pub struct Segment<'a, R: Real> {
 /// The row under a spot in a table of `columns` columns that begins at `offset`.
 #[inline(always)]
 pub fn segment<R: Real>(table: &[R::Scalar], spot: Spot<R>, columns: usize, offset: usize) -> Segment<'_, R> {
-    read(&table[offset..], &placed(spot, columns), columns)
+    let mut place = [R::Place::default()];
+    let rows = R::rows(
+        &mut place,
+        &table[offset..],
+        columns,
+        #[inline(always)]
+        |_| spot.row,
+    );
+    read(rows, 0, spot.share)
 }
 
-/// The row at a place in a table of as many columns as it was placed in.
+/// One of the rows of a table, and the share of the way to the next.
 #[inline(always)]
-pub fn read<'a, R: Real>(table: &'a [R::Scalar], placed: &Placed<R>, columns: usize) -> Segment<'a, R> {
-    Segment { row: R::row(&placed.place, table, columns), first_four: 0, share: placed.share }
+pub fn read<'a, R: Real>(rows: R::Rows<'_, 'a>, i: usize, share: R) -> Segment<'a, R> {
+    Segment { row: R::row(rows, i), first_four: 0, share }
 }
 
 /// The same row from as many properties further on, an even number.
