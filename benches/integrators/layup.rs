@@ -158,7 +158,7 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
         let per_node = R::constant(1.0 / TABLE_STEP_K);
         for i in 0..rows.len() {
             let here = spot(temperatures[i]);
-            let row = R::row(&R::place(here.row, columns), block, columns);
+            let row = segment(block, here, columns, 0).row;
             let at_spot = |value: R, rise: R| value + here.share * rise;
             let [solid, solid_rise, capacity, capacity_rise] = R::four(row, 0);
             let mut conductivity = state.solid * at_spot(solid, solid_rise);
@@ -191,7 +191,7 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
     pub(crate) fn heated(&self, temperature_k: R, drive: Drive<f64>, slopes: Slopes) -> FaceFlux<R> {
         let here = spot(temperature_k);
         let (table, face, none) = (&self.plan.rows.tables, self.plan.rows.faces[0], R::constant(0.0));
-        let row = R::row(&R::place(here.row, FACE_COLUMNS), &table[self.plan.face_table()..], FACE_COLUMNS);
+        let row = segment(table, here, FACE_COLUMNS, self.plan.face_table()).row;
         let [[enthalpy, enthalpy_rise, slope, slope_rise], [emissivity, emissivity_rise, ..]] =
             [0, 1].map(|four| R::four(row, four));
         let per_node = R::constant(1.0 / TABLE_STEP_K);

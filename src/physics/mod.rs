@@ -219,9 +219,9 @@ macro_rules! scalar {
                 columns: usize,
                 mut row: impl FnMut(usize) -> $real,
             ) -> Self::Rows<'p, 'a> {
-                for i in 0..places.len() {
+                for (i, place) in places.iter_mut().enumerate() {
                     // The last 22 bits of the sum are the number.
-                    places[i] = columns * ((row(i) + $whole).to_bits() as usize & 0x003f_ffff);
+                    *place = columns * ((row(i) + $whole).to_bits() as usize & 0x003f_ffff);
                 }
                 (places, table, columns)
             }

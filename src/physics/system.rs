@@ -267,12 +267,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 let link = self.link_within(0, here, next, R::still(nodes.cells[0].half_over_next_1_m), 0);
                 system[0] = self.row(&mut way, position(0, 0), here, link, per_length, step);
             }
-            for i in faced..links {
+            for (i, row) in (faced..).zip(&mut system[faced..]) {
                 let cell = cells.start + i;
                 let (here, next) = (nodes.node::<GAS>(i, 0), nodes.node::<GAS>(i + 1, 0));
                 let link = self.link_within(cell, here, next, R::still(nodes.cells[i].half_over_next_1_m), 0);
                 let at = Position { ply: p, cell, face: None };
-                system[i] = self.row(&mut way, at, here, link, per_length, step);
+                *row = self.row(&mut way, at, here, link, per_length, step);
             }
         }
         let at_back = Position { ply: self.plies.len() - 1, cell: last, face: Some(1) };
@@ -309,13 +309,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 let row = system[0];
                 system[0].second = self.side(&mut way, position(0, 0), here, link, row, twice_per_length, step);
             }
-            for i in faced..links {
+            for (i, row) in (faced..).zip(&mut system[faced..]) {
                 let cell = cells.start + i;
                 let (here, next) = (nodes.node::<GAS>(i, 1), nodes.node::<GAS>(i + 1, 1));
                 let link = self.link_within(cell, here, next, R::still(nodes.cells[i].half_over_next_1_m), 1);
-                let row = system[i];
                 let at = Position { ply: p, cell, face: None };
-                system[i].second = self.side(&mut way, at, here, link, row, twice_per_length, step);
+                row.second = self.side(&mut way, at, here, link, *row, twice_per_length, step);
             }
         }
         let at_back = Position { ply: self.plies.len() - 1, cell: last, face: Some(1) };

@@ -21,7 +21,7 @@ pub fn spot<R: Real>(temperature_k: R) -> Spot<R> {
 /// The row of a table under a spot, from one of its properties on: all that they are read from.
 #[derive(Clone, Copy)]
 pub struct Segment<'a, R: Real> {
-    row: R::Row<'a>,
+    pub row: R::Row<'a>,
     first_four: usize,
     share: R,
 }

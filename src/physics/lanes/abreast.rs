@@ -43,8 +43,8 @@ impl<'p, 'a, T, const LANES: usize> Rows<'p, 'a, T, LANES> {
     ) -> Self {
         let last = table.len().checked_sub(columns).and_then(|last| u32::try_from(last).ok());
         let last = last.expect("a table has rows, and fewer numbers than a u32 counts");
-        for i in 0..places.len() {
-            places[i] = place(i).map(|start| start.min(last));
+        for (i, starts) in places.iter_mut().enumerate() {
+            *starts = place(i).map(|start| start.min(last));
         }
         Self { table, columns, places }
     }
