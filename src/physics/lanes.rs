@@ -152,7 +152,7 @@ macro_rules! lanes {
             }
             #[inline(always)]
             fn row<'a>(rows: Self::Rows<'_, 'a>, i: usize) -> Self::Row<'a> {
-                rows.row(i)
+                rows.row(i, Self::LANES)
             }
             #[inline(always)]
             fn four(row: Self::Row<'_>, four: usize) -> [Self; ABREAST] {
