@@ -259,8 +259,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let links = cells.len() - 1;
             let system = &mut system[cells.clone()][..links];
             // The cell at the hot face goes before the others, which then need not be asked whether they are at it. Both nodes are read
-            // anew in each turn: one carried on from the turn before takes the registers in which the pivot is waited for, and writing
-            // that to memory and reading it again is as long a wait as a third of the division.
+            // anew in each turn: one carried on from the turn before takes the registers in which the pivot is waited for, which then is
+            // written to memory and read again between one cell and the next.
             let faced = links.min(usize::from(p == 0));
             if faced > 0 {
                 let (here, next) = (nodes.node::<GAS>(0, 0), nodes.node::<GAS>(1, 0));
