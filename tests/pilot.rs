@@ -77,24 +77,62 @@ fn cells_and_steps_that_are_stated_are_taken() {
     assert_eq!((piloted.cells(), piloted.steps()), (stated.cells(), stated.steps()));
 }
 
-/// The grid under a plan has every other face of it, and so has its clock: without that, two errors would not be in proportion.
+/// Depths of the nodes of a plan, and of the faces under its cells, m.
+fn nodes_and_faces_m(plan: &Plan) -> (Vec<f64>, Vec<f64>) {
+    let mut top_m = 0.0;
+    let lie = plan.rows.cells.iter().map(|cell| {
+        let node_m = top_m + cell.above_m;
+        top_m += cell.width_m;
+        (node_m, top_m)
+    });
+    lie.unzip()
+}
+
+fn same(some_m: &[f64], others_m: &[f64]) -> bool {
+    some_m.len() == others_m.len()
+        && some_m.iter().zip(others_m).all(|(some_m, other_m)| (some_m - other_m).abs() < 1e-12)
+}
+
+/// Without that, two errors would not be in proportion. A ply inside has every other face; one at an outer face, which takes a node, every other node from there to its last cell, which
+/// is wider.
 #[test]
-fn half_of_a_plan_has_every_other_step_and_all_cells_twice_as_wide() {
+fn half_of_a_plan_has_every_other_step_and_lies_on_the_same_curve() {
     let case = case("lcat-2259");
     let plan = Plan::new(&case);
     let coarse = plan.coarse.as_ref().expect("a plan has a coarse one");
     assert_eq!(coarse.times_s, plan.times_s.iter().copied().step_by(2).collect::<Vec<_>>());
-    for (ply, half) in plan.plies.iter().zip(&coarse.plies) {
-        let widths = |plan: &Plan, from: u32, to: u32| -> Vec<f64> {
-            plan.rows.cells[from as usize..to as usize].iter().map(|cell| cell.width_m).collect()
-        };
-        let (fine, wide) =
-            (widths(&plan, ply.first_cell, ply.end_cell), widths(coarse, half.first_cell, half.end_cell));
+    let [(fine_nodes_m, fine_faces_m), (wide_nodes_m, wide_faces_m)] = [&plan, coarse].map(nodes_and_faces_m);
+    let last = plan.plies.len() - 1;
+    for (p, (ply, half)) in plan.plies.iter().zip(&coarse.plies).enumerate() {
+        let [fine, wide] = [ply, half].map(|ply| ply.first_cell as usize..ply.end_cell as usize);
         assert_eq!(fine.len(), 2 * wide.len());
-        for ends in [(fine[0], wide[0]), (fine[fine.len() - 1], wide[wide.len() - 1])] {
-            assert!((2.0 * ends.0 / ends.1 - 1.0).abs() < 1e-9, "{ends:?}");
-        }
+        let every_other =
+            |all_m: &[f64], from: usize| all_m[fine.clone()][from..].iter().copied().step_by(2).collect::<Vec<_>>();
+        let (of_wide, of_fine) = if p == 0 {
+            let inner = wide.len() - 1;
+            (&wide_nodes_m[wide][..inner], every_other(&fine_nodes_m, 0)[..inner].to_vec())
+        } else if p == last {
+            (&wide_nodes_m[wide][1..], every_other(&fine_nodes_m, 1)[1..].to_vec())
+        } else {
+            (&wide_faces_m[wide], every_other(&fine_faces_m, 1))
+        };
+        assert!(same(of_wide, &of_fine), "ply {p}: {of_wide:?}, {of_fine:?}");
     }
+}
+
+#[test]
+fn cells_of_a_ply_widen_away_from_the_hot_face_and_never_jump() {
+    let plan = Plan::new(&case("lcat-2259"));
+    let mut widest: f64 = 1.0;
+    for ply in &plan.plies[1..plan.plies.len() - 1] {
+        let cells = &plan.rows.cells[ply.first_cell as usize..ply.end_cell as usize];
+        for pair in cells.windows(2) {
+            let times = pair[1].width_m / pair[0].width_m;
+            assert!(times > 1.0 && times < 1.05, "{times} times as wide as the one above");
+        }
+        widest = widest.max(cells[cells.len() - 1].width_m / cells[0].width_m);
+    }
+    assert!((1.2..2.0).contains(&widest), "{widest} times as wide below as above");
 }
 
 #[test]

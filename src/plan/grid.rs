@@ -1,8 +1,8 @@
 //! Cells through the thickness.
 //!
 //! Interfaces and sensors lie on cell faces; the two outer faces of the layup carry a node of their own,
-//! whose cell is half as wide. Within a stretch between such marks the nodes are evenly spaced. A surface
-//! temperature is thus an unknown like any other, and every reading is second order in the spacing.
+//! whose cell is half as wide. A surface temperature is thus an unknown like any other. Within a ply spacings widen away from the hot face,
+//! smoothly, so that every reading is second order in them, and a grid of half its spacings lies on the same curve.
 
 use super::layout::{Cell, Place, Sensor};
 use crate::case::{self, Case, Property, Side};
@@ -19,6 +19,8 @@ pub struct Grid {
 
 /// Fewest cells of a ply before they are cut.
 const CELLS_PLY_MIN: f64 = 2.0;
+/// How far before the hot face, of the whole way of a front, it is counted from how wide spacings are.
+const AHEAD: f64 = 0.3;
 
 /// How many cells each ply of a layup gets, before they are cut: any number, as sensors split plies.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,22 +35,56 @@ impl Density {
     /// several times better once hot, and fronts are steepest in the cloth: of the powers tried on the paper's
     /// layup (1/8, 1/4, 3/8, 1/2 at 48 to 192 cells) this one has the smallest worst error over the sensors.
     pub fn shared(case: &Case, cells: f64) -> Self {
-        let start_k = case.exposure.initial_k[0].1;
-        let weights: Vec<f64> = case
-            .layup
-            .plies
-            .iter()
-            .map(|ply| {
-                let material = &ply.material;
-                let conductivity: f64 =
-                    material.conductivity.parts(start_k, case.exposure.pressure_pa.after(0.0)).iter().sum();
-                let root = ply.thickness_m
-                    * (material.density_kg_m3 * material.heat_capacity.at(start_k) / conductivity).sqrt();
-                root.powf(0.75)
-            })
-            .collect();
+        let weights: Vec<f64> = diffusion_roots(case).iter().map(|root| root.powf(0.75)).collect();
         let total: f64 = weights.iter().sum();
         Self { plies: weights.iter().map(|weight| (cells * weight / total).max(CELLS_PLY_MIN)).collect() }
+    }
+}
+
+/// The root of each ply's diffusion time L²ρc/k at the start, √s: how far a front has to go through it.
+fn diffusion_roots(case: &Case) -> Vec<f64> {
+    let start_k = case.exposure.initial_k[0].1;
+    let root = |ply: &case::Ply| {
+        let material = &ply.material;
+        let conductivity: f64 = material.conductivity.parts(start_k, case.exposure.pressure_pa.after(0.0)).iter().sum();
+        ply.thickness_m * (material.density_kg_m3 * material.heat_capacity.at(start_k) / conductivity).sqrt()
+    };
+    case.layup.plies.iter().map(root).collect()
+}
+
+/// A ply, and how many times as wide its last spacing is as its first.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    top_m: f64,
+    bottom_m: f64,
+    widening: f64,
+}
+
+impl Span {
+    /// Those of a layup. A front is the blunter the further it has come, and what lies deep shows less at any sensor: spacings grow as the root of
+    /// the way that it has gone, counted from three tenths of the whole way before the hot face. Of the widenings tried on the paper's layup
+    /// (benches/README.md) these ask for the fewest cells.
+    fn all(case: &Case) -> Vec<Self> {
+        let roots = diffusion_roots(case);
+        let (mut way, mut top_m) = (AHEAD * roots.iter().sum::<f64>(), case.layup.origin_m);
+        let mut spans = Vec::with_capacity(roots.len());
+        for (root, bottom_m) in roots.into_iter().zip(case.layup.faces_m()) {
+            spans.push(Self { top_m, bottom_m, widening: ((way + root) / way).sqrt() });
+            (way, top_m) = (way + root, bottom_m);
+        }
+        spans
+    }
+
+    /// How deep a share of its spacings reaches, m: spacings that widen evenly with their number grow as the root of the way.
+    fn depth_m(self, share: f64) -> f64 {
+        let way = share * (2.0 + share * (self.widening - 1.0)) / (self.widening + 1.0);
+        self.top_m + way * (self.bottom_m - self.top_m)
+    }
+
+    /// The share of its spacings that lies over a depth.
+    fn share(self, depth_m: f64) -> f64 {
+        let way = (depth_m - self.top_m) / (self.bottom_m - self.top_m) * (self.widening + 1.0);
+        way / (1.0 + (1.0 + way * (self.widening - 1.0)).sqrt())
     }
 }
 
@@ -56,22 +92,23 @@ impl Grid {
     /// The cells of a density, each cut into so many: a grid and one of half its spacing differ in nothing else, so that their difference tells how
     /// far either is off.
     pub fn new(case: &Case, density: &Density, cuts: usize) -> Self {
-        let layup = &case.layup;
+        let plies_last = case.layup.plies.len() - 1;
         let (mut cells, mut plies) = (Vec::new(), Vec::new());
-        let mut faces_m = vec![layup.origin_m];
-        let mut top_m = layup.origin_m;
-        for (ply, bottom_m) in layup.faces_m().into_iter().enumerate() {
+        let mut faces_m = vec![case.layup.origin_m];
+        for (ply, span) in Span::all(case).into_iter().enumerate() {
             let first = cells.len();
-            let marks_m = marks(case, top_m, bottom_m);
+            let marks_m = marks(case, span.top_m, span.bottom_m);
             for (stretch, mark) in marks_m.windows(2).enumerate() {
                 let is_hot = ply == 0 && stretch == 0;
-                let is_back = ply + 1 == layup.plies.len() && stretch + 2 == marks_m.len();
-                let cells_here = density.plies[ply] * (mark[1] - mark[0]) / (bottom_m - top_m);
-                let units = cells_here.round().max(2.0) as usize * cuts;
-                cut(&mut cells, &mut faces_m, mark[0], mark[1], units, is_hot, is_back);
+                let is_back = ply == plies_last && stretch + 2 == marks_m.len();
+                let shares = [span.share(mark[0]), span.share(mark[1])];
+                let units = (density.plies[ply] * (shares[1] - shares[0])).round().max(2.0) as usize * cuts;
+                cut(&mut cells, &mut faces_m, span, shares, units, is_hot, is_back);
+                // As it was told, to the last bit.
+                faces_m.pop();
+                faces_m.push(mark[1]);
             }
             plies.push((first, cells.len()));
-            top_m = bottom_m;
         }
         join(&mut cells, case, &faces_m);
         let sensors = case.sensors.iter().map(|sensor| place(&cells, &plies, &faces_m, sensor, case)).collect();
@@ -94,41 +131,44 @@ fn marks(case: &Case, top_m: f64, bottom_m: f64) -> Vec<f64> {
     marks_m
 }
 
-/// Append the cells of a stretch of so many spacings; an outer face takes a node, whose cell is half as wide. The half that is then over
-/// goes to the cell at the other end, or to another cell where both ends are outer faces: widths are what they are in spacings, whatever the spacing.
+/// Append the cells of a stretch of so many spacings, from one share of its ply's to another; an outer face takes a node, whose cell is half as wide. The half that is
+/// then over goes to the cell at the other end, or to another cell where both ends are outer faces: widths are what they are in spacings, whatever the spacing.
 fn cut(
     cells: &mut Vec<Cell<f64>>,
     faces_m: &mut Vec<f64>,
-    top_m: f64,
-    bottom_m: f64,
+    span: Span,
+    shares: [f64; 2],
     spacings: usize,
     is_hot: bool,
     is_back: bool,
 ) {
     let count = spacings + usize::from(is_hot && is_back);
-    let spacing_m = (bottom_m - top_m) / spacings as f64;
+    let depth_m = |of: f64| span.depth_m(shares[0] + (shares[1] - shares[0]) * of / spacings as f64);
+    let mut top = 0.0;
     for i in 0..count {
         let (is_first, is_last) = (i == 0, i + 1 == count);
         let (is_at_hot, is_at_back) = (is_hot && is_first, is_back && is_last);
         let is_widened = is_hot != is_back && (is_hot && is_last || is_back && is_first);
-        let spacings = if is_at_hot || is_at_back {
-            0.5
-        } else if is_widened {
-            1.5
-        } else {
-            1.0
-        };
-        let width_m = spacings * spacing_m;
-        let above_m = if is_at_hot {
-            0.0
+        let bottom = top
+            + if is_at_hot || is_at_back {
+                0.5
+            } else if is_widened {
+                1.5
+            } else {
+                1.0
+            };
+        let node = if is_at_hot {
+            top
         } else if is_at_back {
-            width_m
+            bottom
         } else {
-            0.5 * width_m
+            0.5 * (top + bottom)
         };
-        cells.push(Cell { width_m, above_m, below_m: width_m - above_m, half_over_next_1_m: 0.0, start_k: 0.0 });
-        let last_m = *faces_m.last().expect("the hot face is there from the start");
-        faces_m.push(if is_last { bottom_m } else { last_m + width_m });
+        let (top_m, node_m, bottom_m) = (depth_m(top), depth_m(node), depth_m(bottom));
+        let (above_m, below_m) = (node_m - top_m, bottom_m - node_m);
+        cells.push(Cell { width_m: bottom_m - top_m, above_m, below_m, half_over_next_1_m: 0.0, start_k: 0.0 });
+        faces_m.push(bottom_m);
+        top = bottom;
     }
 }
 

@@ -136,7 +136,7 @@ fn a_study_shows_every_sensor_with_its_peak_its_spread_and_their_cause() {
         assert!(row.contains(" °C)") && row.contains(" % ") | row.ends_with(" %"), "{row}");
     }
     let told = screen.replace('\n', " ");
-    assert!(told.contains("only f_q can be estimated (condition number 1.00; 8.7"), "{screen}");
+    assert!(told.contains("only f_q can be estimated (condition number 1.00; 8.6"), "{screen}");
     assert!(told.contains("The case states f_k. Here f_k is left out: its estimate would be correlated"), "{screen}");
     assert!(screen.contains("is off by"), "{screen}");
 }
