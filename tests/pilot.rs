@@ -1,7 +1,7 @@
 //! Cells and steps for an error that was asked for, and what two resolutions say of a third.
 
 use crate::support::{case, cases};
-use bondline::case::{Case, Resolution};
+use bondline::case::{Case, Conductivity, Resolution, Table};
 use bondline::ensemble::Ensemble;
 use bondline::march::extrapolated::march_both;
 use bondline::march::{March, Precision, cpu::Cpu};
@@ -11,6 +11,7 @@ use bondline::plan::clock::Pace;
 use bondline::plan::grid::Density;
 use bondline::traces::Traces;
 use bondline::verify::problems::flexible;
+use std::sync::Arc;
 
 fn marched(plan: &Plan, case: &Case) -> Traces {
     let ensemble = Ensemble::nominal(&case.factors);
@@ -133,6 +134,23 @@ fn cells_of_a_ply_widen_away_from_the_hot_face_and_never_jump() {
         widest = widest.max(cells[cells.len() - 1].width_m / cells[0].width_m);
     }
     assert!((1.2..2.0).contains(&widest), "{widest} times as wide below as above");
+}
+
+#[test]
+fn plies_that_do_not_conduct_at_the_start_are_cut_into_cells_all_the_same() {
+    let depth_m = |case: &Case| case.layup.back_m() - case.layup.origin_m;
+    let mut case = case("lcat-2259");
+    for insulated in [1..2, 0..case.layup.plies.len()] {
+        for ply in &mut case.layup.plies[insulated] {
+            let mut material = (*ply.material).clone();
+            material.conductivity = Conductivity::Tables(vec![(101_325.0, Table::constant(0.0))]);
+            ply.material = Arc::new(material);
+        }
+        let plan = Plan::new(&case);
+        assert!(plan.rows.cells.iter().all(|cell| cell.width_m > 0.0 && cell.above_m >= 0.0 && cell.below_m >= 0.0));
+        let (_, faces_m) = nodes_and_faces_m(&plan);
+        assert!((faces_m[faces_m.len() - 1] / depth_m(&case) - 1.0).abs() < 1e-12);
+    }
 }
 
 #[test]

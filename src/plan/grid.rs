@@ -37,17 +37,21 @@ impl Density {
     pub fn shared(case: &Case, cells: f64) -> Self {
         let weights: Vec<f64> = diffusion_roots(case).iter().map(|root| root.powf(0.75)).collect();
         let total: f64 = weights.iter().sum();
+        // Nothing in nothing is no number, and at least two.
         Self { plies: weights.iter().map(|weight| (cells * weight / total).max(CELLS_PLY_MIN)).collect() }
     }
 }
 
-/// The root of each ply's diffusion time L²ρc/k at the start, √s: how far a front has to go through it.
+/// The root of each ply's diffusion time L²ρc/k at the start, √s: how far a front has to go through it. None goes through one that does not conduct, or whose tables go
+/// on below zero there.
 fn diffusion_roots(case: &Case) -> Vec<f64> {
     let start_k = case.exposure.initial_k[0].1;
     let root = |ply: &case::Ply| {
         let material = &ply.material;
         let conductivity: f64 = material.conductivity.parts(start_k, case.exposure.pressure_pa.after(0.0)).iter().sum();
-        ply.thickness_m * (material.density_kg_m3 * material.heat_capacity.at(start_k) / conductivity).sqrt()
+        let root =
+            ply.thickness_m * (material.density_kg_m3 * material.heat_capacity.at(start_k) / conductivity).sqrt();
+        if root.is_finite() { root } else { 0.0 }
     };
     case.layup.plies.iter().map(root).collect()
 }
@@ -62,14 +66,14 @@ struct Span {
 
 impl Span {
     /// Those of a layup. A front is the blunter the further it has come, and what lies deep shows less at any sensor: spacings grow as the root of
-    /// the way that it has gone, counted from three tenths of the whole way before the hot face. Of the widenings tried on the paper's layup
-    /// (benches/README.md) these ask for the fewest cells.
+    /// the way that it has gone, counted from three tenths of the whole way before the hot face (benches/README.md has what was tried).
     fn all(case: &Case) -> Vec<Self> {
         let roots = diffusion_roots(case);
         let (mut way, mut top_m) = (AHEAD * roots.iter().sum::<f64>(), case.layup.origin_m);
         let mut spans = Vec::with_capacity(roots.len());
         for (root, bottom_m) in roots.into_iter().zip(case.layup.faces_m()) {
-            spans.push(Self { top_m, bottom_m, widening: ((way + root) / way).sqrt() });
+            let widening = if root > 0.0 { ((way + root) / way).sqrt() } else { 1.0 };
+            spans.push(Self { top_m, bottom_m, widening });
             (way, top_m) = (way + root, bottom_m);
         }
         spans
