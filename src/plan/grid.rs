@@ -19,7 +19,7 @@ pub struct Grid {
 
 /// Fewest cells of a ply before they are cut.
 const CELLS_PLY_MIN: f64 = 2.0;
-/// How far before the hot face, of the whole way of a front, it is counted from how wide spacings are.
+/// The way by which spacings widen is counted from so far before the hot face, of the whole way through the layup.
 const AHEAD: f64 = 0.3;
 
 /// How many cells each ply of a layup gets, before they are cut: any number, as sensors split plies.
