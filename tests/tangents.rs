@@ -16,16 +16,14 @@ use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 /// Near the nominal factors, but not at them.
 fn point(case: &bondline::Case) -> Vec<f64> {
-    beside(case, 0.003)
+    case.factors.iter().enumerate().map(|(i, factor)| factor.nominal * (1.0 + 0.003 * (i % 3) as f64)).collect()
 }
 
-fn beside(case: &bondline::Case, by: f64) -> Vec<f64> {
-    case.factors.iter().enumerate().map(|(i, factor)| factor.nominal * (1.0 + by * (i % 3) as f64)).collect()
-}
-
+/// Of plans of 48 cells `stack-saffil-sic` and, in f32, `kaowool` are off at the point above and not at one beside it, as where a temperature meets the node of a
+/// table within rounding: there is no derivative there to agree on. Those of 40 and 44 are not.
 fn plan(case: &bondline::Case) -> Plan {
     let mut case = case.clone();
-    case.resolution.cells = case.resolution.cells.min(48);
+    case.resolution.cells = case.resolution.cells.min(44);
     Plan::new(&case)
 }
 
@@ -53,12 +51,8 @@ fn differing(one: &Traces, other: &Traces) -> usize {
     arrivals + a.len().abs_diff(b.len()) + a.iter().zip(&b).filter(|(a, b)| a != b).count()
 }
 
-/// How far derivatives are off, at the better of two points: at one of them some cell may come by the node of a table within rounding, where there is no derivative.
 fn off(march: &mut dyn March, case: &bondline::Case) -> f64 {
-    let mut reference = Cpu::new(Precision::F64);
-    let mut at =
-        |by| derivatives(march, &mut reference, &plan(case), &beside(case, by)).expect("the processor marches");
-    at(0.003).min(at(0.004))
+    derivatives(march, &mut Cpu::new(Precision::F64), &plan(case), &point(case)).expect("the processor marches")
 }
 
 #[test]

@@ -37,7 +37,7 @@ impl Density {
     pub fn shared(case: &Case, cells: f64) -> Self {
         let weights: Vec<f64> = diffusion_roots(case).iter().map(|root| root.powf(0.75)).collect();
         let total: f64 = weights.iter().sum();
-        // Nothing in nothing is no number, and at least two.
+        // Where nothing conducts, no number: `max` passes over it.
         Self { plies: weights.iter().map(|weight| (cells * weight / total).max(CELLS_PLY_MIN)).collect() }
     }
 }
@@ -108,9 +108,6 @@ impl Grid {
                 let shares = [span.share(mark[0]), span.share(mark[1])];
                 let units = (density.plies[ply] * (shares[1] - shares[0])).round().max(2.0) as usize * cuts;
                 cut(&mut cells, &mut faces_m, span, shares, units, is_hot, is_back);
-                // As it was told, to the last bit.
-                faces_m.pop();
-                faces_m.push(mark[1]);
             }
             plies.push((first, cells.len()));
         }
