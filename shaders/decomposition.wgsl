@@ -23,7 +23,7 @@ fn mean_decay(x: real) -> real {
     series = 1.0 - near * real(1.0 / 4.0) * series;
     series = 1.0 - near * real(1.0 / 3.0) * series;
     series = 1.0 - near * real(1.0 / 2.0) * series;
-    let far = max(x, 0.5);
+    let far = max(x, 0.25);
     let large = (1.0 - exponential(-far)) / far;
     let is_large = reached(x, 0.5);
     return series + is_large * keep(large - series);

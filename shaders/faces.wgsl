@@ -25,8 +25,8 @@ fn face_scale(scaling: Scaling) -> FaceScale {
 
 fn blown(film_kg_m2_s: real, twice_blowing_kg_m2_s: real) -> real {
     let ratio = twice_blowing_kg_m2_s / max(film_kg_m2_s, real(1e-12));
-    let size = min(max(ratio, -ratio), 60.0);
     let outward = reached(ratio, 0.0);
+    let size = min(ratio * (outward + outward - 1.0), 60.0);
     let decay = exponential(-size);
     return (decay + (1.0 - outward) * (1.0 - decay)) / mean_decay(size);
 }

@@ -2,6 +2,17 @@
 
 const VIRGIN_LOST = 0.02;
 const CHAR_LOST = 0.98;
+const VIRGIN_LOG_ODDS = -3.8918202981106265;
+const CHAR_LOG_ODDS = 3.8918202981106265;
+const CONVERSION_LEAST = 1e-6;
+
+// Two neighbouring depths between which conversion falls below a mark.
+struct Crossing {
+    upper: real,
+    upper_m: real,
+    lower: real,
+    lower_m: real,
+}
 
 // How far a cell is converted, where its node lies, and where it ends.
 struct Conversion {
@@ -13,8 +24,8 @@ struct Conversion {
 fn gauges(step: u32) -> array<real, GAUGES> {
     let outside = drives[4u * step].pressure_pa;
     var lost = real(0.0);
-    var virgin_m = real(0.0);
-    var char_m = real(0.0);
+    var virgin = Crossing(0.0, 0.0, 0.0, 0.0);
+    var char = Crossing(0.0, 0.0, 0.0, 0.0);
     let over = conversion_above();
     var before = over.share;
     var before_m = over.node_m;
@@ -24,19 +35,27 @@ fn gauges(step: u32) -> array<real, GAUGES> {
             let density = mass_left(p, phases_of(p, i));
             let width_m = cells[i].width_m;
             lost = lost + ply_scales[p].mass_kg_m3 * width_m * (1.0 - density);
-            let node_m = depth_m + cells[i].above_m;
             let here = converted(p, density);
-            virgin_m = max(virgin_m, crossing(before, before_m, here, node_m, real(VIRGIN_LOST)));
-            char_m = max(char_m, crossing(before, before_m, here, node_m, real(CHAR_LOST)));
+            let node_m = depth_m + cells[i].above_m;
+            let is_other = p == 0u || plan.plies[p].table != plan.plies[max(p, 1u) - 1u].table;
+            let jumps = is_other && i == plan.plies[p].first_cell;
+            let upper_m = select(before_m, depth_m, jumps);
+            let lower_m = select(node_m, depth_m, jumps);
+            let fall = Crossing(before, upper_m, here, lower_m);
+            virgin = deeper(virgin, fall, real(VIRGIN_LOST));
+            char = deeper(char, fall, real(CHAR_LOST));
             before = here;
             before_m = node_m;
             depth_m = depth_m + width_m;
         }
     }
     if has(run.last_cell) {
-        virgin_m = max(virgin_m, crossing(before, before_m, 0.0, depth_m, real(VIRGIN_LOST)));
-        char_m = max(char_m, crossing(before, before_m, 0.0, depth_m, real(CHAR_LOST)));
+        let end = Crossing(before, depth_m, 0.0, depth_m);
+        virgin = deeper(virgin, end, real(VIRGIN_LOST));
+        char = deeper(char, end, real(CHAR_LOST));
     }
+    let virgin_m = front_m(virgin, real(VIRGIN_LOG_ODDS));
+    let char_m = front_m(char, real(CHAR_LOG_ODDS));
     var peak = outside;
     var back = outside;
     if DARCY {
@@ -49,8 +68,25 @@ fn gauges(step: u32) -> array<real, GAUGES> {
     return array<real, GAUGES>(flux, summed(lost), largest(virgin_m), largest(char_m), largest(peak), back);
 }
 
-fn crossing(before: real, before_m: real, here: real, here_m: real, mark: real) -> real {
-    let falls = reached(before, mark) * (1.0 - reached(here, mark));
-    let way = (before - mark) / max(before - here, real(1e-9));
-    return falls * (before_m + way * (here_m - before_m));
+fn deeper(crossing: Crossing, next: Crossing, mark: real) -> Crossing {
+    let falls = reached(next.upper, mark) * (1.0 - reached(next.lower, mark));
+    let stays = 1.0 - falls;
+    return Crossing(
+        stays * crossing.upper + falls * next.upper,
+        stays * crossing.upper_m + falls * next.upper_m,
+        stays * crossing.lower + falls * next.lower,
+        stays * crossing.lower_m + falls * next.lower_m,
+    );
+}
+
+fn front_m(crossing: Crossing, mark_log_odds: real) -> real {
+    let upper = log_odds(crossing.upper);
+    let lower = log_odds(crossing.lower);
+    let way = (upper - mark_log_odds) / max(upper - lower, real(1e-9));
+    return crossing.upper_m + way * (crossing.lower_m - crossing.upper_m);
+}
+
+fn log_odds(conversion: real) -> real {
+    let inside = min(max(conversion, real(CONVERSION_LEAST)), real(1.0 - CONVERSION_LEAST));
+    return logarithm(inside / (1.0 - inside));
 }

@@ -88,22 +88,28 @@ fn displaced(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> real {
     let place = plan.places[sensor];
     let row = plan.sensors[sensor];
     let shift_m = row.depth_m * (column(place.depth) - 1.0);
+    let is_inside = place.node_above < place.node_below;
     var start_m = row.below_m;
-    var rise = -(fall_below_k_m * covered(shift_m, 0.0, start_m));
+    var rise = real(0.0);
+    if is_inside {
+        rise = -(fall_below_k_m * covered(shift_m, 0.0, start_m, false));
+    }
     for (var step = 0u; step < place.steps_below; step++) {
         let j = place.node_below + step;
         let length_m = cells[j].below_m + cells[j + 1u].above_m;
         let gain = difference(temperatures[j + 1u], temperatures[j]) / length_m;
-        rise = rise + gain * covered(shift_m, start_m, length_m);
+        rise = rise + gain * covered(shift_m, start_m, length_m, !is_inside && step == 0u);
         start_m = start_m + length_m;
     }
     start_m = row.above_m;
-    rise = rise + fall_above_k_m * covered(-shift_m, 0.0, start_m);
+    if is_inside {
+        rise = rise + fall_above_k_m * covered(-shift_m, 0.0, start_m, false);
+    }
     for (var step = 0u; step < place.steps_above; step++) {
         let j = place.node_above - step;
         let length_m = cells[j - 1u].below_m + cells[j].above_m;
         let gain = difference(temperatures[j - 1u], temperatures[j]) / length_m;
-        rise = rise + gain * covered(-shift_m, start_m, length_m);
+        rise = rise + gain * covered(-shift_m, start_m, length_m, !is_inside && step == 0u);
         start_m = start_m + length_m;
     }
     return rise;

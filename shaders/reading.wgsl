@@ -9,8 +9,12 @@ fn reading(upper: Pair, lower: Pair, conductivity: real, next: real, conductance
     return raised(upper, -fall);
 }
 
-fn covered(shift_m: real, start_m: real, length_m: real) -> real {
-    return min(max(shift_m - start_m, 0.0), length_m);
+fn covered(shift_m: real, start_m: real, length_m: real, is_extended: bool) -> real {
+    let part_m = shift_m - start_m;
+    if is_extended {
+        return min(part_m, length_m);
+    }
+    return min(max(part_m, 0.0), length_m);
 }
 
 fn followed(bead: Pair, before: Pair, now: Pair, weights: Bead) -> Pair {

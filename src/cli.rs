@@ -1,5 +1,9 @@
 //! What can be typed.
 
+mod trace;
+
+pub(crate) use trace::Trace;
+
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -85,7 +89,7 @@ pub(crate) enum Command {
         #[command(flatten)]
         sweep: Sweep,
     },
-    /// How the hot face was heated: the flux through time, from what sensors read
+    /// How the hot face was heated: a flux or a gas temperature through time, from what sensors read (inverse heat conduction)
     History {
         #[command(flatten)]
         ask: Ask,
@@ -119,7 +123,7 @@ pub(crate) enum Command {
         /// The table as JSON
         #[arg(long)]
         json: bool,
-        /// Only rows of this group: exact, orders, codes, balance, fit or twins
+        /// Only rows of this group: exact, orders, codes, adapted, balance, fit or twins
         #[arg(long)]
         group: Option<String>,
         #[command(flatten)]
@@ -233,17 +237,6 @@ pub(crate) struct Limit {
     /// Thinnest and thickest allowed, as "3 mm:20 mm" [default: a quarter of what is drawn to four times that]
     #[arg(long)]
     pub between: Option<String>,
-}
-
-/// A flux to recover.
-#[derive(Debug, Args)]
-pub(crate) struct Trace {
-    /// Knots of the flux beside the corners of the case's own, spread over the time in which that is not zero
-    #[arg(long, default_value_t = 20)]
-    pub knots: usize,
-    /// How smooth: as the noise lets it be (discrepancy), by the corner of the L-curve (l-curve), or a weight
-    #[arg(long, default_value = "discrepancy")]
-    pub smoothing: String,
 }
 
 /// Observations to make; and with `--study` what is asked of them, with the options of `estimate`.

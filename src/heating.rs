@@ -4,9 +4,9 @@ use crate::cli::{Trace, Trusted};
 use crate::ending::{Failure, input};
 use bondline::case::Case;
 use bondline::march::March;
-use bondline::study::history::{History, HistoryError, Smoothing, Wanted, history};
+use bondline::study::history::{History, HistoryError, Smoothing, Sought, Wanted, history};
 
-/// Find the flux of a case from the data that it trusts, and say where it is not the one that meets them best.
+/// Find what heated a case from the data that it trusts, and say where it is not the one that meets them best.
 pub(crate) fn found(
     case: &Case,
     march: &mut dyn March,
@@ -14,9 +14,10 @@ pub(crate) fn found(
     trace: &Trace,
 ) -> Result<(History, Option<String>), Failure> {
     if data.bounds.is_some() {
-        return Err(input("--bounds: a history estimates no factor; the flux is kept from falling below zero"));
+        return Err(input("--bounds: a history estimates no factor; what is sought is kept from falling below zero"));
     }
-    let wanted = Wanted { knots: trace.knots, smoothing: smoothing(&trace.smoothing)? };
+    let sought = trace.seek.as_deref().map(sought).transpose()?;
+    let wanted = Wanted { sought, knots: trace.knots, smoothing: smoothing(&trace.smoothing)? };
     let found = history(case, march, &wanted).map_err(|error| match error {
         HistoryError::March(error) => error.into(),
         other => input(other),
@@ -32,4 +33,9 @@ fn smoothing(text: &str) -> Result<Smoothing, Failure> {
         (_, Ok(weight)) if weight.is_finite() && weight >= 0.0 => Ok(Smoothing::Stated(weight)),
         _ => Err(input(format!("--smoothing {text:?}: expected discrepancy, l-curve, or a weight of 0 or more"))),
     }
+}
+
+fn sought(text: &str) -> Result<Sought, Failure> {
+    let named = Sought::ALL.into_iter().find(|sought| sought.name() == text);
+    named.ok_or_else(|| input(format!("--seek {text:?}: expected flux, radiant-flux or gas")))
 }

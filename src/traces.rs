@@ -41,6 +41,11 @@ impl Gauge {
     pub const ALL: [Self; 6] =
         [Self::GasFlux, Self::MassLost, Self::VirginFront, Self::CharFront, Self::PeakPressure, Self::BackPressure];
 
+    /// Whether it is a depth at which conversion crosses a mark.
+    pub fn is_front(self) -> bool {
+        matches!(self, Self::VirginFront | Self::CharFront)
+    }
+
     /// What it is called in files, its unit last.
     pub fn name(self) -> &'static str {
         match self {
@@ -101,6 +106,9 @@ pub struct Balance {
     pub gas_stored_kg_m2: f64,
 }
 
+/// Less heat than this is rounding of what a layup holds: it warms a gram of cloth on a square metre by a thousandth of a kelvin.
+const LEAST_HEAT_J_M2: f64 = 1e-3;
+
 impl Balance {
     /// From the sums that a member keeps: in and out through the hot face and the back face, from and to the holder.
     pub fn new(sums_j_m2: [f64; 6], stored_j_m2: f64) -> Self {
@@ -160,7 +168,7 @@ impl Balance {
         let moved = came_in.max(went_out);
         let moved = if moved > 0.0 { moved } else { self.stored_j_m2.abs() };
         let left = came_in - went_out - self.gas_heat_j_m2 + self.reaction_gain_j_m2 - self.stored_j_m2;
-        if moved > 0.0 { left / moved } else { 0.0 }
+        left / moved.max(LEAST_HEAT_J_M2)
     }
 
     /// Solid lost and gas in less gas out less gas stored, relative to the largest of the first three; nothing moved leaves

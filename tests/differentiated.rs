@@ -117,8 +117,12 @@ where
     let mut uniform = Uniform(2026);
     let mut drawn = |low, high| (0..SAMPLES * INPUTS).map(|_| uniform.between(low, high)).collect::<Vec<f64>>();
     let (mut values, changes) = (drawn(0.5, 4.0), drawn(-1.0, 1.0));
-    // Of two as large, one is to be taken.
-    values.chunks_exact_mut(8 * INPUTS).for_each(|of| of[1] = of[0]);
+    // Equal values, and values equal to the constants of the rules: minima and maxima take the mean of both changes.
+    values.chunks_exact_mut(8 * INPUTS).zip([1.0, 1.5, 2.0].iter().cycle()).for_each(|(of, &constant)| {
+        of[1] = of[0];
+        of[INPUTS] = constant;
+        of[2 * INPUTS + 1] = constant;
+    });
     let words = |of: &[f64]| of.iter().map(|&number| W::scalar(number)).collect::<Vec<W>>();
     let none = vec![W::scalar(0.0); SAMPLES * rules.len()];
     let buffers = [
@@ -156,8 +160,13 @@ fn every_rule_on_the_device_is_that_of_dual_numbers_bit_for_bit() {
 
 #[test]
 fn a_change_that_is_not_that_of_its_expression_is_caught() {
-    let spoiled: [Rule<Double>; 2] = [("x[0] * x[1]", |x| x[0] * x[0]), ("reached(x[0], x[1])", |x| x[0])];
-    assert_eq!(wrong::<f64, Double>(&device(), Precision::F64, &spoiled).len(), 2);
+    let spoiled: [Rule<Double>; 3] = [
+        ("x[0] * x[1]", |x| x[0] * x[0]),
+        ("reached(x[0], x[1])", |x| x[0]),
+        // Of two equal values the change of the second alone.
+        ("max(x[0], x[1])", |x| if x[0].lane(0) > x[1].lane(0) { x[0] } else { x[1] }),
+    ];
+    assert_eq!(wrong::<f64, Double>(&device(), Precision::F64, &spoiled).len(), 3);
 }
 
 #[test]

@@ -2,10 +2,13 @@
 
 mod asked; // a ply sized against closed forms, twins fitted and counted
 mod cli; // the built binary from outside: exit codes, messages, files
+mod derivatives; // derivatives at nominal factors, against differences, for every property on every kind of case
 mod differentiated; // kernels that tell changes: each rule against dual numbers, on the device
+mod estimates; // estimates of whole cases: intervals, profiles, standard errors, coverage
 mod fit; // least squares against certified answers, bounds, identification
 mod golden; // the nominal march of every shipped case, as it was
 mod history; // the flux that heated, from what it left at a thermocouple
+mod instants; // readings beside the instants that they are of
 mod layup; // what a layup has beside its plies
 mod parity; // whole marches of every shipped case: device, lanes, one at a time; f32 and f64
 mod pilot; // cells and steps for an error that was asked for, and what two resolutions say of a third

@@ -83,7 +83,8 @@ fn four_coefficients_of_conductivity_are_found_from_temperatures_of_another_code
     assert!(left_k <= ANOTHER_CODE_K, "{left_k} K");
     for ((value, (low, high)), round) in found.values.iter().zip(&found.intervals).zip([2.0, 2.0, 1.0, 1.0]) {
         assert!((low..=high).contains(&&round), "{low} to {high} do not hold {round}");
-        assert!(high - low < 0.1 * value, "{low} to {high} say little");
+        // What the other code leaves follows itself over minutes: 480 readings determine as much as ten independent ones.
+        assert!(high - low < 0.35 * value, "{low} to {high} say little");
     }
     let mut alike = case.clone();
     alike.factors.truncate(2);

@@ -30,6 +30,15 @@ pub(crate) const IDLE_K: f64 = 1e-5;
 /// doubles at 1,000 K, a ten-thousandth of what anybody prints.
 pub(crate) const ROUNDING_K: f64 = 1e-9;
 
+/// Derivatives at the nominal factors beside differences of step 1e-5, of the largest by the same factor: where a cell
+/// passes the node of a table or the onset of a reaction between the two points of a difference, the difference is off
+/// by up to a sixth of this.
+pub(crate) const CORNER_DERIVATIVE: f64 = 1e-3;
+/// Derivative under which a factor counts as without effect, K by a unit of it.
+pub(crate) const FELT_K: f64 = 1e-2;
+/// An estimate from data without noise beside the truth: what the last step of a fit may be worth.
+pub(crate) const FOUND: f64 = 1e-6;
+
 /// A recovered flux beside the true one, over the largest true flux, and its integral over the true one: what is asked of a history from one
 /// thermocouple with noise of 1 K.
 pub(crate) const HISTORY: f64 = 0.05;
@@ -42,6 +51,18 @@ pub(crate) const POSTERIOR_ENDS: f64 = 0.1;
 /// What may be left of temperatures that PATO made, K (rms): its 100 cells and implicit steps of first order leave 1.08 K at the best
 /// fit of a march that is converged, and half of that is left for another march.
 pub(crate) const ANOTHER_CODE_K: f64 = 1.5;
+
+/// A factor at an optimum beside SciPy's on the same data: both stop where a reduction is rounding, which is worth a millionth.
+pub(crate) const SCIPY_OPTIMUM: f64 = 5e-6;
+/// Quantiles of a posterior beside emcee's, in widths of the 95 % interval: chance of some ten thousand independent draws of each.
+pub(crate) const EMCEE_QUANTILES: f64 = 0.02;
+/// A factor found from noise-free data made by the same march, in double and in single precision.
+pub(crate) const RECOVERED: f64 = 1e-4;
+pub(crate) const RECOVERED_SINGLE: f64 = 1e-3;
+/// Committed synthetic readings beside those made anew, K: half of their last decimal, and rounding.
+pub(crate) const FILE_K: f64 = 1e-6;
+/// Ends of profiles and of an interval from a grid of the same objective, in widths of it: a grid of 41 values read off straight.
+pub(crate) const PROFILE_ENDS: f64 = 0.03;
 
 /// Parts of a variance that are to sum to a whole: chance is taken off each, and none is let below zero.
 pub(crate) const INDEX: f64 = 2e-3;

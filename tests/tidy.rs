@@ -12,14 +12,17 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("chance", &[]),
     ("fit", &["chance"]),
     ("ensemble", &["case", "chance"]),
-    ("plan", &["case"]),
+    // Of the traces only the names of gauges, whose errors a plan states.
+    ("plan", &["case", "traces"]),
     ("physics", &["plan"]),
     ("march", &["plan", "ensemble", "traces", "physics"]),
     ("study", &["case", "chance", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
     // Of the march only what records name: backend and precision; of the fit the loss that is told.
     ("report", &["case", "traces", "study", "march", "fit"]),
     ("pilot", &["case", "plan", "ensemble", "traces", "march"]),
-    ("verify", &["case", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
+    ("verify", &["case", "chance", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
+    // A folder of the command, not of the library.
+    ("cli", &[]),
 ];
 
 /// Where each crate is at home: a file, or a folder that ends in a stroke.
@@ -31,7 +34,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("rayon", &["src/pilot.rs", "src/march/cpu.rs", "src/study/statistics", "src/devices.rs"]),
     ("serde", &["src/report/"]),
     ("serde_json", &["src/report/", "src/devices.rs", "src/verification.rs"]),
-    ("clap", &["src/cli.rs", "src/main.rs"]),
+    ("clap", &["src/cli", "src/main.rs"]),
     ("anyhow", &["src/ending.rs", "src/main.rs"]),
     ("indicatif", &["src/watch.rs"]),
     ("nalgebra", &["src/fit/", "src/study/", "src/verify/least_squares/"]),

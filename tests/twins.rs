@@ -325,10 +325,10 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
             },
         },
         Probe {
-            body: "y[0] = covered(x[0], x[1], x[2]);",
+            body: "y[0] = covered(x[0], x[1], x[2], false); y[1] = covered(x[0], x[1], x[2], true);",
             inputs: vec![(1e-5, 1e-3), (0.0, 1e-5), (1e-4, 1e-3)],
-            outputs: 1,
-            twin: &|x, _, y| put(y, &[covered(x[0], x[1], x[2])]),
+            outputs: 2,
+            twin: &|x, _, y| put(y, &[covered(x[0], x[1], x[2], false), covered(x[0], x[1], x[2], true)]),
         },
         Probe {
             body: "let b = followed(Pair(x[0], x[1]), Pair(x[2], x[3]), Pair(x[4], x[5]), Bead(x[6], x[7]));

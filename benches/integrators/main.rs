@@ -18,10 +18,10 @@ use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
 use bondline::march::extrapolated::march_both;
 use bondline::pilot::pilot;
-use bondline::plan::Plan;
-use bondline::plan::clock::Pace;
+use bondline::plan::clock::{Growth, Pace};
 use bondline::plan::grid::Density;
 use bondline::plan::layout::Ply;
+use bondline::plan::{Discretisation, Plan};
 use candidate::{Candidate, Second, Space, readings, worst_k};
 use methods::Method;
 use plot::Curve;
@@ -81,7 +81,7 @@ fn main() {
     assert!(is_plain && !own.has_holder && !own.has_depths, "{}: only what conducts is marched here", case.id);
     let coarse = own.coarse.as_ref().expect("a plan that a pilot made has a coarser one");
     let cells = |ply: &Ply<u32>| f64::from(ply.end_cell - ply.first_cell);
-    let density = Density { plies: coarse.plies.iter().map(cells).collect() };
+    let density = Density { plies: coarse.plies.iter().map(cells).collect(), cuts: vec![1; coarse.plies.len()] };
     let diagram = Diagram { ns: timed::ns(&own, &METHODS), case, density };
     println!("| method | ns a cell-step |\n|---|---|");
     METHODS.iter().zip(&diagram.ns).for_each(|(method, ns)| println!("| {} | {ns:.2} |", method.name()));
@@ -107,8 +107,8 @@ fn main() {
 impl Diagram {
     /// Readings of the nominal member on the cells of bondline's own plan, by so many steps that they have no error in time.
     fn reference(&self) -> Vec<f64> {
-        let pace = Pace { first_step_s: 0.001, growth: 0.008, largest_step_s: 0.05, haste: vec![], lands: true };
-        let plan = Plan::cut(&self.case, &self.density, &pace);
+        let growth = Growth::Stated { first_step_s: 0.001, share: 0.008, largest_step_s: 0.05 };
+        let plan = plan(&self.case, &self.density, &Pace { growth, slices: vec![] });
         readings(Method::Rodas, &plan, &plan, &nominal(&self.case))
     }
 
@@ -127,8 +127,9 @@ impl Diagram {
                 let finer: Vec<(f64, f64)> =
                     grids.iter().flat_map(|&cells| FINER_STEPS.map(|steps| (cells, steps))).collect();
                 let marks = finer.par_iter().map(|&(cells, steps)| {
-                    let density = Density { plies: self.density.plies.iter().map(|ply| cells * ply).collect() };
-                    let plan = Plan::cut(&self.case, &density, &hastened(pace, steps));
+                    let plies = self.density.plies.iter().map(|ply| cells * ply).collect();
+                    let density = Density { plies, cuts: self.density.cuts.clone() };
+                    let plan = plan(&self.case, &density, &denser(pace, steps));
                     self.mark(candidate, &plan, space, members, truth)
                 });
                 let (title, marks): (String, Vec<Mark>) = (candidate.title(space), marks.collect());
@@ -154,12 +155,16 @@ impl Diagram {
     fn even_steps(&self) {
         println!("\nBelow the start, K:\n\n| method | {} |", EVEN_S.map(|step_s| format!("{step_s} s")).join(" | "));
         println!("|---|{}", "---|".repeat(EVEN_S.len()));
+        // Steps end on instants: on none but the last.
+        let mut case = self.case.clone();
+        case.resolution.every_s = case.exposure.duration_s;
+        case.observations.clear();
         for method in METHODS {
             let below = EVEN_S.map(|step_s| {
                 let (first_step_s, largest_step_s) = (2.0 * step_s, 2.0 * step_s);
-                let pace = Pace { first_step_s, growth: 1.0, largest_step_s, haste: vec![], lands: false };
-                let plan = Plan::cut(&self.case, &self.density, &pace);
-                let below_k = candidate::below_k(method, &plan, &nominal(&self.case));
+                let growth = Growth::Stated { first_step_s, share: 1.0, largest_step_s };
+                let plan = plan(&case, &self.density, &Pace { growth, slices: vec![] });
+                let below_k = candidate::below_k(method, &plan, &nominal(&case));
                 if below_k < pilot::FAR_K { format!("{below_k:.3}") } else { "runs away".to_owned() }
             });
             println!("| {} | {} |", method.name(), below.join(" | "));
@@ -198,8 +203,15 @@ fn columns(ensemble: &Ensemble, member: usize) -> Vec<f64> {
     std::iter::once(1.0).chain(ensemble.member(member)).collect()
 }
 
-fn hastened(pace: &Pace, times: f64) -> Pace {
-    Pace { haste: pace.haste.iter().map(|&(from_s, haste)| (from_s, times * haste)).collect(), ..pace.clone() }
+fn denser(pace: &Pace, times: f64) -> Pace {
+    let mut denser = pace.clone();
+    denser.slices.iter_mut().for_each(|slice| slice.density *= times);
+    denser
+}
+
+/// A case at the cells of a density and the steps of a pace.
+pub(crate) fn plan(case: &Case, density: &Density, pace: &Pace) -> Plan {
+    Plan::cut(case, Discretisation { density: density.clone(), pace: pace.clone() })
 }
 
 /// The cheapest march within a target.

@@ -2,8 +2,7 @@
 
 use crate::candidate::{Candidate, Space, worst_k};
 use bondline::case::Case;
-use bondline::plan::Plan;
-use bondline::plan::clock::Pace;
+use bondline::plan::clock::{Growth, Pace, Slice};
 use bondline::plan::grid::Density;
 use rayon::prelude::*;
 
@@ -18,7 +17,7 @@ const CHANGE_MOST: f64 = 2.0;
 /// The pace by which a candidate reaches an error in time with the fewest steps, on cells that are held.
 pub(crate) fn paced(case: &Case, density: &Density, candidate: &Candidate, reference: &[f64], aim_k: f64) -> Pace {
     let told = |pace: &Pace| {
-        let plan = Plan::cut(case, density, pace);
+        let plan = super::plan(case, density, pace);
         (candidate.readings(&plan, Space::Held, &super::nominal(case)), plan.steps() as f64)
     };
     let mut pace = first(case, density);
@@ -28,7 +27,7 @@ pub(crate) fn paced(case: &Case, density: &Density, candidate: &Candidate, refer
         let error_k = worst_k(&base, reference);
         if error_k > FAR_K {
             // Temperatures run away over long steps.
-            pace.haste.iter_mut().for_each(|slice| slice.1 *= 1.5);
+            pace.slices.iter_mut().for_each(|slice| slice.density *= 1.5);
             continue;
         }
         let is_better =
@@ -37,9 +36,9 @@ pub(crate) fn paced(case: &Case, density: &Density, candidate: &Candidate, refer
                 (false, false) => error_k < *kept_k,
                 (is_within, _) => is_within,
             });
-        let tried = (0..pace.haste.len()).into_par_iter().map(|slice| {
+        let tried = (0..pace.slices.len()).into_par_iter().map(|slice| {
             let mut finer = pace.clone();
-            finer.haste[slice].1 *= 2.0;
+            finer.slices[slice].density *= 2.0;
             let (readings, more) = told(&finer);
             (worst_k(&readings, &base), more / steps - 1.0)
         });
@@ -55,14 +54,16 @@ pub(crate) fn paced(case: &Case, density: &Density, candidate: &Candidate, refer
 
 /// Few steps, in slices of as many each.
 fn first(case: &Case, density: &Density) -> Pace {
-    let mut pace = Pace { lands: false, ..Pace::slowed(&case.resolution, 2.0) };
-    let mut plan = Plan::cut(case, density, &pace);
+    let paced = |coefficient| Pace { growth: Growth::Graded { coefficient }, slices: Vec::new() };
+    let mut coefficient = 0.05;
+    let mut plan = super::plan(case, density, &paced(coefficient));
     while plan.steps() > STEPS_FIRST {
-        let slower = [pace.first_step_s, pace.growth, pace.largest_step_s].map(|value| 1.2 * value);
-        [pace.first_step_s, pace.growth, pace.largest_step_s] = slower;
-        plan = Plan::cut(case, density, &pace);
+        coefficient *= 1.2;
+        plan = super::plan(case, density, &paced(coefficient));
     }
-    pace.haste = (0..SLICES).map(|slice| (plan.times_s[slice * plan.steps() / SLICES], 1.0)).collect();
+    let mut pace = paced(coefficient);
+    let slice = |slice: usize| Slice { from_s: plan.times_s[slice * plan.steps() / SLICES], density: 1.0, cuts: 1 };
+    pace.slices = (0..SLICES).map(slice).collect();
     pace
 }
 
@@ -81,7 +82,7 @@ fn share_out(pace: &mut Pace, tried: &[(f64, f64)], order: f64, error_k: f64, ai
         let middle = 0.5 * (low + high);
         if left_k(middle.exp()) > aim_k { high = middle } else { low = middle }
     }
-    for (slice, &part) in pace.haste.iter_mut().zip(tried) {
-        slice.1 *= times(part, low.exp());
+    for (slice, &part) in pace.slices.iter_mut().zip(tried) {
+        slice.density *= times(part, low.exp());
     }
 }

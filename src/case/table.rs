@@ -87,15 +87,25 @@ impl Schedule {
 
     /// The value just after a time: at a jump, the value it jumps to.
     pub fn after(&self, time_s: f64) -> f64 {
-        self.between(self.times_s.partition_point(|&t| t <= time_s), time_s)
+        self.after_within(time_s, 0.0)
+    }
+
+    /// The value just after a time, where a corner no further than `close_s` from it counts as being at that time.
+    pub fn after_within(&self, time_s: f64, close_s: f64) -> f64 {
+        self.between(self.times_s.partition_point(|&t| t <= time_s + close_s), time_s)
     }
 
     /// The value just before a time: at a jump, the value it jumps from.
     pub fn before(&self, time_s: f64) -> f64 {
-        self.between(self.times_s.partition_point(|&t| t < time_s), time_s)
+        self.before_within(time_s, 0.0)
     }
 
-    /// The value on the segment that ends at corner `next`.
+    /// The value just before a time, where a corner no further than `close_s` from it counts as being at that time.
+    pub fn before_within(&self, time_s: f64, close_s: f64) -> f64 {
+        self.between(self.times_s.partition_point(|&t| t < time_s - close_s), time_s)
+    }
+
+    /// The value on the segment that ends at corner `next`, at the end of it where the time lies beyond.
     fn between(&self, next: usize, time_s: f64) -> f64 {
         let last = self.times_s.len() - 1;
         if next == 0 {
@@ -106,7 +116,7 @@ impl Schedule {
         }
         let (t0, t1) = (self.times_s[next - 1], self.times_s[next]);
         let (v0, v1) = (self.values[next - 1], self.values[next]);
-        v0 + (v1 - v0) * (time_s - t0) / (t1 - t0)
+        v0 + (v1 - v0) * (time_s.clamp(t0, t1) - t0) / (t1 - t0)
     }
 }
 

@@ -1,9 +1,10 @@
 //! One start on its way down: what it wants to know next, and what it makes of the answer.
 
 use super::difference::{self, Stencil};
-use super::neighbourhood::{Neighbourhood, lengths};
+use super::neighbourhood::Neighbourhood;
 use super::pace::{Pace, Step};
-use super::{Fit, Options, Rules, Tangent, Termination, Turn, bounds, termination};
+use super::quadratic::lengths;
+use super::{Fit, LeastSquares, Options, Rules, Tangent, Termination, Turn, bounds, termination};
 use nalgebra::{DMatrix, DVector};
 
 /// The share of a step at which the curve of the residuals is felt for.
@@ -98,13 +99,13 @@ impl<'a> Descent<'a> {
     }
 
     /// Takes the derivatives that the problem told.
-    pub(super) fn told(&mut self, tangent: Tangent) {
+    pub(super) fn told(&mut self, tangent: Tangent, problem: &impl LeastSquares) {
         self.tangents += 1;
-        self.arrive(tangent);
+        self.arrive(tangent, problem);
     }
 
     /// Takes the residuals at the points that were wanted.
-    pub(super) fn computed(&mut self, mut computed: DMatrix<f64>) {
+    pub(super) fn computed(&mut self, mut computed: DMatrix<f64>, problem: &impl LeastSquares) {
         self.evaluations += computed.ncols();
         match std::mem::replace(&mut self.wish, Wish::Tangent) {
             Wish::Tangent => {
@@ -113,7 +114,7 @@ impl<'a> Descent<'a> {
                     computed = computed.clone().remove_column(0);
                     first
                 });
-                self.arrive(self.stencil().tangent(residuals, &computed));
+                self.arrive(self.stencil().tangent(residuals, &computed), problem);
             }
             Wish::Feelers(mut steps) => {
                 for (step, residuals) in steps.iter_mut().zip(computed.column_iter()) {
@@ -129,7 +130,7 @@ impl<'a> Descent<'a> {
     }
 
     /// Stands at the point stepped to, or, where its derivatives are not known, goes back for a shorter step.
-    fn arrive(&mut self, tangent: Tangent) {
+    fn arrive(&mut self, tangent: Tangent, problem: &impl LeastSquares) {
         let is_finite = tangent.is_finite();
         if let (false, Some((near, pace)), Some(taken)) = (is_finite, &mut self.here, &self.taken) {
             pace.after_failure(near, taken, f64::NAN);
@@ -140,8 +141,11 @@ impl<'a> Descent<'a> {
             Rules::Radius => lengths.zip_map(&self.longest, |now, before| now.max(REMEMBERED * before)),
             Rules::Paper { .. } => lengths,
         };
+        let error = self.options.derivative_error;
+        let weights = problem.curvature_weights(&tangent.residuals);
+        let second_order = self.here.as_ref().is_none_or(|(near, _)| near.is_second_order());
         let near =
-            Neighbourhood::new(self.next.clone(), tangent, self.bounds, &self.longest, self.options.derivative_error);
+            Neighbourhood::new(self.next.clone(), tangent, (weights, second_order), self.bounds, &self.longest, error);
         let pace = self.here.take().map_or_else(|| Pace::at_start(&near, &self.options.rules), |(_, pace)| pace);
         let damping = match (&self.taken, pace) {
             (Some(taken), _) => taken.damping,
@@ -169,7 +173,7 @@ impl<'a> Descent<'a> {
             Wish::Nothing(Termination::OutOfPatience)
         } else if termination::goes_nowhere(&steps[0], near, self.options) {
             Wish::Nothing(Termination::Stalled)
-        } else if self.options.bends {
+        } else if self.options.bends && !near.is_second_order() {
             Wish::Feelers(steps)
         } else {
             Wish::Trials(steps)
@@ -190,6 +194,7 @@ impl<'a> Descent<'a> {
             Some(place) => {
                 let step = steps[place].clone();
                 pace.after_success(near, &step, gains[place]);
+                near.switch(&step.target, gains[place]);
                 self.next = step.target.clone();
                 self.sizes.zip_apply(&self.next, |size, value| *size = value.abs().max(*size / 2.0));
                 self.residuals = Some(computed.column(place).into_owned());
@@ -199,6 +204,7 @@ impl<'a> Descent<'a> {
             None => {
                 let last = steps.len() - 1;
                 pace.after_failure(near, &steps[last], gains[last]);
+                near.switch(&steps[last].target, gains[last]);
                 self.plan();
             }
         }

@@ -31,6 +31,8 @@ pub struct Certainty {
     pub rank: usize,
     /// The direction in which the residuals say least, of unit length, in variables that are scaled by `lengths`.
     pub weakest: DVector<f64>,
+    /// `s² (JᵀJ)⁺`: the covariance over the directions that are determined, as if the others were held.
+    pub covariance: DMatrix<f64>,
 }
 
 /// What a Jacobian (residual × variable, weighted like the residuals) says about its variables.
@@ -83,6 +85,11 @@ pub fn certainty(jacobian: &DMatrix<f64>, variance: f64) -> Certainty {
         condition_number: if smallest > 0.0 { largest / smallest } else { f64::INFINITY },
         rank,
         weakest: directions.row(n - 1).transpose(),
+        covariance: DMatrix::from_fn(n, n, |i, j| {
+            let along = |k: usize| directions[(k, i)] * directions[(k, j)] / values[k].powi(2);
+            let both = lengths[i] * lengths[j];
+            if both > 0.0 { variance * (0..rank).map(along).sum::<f64>() / both } else { 0.0 }
+        }),
         lengths,
     }
 }
@@ -97,6 +104,7 @@ fn nothing(lengths: Vec<f64>) -> Certainty {
         condition_number: f64::INFINITY,
         rank: 0,
         weakest: DVector::zeros(n),
+        covariance: DMatrix::zeros(n, n),
         lengths,
     }
 }

@@ -16,46 +16,8 @@ pub fn lag_one(traces: &[Vec<f64>]) -> f64 {
     if squares > 0.0 { products / squares } else { 0.0 }
 }
 
-/// The autocorrelation of noise, of which a fit of `variables` left residuals of this lag-one autocorrelation.
-///
-/// Derivatives change slowly from sample to sample, and so a fit takes the slow part of the noise: of its n σ² each variable
-/// takes `K σ²`, `K = (1 + ρ)/(1 − ρ)` being how much stronger the noise is there than on average. Products of neighbours
-/// lose as much, as what is taken is slow. What is left correlates by `λ = (n ρ − p K)/(n − p K)`, less than the noise did,
-/// which is solved for ρ. Not beyond where the fit would have taken half of the noise: there what is left tells nothing
-/// of what was.
-pub fn noise_autocorrelation(residual: f64, samples: usize, variables: usize) -> f64 {
-    let (n, p) = (samples as f64, variables as f64);
-    let residual = residual.clamp(0.0, 1.0);
-    let most = residual.max((n - 2.0 * p) / (n + 2.0 * p));
-    let mut noise = residual;
-    // Each turn comes nearer from below; the limit is one that nothing meets but what is cut off above.
-    for _ in 0..1000 {
-        let found = (residual + (1.0 - residual) * p / n * (1.0 + noise) / (1.0 - noise)).min(most);
-        let is_settled = found - noise <= 1e-12;
-        noise = found;
-        if is_settled || noise >= 1.0 {
-            break;
-        }
-    }
-    noise
-}
-
-/// By how much the variance of estimates exceeds the one of independent residuals: the noise is `n/nₑ` times as strong
-/// where derivatives see it, and stronger on the whole than its residuals by `(n − p)/(n − p n/nₑ)`, of which what is
-/// below is no less than half of n.
-pub fn inflation(samples: usize, variables: usize, noise_autocorrelation: f64) -> f64 {
-    let (n, p) = (samples as f64, variables as f64);
-    let strength = n / effective_samples(samples, noise_autocorrelation);
-    strength * ((n - p) / (n - p * strength).max(n / 2.0)).max(1.0)
-}
-
-/// How many independent samples are as good as these: `n (1 − r)/(1 + r)` for residuals of a first-order
-/// autoregression (Bartlett, J. R. Stat. Soc. 98, 1935). A negative autocorrelation is not taken to add any, and no
-/// autocorrelation leaves less than one.
-pub fn effective_samples(samples: usize, autocorrelation: f64) -> f64 {
-    let r = autocorrelation.clamp(0.0, 1.0);
-    (samples as f64 * (1.0 - r) / (1.0 + r)).max(1.0)
-}
+/// Half the width of a 95 % interval of a normal distribution, in standard deviations.
+pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// Half the width of a 95 % confidence interval in standard errors: Student's t at 97.5 %; infinite without degrees of
 /// freedom, and where it would be above a million.
@@ -89,14 +51,12 @@ mod tests {
     }
 
     #[test]
-    fn residuals_that_follow_each_other_are_worth_fewer_samples() {
+    fn residuals_that_follow_each_other_correlate_and_those_that_alternate_oppose() {
         let steady = vec![vec![2.0; 50], vec![-1.0; 50]];
         assert!(lag_one(&steady) > 0.97);
-        assert!(effective_samples(100, lag_one(&steady)) < 2.0);
         let alternating = vec![(0..100).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect()];
         assert!(lag_one(&alternating) < -0.98);
-        assert_eq!(effective_samples(100, lag_one(&alternating)), 100.0);
-        assert_eq!((lag_one(&[]), effective_samples(100, 1.0)), (0.0, 1.0));
+        assert_eq!(lag_one(&[]), 0.0);
     }
 
     #[test]
@@ -105,10 +65,8 @@ mod tests {
         assert_eq!(lag_one(&[vec![1.0, 1.0]]), 0.5);
     }
 
-    /// r = 0.5: an autoregression of 100 samples is worth 33.
     #[test]
-    fn half_correlated_samples_count_a_third() {
-        assert!((effective_samples(99, 0.5) - 33.0).abs() < 1e-12);
+    fn a_variance_counts_the_samples_that_the_variables_leave() {
         assert_eq!(residual_variance(12.0, 8, 2), 2.0);
         assert_eq!(residual_variance(12.0, 2, 2), f64::INFINITY);
     }

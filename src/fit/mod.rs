@@ -43,20 +43,25 @@ mod descent;
 pub mod difference;
 pub mod identify;
 pub mod interval;
+mod linearized_posterior;
 pub mod loss;
 pub mod mixing;
 mod neighbourhood;
+pub mod noise_model;
 mod pace;
 pub mod prior;
+mod quadratic;
 pub mod subset;
 pub mod termination;
 pub mod walk;
 
 pub use difference::difference;
 pub use identify::{Certainty, certainty};
+pub use linearized_posterior::LinearizedPosterior;
 pub use loss::{Loss, Robust};
 pub use mixing::Mixing;
-pub use prior::{Known, Prior, Weighed, WithPriors, known};
+pub use noise_model::NoiseProcess;
+pub use prior::{Prior, Weighed, WithPriors};
 pub use subset::{Dropped, Limits, Reason, Subset, subset};
 pub use termination::Termination;
 pub use walk::{Walk, walk};
@@ -88,6 +93,13 @@ pub trait LeastSquares {
     fn tangents(&mut self, _points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, Self::Error> {
         Ok(None)
     }
+
+    /// The weight of each row of the Jacobian J in the curvature of S at these residuals: half of the second derivative
+    /// of S is `Jᵀ W J` with W diagonal, but for the second derivatives of the model. `None` where every weight is one,
+    /// as in a plain sum of squares. Weights lie between zero and one.
+    fn curvature_weights(&self, _residuals: &DVector<f64>) -> Option<DVector<f64>> {
+        None
+    }
 }
 
 impl<P: LeastSquares> LeastSquares for &mut P {
@@ -103,6 +115,10 @@ impl<P: LeastSquares> LeastSquares for &mut P {
 
     fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, P::Error> {
         (**self).tangents(points)
+    }
+
+    fn curvature_weights(&self, residuals: &DVector<f64>) -> Option<DVector<f64>> {
+        (**self).curvature_weights(residuals)
     }
 }
 
@@ -158,7 +174,8 @@ pub struct Options {
     /// fewest points; several cost the fewest ensembles.
     pub trials: usize,
     /// Whether steps are bent along the curve that the residuals take (geodesic acceleration): one point more a trial, in
-    /// an ensemble of its own. Worth it in long narrow valleys.
+    /// an ensemble of its own. Worth it in long narrow valleys. Steps of a model with
+    /// [weights](LeastSquares::curvature_weights) stay straight.
     pub bends: bool,
     /// Ladders of trials at most.
     pub patience: usize,
@@ -272,7 +289,7 @@ pub fn minimize_within<P: LeastSquares>(
         if !wanting.is_empty() {
             let at: Vec<DVector<f64>> = wanting.iter().map(|descent| descent.next().clone()).collect();
             if let Some(tangents) = problem.tangents(&DMatrix::from_columns(&at))? {
-                wanting.iter_mut().zip(tangents).for_each(|(descent, tangent)| descent.told(tangent));
+                wanting.iter_mut().zip(tangents).for_each(|(descent, tangent)| descent.told(tangent, &*problem));
             }
         }
 
@@ -284,7 +301,7 @@ pub fn minimize_within<P: LeastSquares>(
         let computed = problem.residuals(&DMatrix::from_columns(&columns))?;
         let mut first = 0;
         for (descent, points) in descents.iter_mut().zip(&wanted).filter(|(_, points)| points.ncols() > 0) {
-            descent.computed(computed.columns(first, points.ncols()).into_owned());
+            descent.computed(computed.columns(first, points.ncols()).into_owned(), &*problem);
             first += points.ncols();
         }
     }

@@ -1,27 +1,28 @@
 //! What is known about a point, and where the damped steps from it lead between the bounds.
 
+use super::quadratic::{Quadratic, lengths};
 use super::{Tangent, bounds};
-use nalgebra::linalg::QR;
-use nalgebra::{DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
-/// What is known about a point: the residuals taken as straight, `r + J ΔP`, kept as `R ΔP + Qᵀr` with `J = QR`,
-/// which has the same least squares and only as many rows as variables.
+/// What is known about a point: the residuals taken as straight, `r + J ΔP`.
+#[derive(Clone)]
 pub(super) struct Neighbourhood {
     pub point: DVector<f64>,
     bounds: Vec<(f64, f64)>,
     pub tangent: Tangent,
     /// S at the point.
     pub objective: f64,
-    qr: QR<f64, Dyn, Dyn>,
-    r: DMatrix<f64>,
-    right: DVector<f64>,
+    model: Quadratic,
+    /// Those of the rows in the curvature of S, where they are not all one; and whether the model has them.
+    weights: Option<DVector<f64>>,
+    second_order: bool,
+    /// Of the derivatives, relative.
+    error: f64,
     /// The lengths of the Jacobian's columns; one for a column without.
     lengths: DVector<f64>,
     /// √Ω. A column without length would leave its variable undamped; one stands in for it, and keeps the variable where
     /// it is.
     scale: DVector<f64>,
-    /// The damping of every step, beside μΩ: what the error of the derivatives calls for.
-    floor: DVector<f64>,
     /// Jᵀr.
     slopes: DVector<f64>,
 }
@@ -32,29 +33,65 @@ impl Neighbourhood {
     pub(super) fn new(
         point: DVector<f64>,
         tangent: Tangent,
+        (weights, second_order): (Option<DVector<f64>>, bool),
         bounds: &[(f64, f64)],
         longest: &DVector<f64>,
         error: f64,
     ) -> Self {
         let Tangent { residuals, jacobian } = &tangent;
-        let qr = jacobian.clone().qr();
-        let mut right = residuals.clone();
-        qr.q_tr_mul(&mut right);
         let lengths = lengths(jacobian).map(|length| if length > 0.0 { length } else { 1.0 });
-        let r = without_error(qr.r(), &lengths, error);
         Self {
-            point,
-            bounds: bounds.to_vec(),
             objective: residuals.norm_squared(),
-            right: right.rows(0, r.nrows()).into_owned(),
-            r,
-            qr,
-            floor: &lengths * error,
-            lengths,
+            bounds: bounds.to_vec(),
+            model: Quadratic::new(&tangent, weights.as_ref().filter(|_| second_order), &lengths, error),
+            second_order: second_order && weights.is_some(),
+            weights,
+            error,
             scale: longest.map(|length| if length > 0.0 { length } else { 1.0 }),
             slopes: jacobian.tr_mul(residuals),
+            lengths,
+            point,
             tangent,
         }
+    }
+
+    /// Whether the model of S has the second derivatives of the loss.
+    pub(super) fn is_second_order(&self) -> bool {
+        self.second_order
+    }
+
+    /// Takes of its two models of S the one that comes nearer to what S gained at a target: without the second derivatives
+    /// of the loss, which is too stiff where many residuals are far off, or with them, which has no curvature left where
+    /// all are (the model switching of Dennis, Gay & Welsch, ACM Trans. Math. Softw. 7, 1981).
+    pub(super) fn switch(&mut self, target: &DVector<f64>, gain: f64) {
+        let Some(weights) = &self.weights else { return };
+        let step = target - &self.point;
+        let moved = &self.tangent.jacobian * &step;
+        let curvature = [moved.norm_squared(), moved.component_mul(&moved).dot(weights)];
+        let off = curvature.map(|curvature| (-2.0 * self.slopes.dot(&step) - curvature - gain).abs());
+        // A gain that is no number tells neither from the other.
+        let second_order = if self.second_order { off[1] <= off[0] } else { off[1] < off[0] };
+        if gain.is_finite() && second_order != self.second_order {
+            *self = self.of_order(second_order);
+        }
+    }
+
+    /// The same with the other model of S.
+    fn of_order(&self, second_order: bool) -> Self {
+        let weights = self.weights.as_ref().filter(|_| second_order);
+        let model = Quadratic::new(&self.tangent, weights, &self.lengths, self.error);
+        Self { model, second_order, ..self.clone() }
+    }
+
+    /// What the undamped step promises and how long it is, at most by either model of S: at a minimum neither promises more.
+    pub(super) fn undamped(&self) -> (f64, f64) {
+        let of = |near: &Self| {
+            let target = near.cautious_target();
+            (near.promise(&target), near.length(&target))
+        };
+        let (promise, length) = of(self);
+        let other = self.weights.as_ref().map(|_| of(&self.of_order(!self.second_order)));
+        other.map_or((promise, length), |other| (promise.max(other.0), length.max(other.1)))
     }
 
     /// The variables that no bound holds back.
@@ -92,12 +129,13 @@ impl Neighbourhood {
 
     /// Where the undamped step leads when directions that are ten times as strong as the error of the derivatives are
     /// doubted still: what lies along one may be error for the greater part, and promise a reduction that is not there.
-    pub(super) fn cautious_target(&self) -> DVector<f64> {
+    fn cautious_target(&self) -> DVector<f64> {
         self.reached(0.0, 10.0)
     }
 
     fn reached(&self, damping: f64, caution: f64) -> DVector<f64> {
-        let damped = (&self.floor * caution).zip_map(&self.scale, |floor, scale| floor.hypot(damping.sqrt() * scale));
+        let damped =
+            (&self.model.floor * caution).zip_map(&self.scale, |floor, scale| floor.hypot(damping.sqrt() * scale));
         let n = self.point.len();
         let mut target = self.point.clone();
         let mut free = vec![true; n];
@@ -126,8 +164,8 @@ impl Neighbourhood {
     fn solved(&self, damped: &DVector<f64>, free: &[bool], target: &DVector<f64>) -> DVector<f64> {
         let moved = DVector::from_fn(free.len(), |j, _| if free[j] { 0.0 } else { target[j] - self.point[j] });
         let mut solved = target.clone();
-        let right = -(&self.right + &self.r * moved);
-        if let Some(step) = self.least(damped, free, &right) {
+        let right = -(&self.model.right + &self.model.r * moved);
+        if let Some(step) = self.least(damped, free, &right, &self.model.straight) {
             for (step, j) in step.iter().zip((0..free.len()).filter(|&j| free[j])) {
                 solved[j] = self.point[j] + step;
             }
@@ -135,34 +173,45 @@ impl Neighbourhood {
         solved
     }
 
-    /// The least of `|R ΔP − right|² + |damped ΔP|²` over the free variables. `None` where a damping is too small to be
-    /// told from zero, which leaves the factor singular: then there is no step to take.
-    fn least(&self, damped: &DVector<f64>, free: &[bool], right: &DVector<f64>) -> Option<DVector<f64>> {
+    /// The least of `|R ΔP − right|² + |damped ΔP|² + 2 straightᵀΔP` over the free variables. `None` where a damping is too
+    /// small to be told from zero, which leaves the factor singular: then there is no step to take.
+    fn least(
+        &self,
+        damped: &DVector<f64>,
+        free: &[bool],
+        right: &DVector<f64>,
+        straight: &DVector<f64>,
+    ) -> Option<DVector<f64>> {
         let places: Vec<usize> = (0..free.len()).filter(|&j| free[j]).collect();
-        let rows = self.r.nrows();
+        let rows = self.model.r.nrows();
         let mut augmented = DMatrix::zeros(rows + places.len(), places.len());
         for (column, &j) in places.iter().enumerate() {
-            augmented.view_mut((0, column), (rows, 1)).copy_from(&self.r.column(j));
+            augmented.view_mut((0, column), (rows, 1)).copy_from(&self.model.r.column(j));
             augmented[(rows + column, column)] = damped[j];
         }
         let mut projected = DVector::zeros(rows + places.len());
         projected.rows_mut(0, rows).copy_from(right);
         let qr = augmented.qr();
         qr.q_tr_mul(&mut projected);
-        qr.r().solve_upper_triangular(&projected.rows(0, places.len()))
+        let (r, mut projected) = (qr.r(), projected.rows(0, places.len()).into_owned());
+        if straight.iter().any(|&pull| pull != 0.0) {
+            let pull = DVector::from_iterator(places.len(), places.iter().map(|&j| straight[j]));
+            projected -= r.tr_solve_upper_triangular(&pull)?;
+        }
+        r.solve_upper_triangular(&projected)
     }
 
     /// Half the slopes of the damped straight problem.
     fn slopes_at(&self, damped: &DVector<f64>, target: &DVector<f64>) -> DVector<f64> {
         let step = target - &self.point;
         let drag = step.component_mul(damped).component_mul(damped);
-        &self.slopes + self.r.tr_mul(&(&self.r * step)) + drag
+        &self.slopes + self.model.r.tr_mul(&(&self.model.r * step)) + drag
     }
 
     /// By how much S would fall at a target if the residuals were straight.
     pub(super) fn promise(&self, target: &DVector<f64>) -> f64 {
         let step = target - &self.point;
-        -(2.0 * self.slopes.dot(&step) + (&self.r * step).norm_squared())
+        -(2.0 * self.slopes.dot(&step) + (&self.model.r * step).norm_squared())
     }
 
     /// A step bent along the curve of the residuals, which is known from those a share of the way to its target: half of
@@ -179,12 +228,14 @@ impl Neighbourhood {
         let step = target - &self.point;
         let rise = (on_the_way - &self.tangent.residuals) / share;
         let mut curve = (rise - &self.tangent.jacobian * &step) * (2.0 / share);
-        self.qr.q_tr_mul(&mut curve);
+        self.model.qr.q_tr_mul(&mut curve);
         let is_free = |j: usize| self.bounds[j].0 < target[j] && target[j] < self.bounds[j].1;
         let free: Vec<bool> = (0..step.len()).map(is_free).collect();
-        let right = -curve.rows(0, self.r.nrows()).into_owned();
-        let damped = self.scale.zip_map(&self.floor, |scale, floor| floor.hypot(damping.sqrt() * scale));
-        let Some(found) = self.least(&damped, &free, &right) else { return target.clone() };
+        let right = -curve.rows(0, self.model.r.nrows()).into_owned();
+        let damped = self.scale.zip_map(&self.model.floor, |scale, floor| floor.hypot(damping.sqrt() * scale));
+        let Some(found) = self.least(&damped, &free, &right, &DVector::zeros(step.len())) else {
+            return target.clone();
+        };
         let mut bend = DVector::zeros(step.len());
         for (found, j) in found.iter().zip((0..free.len()).filter(|&j| free[j])) {
             bend[j] = *found;
@@ -227,37 +278,13 @@ impl Neighbourhood {
     }
 }
 
-/// A triangular factor without the directions in which it is weaker, its columns brought to unit length, than the error
-/// of the derivatives: what they say is error, and one that is followed leads anywhere.
-fn without_error(r: DMatrix<f64>, lengths: &DVector<f64>, error: f64) -> DMatrix<f64> {
-    let scaled = DMatrix::from_fn(r.nrows(), r.ncols(), |i, j| r[(i, j)] / lengths[j]);
-    if !scaled.iter().all(|value| value.is_finite()) {
-        return r;
-    }
-    // The limit is one that no matrix of this size should meet; without it one that does would hang.
-    let Some(mut svd) = scaled.try_svd(true, true, f64::EPSILON, 10_000) else { return r };
-    let floor = error * svd.singular_values.max();
-    if svd.singular_values.min() > floor {
-        return r;
-    }
-    svd.singular_values.apply(|value| *value = if *value > floor { *value } else { 0.0 });
-    let Ok(mut kept) = svd.recompose() else { return r };
-    kept.column_iter_mut().zip(lengths.iter()).for_each(|(mut column, &length)| column *= length);
-    kept
-}
-
-/// The length of every column of a Jacobian.
-pub(super) fn lengths(jacobian: &DMatrix<f64>) -> DVector<f64> {
-    DVector::from_iterator(jacobian.ncols(), jacobian.column_iter().map(|column| column.norm()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn about(point: &[f64], tangent: Tangent, bounds: &[(f64, f64)]) -> Neighbourhood {
         let longest = lengths(&tangent.jacobian);
-        Neighbourhood::new(DVector::from_row_slice(point), tangent, bounds, &longest, 1e-9)
+        Neighbourhood::new(DVector::from_row_slice(point), tangent, (None, false), bounds, &longest, 1e-9)
     }
 
     /// Residuals x + y − 3 and x − y at (0, 0): undamped, the step leads to (1.5, 1.5).
@@ -300,6 +327,38 @@ mod tests {
         };
         let target = about(&[0.0; 2], tangent, &[(-9.0, 9.0); 2]).target(1e-10);
         assert!((target - DVector::from_vec(vec![-0.6, 0.0])).amax() < 1e-9);
+    }
+
+    /// S of a row of weight zero is a straight line, and of one of a quarter a parabola of a quarter of the curvature.
+    #[test]
+    fn rows_count_in_the_curvature_by_their_weights_and_in_the_slope_in_full() {
+        let jacobian = DMatrix::from_row_slice(3, 2, &[1.0, 2.0, 0.3, -1.0, 2.0, 0.5]);
+        let tangent = Tangent { residuals: DVector::from_vec(vec![1.0, -2.0, 0.5]), jacobian: jacobian.clone() };
+        let weights = DVector::from_vec(vec![1.0, 0.25, 0.0]);
+        let lengths = lengths(&jacobian);
+        let bounds = [(f64::NEG_INFINITY, f64::INFINITY); 2];
+        let start = DVector::zeros(2);
+        let near = Neighbourhood::new(start, tangent.clone(), (Some(weights.clone()), true), &bounds, &lengths, 1e-9);
+        let squares = jacobian.tr_mul(&DMatrix::from_diagonal(&weights)) * &jacobian;
+        let step = near.target(0.0);
+        assert!((squares * step + jacobian.tr_mul(&tangent.residuals)).amax() < 1e-12);
+    }
+
+    #[test]
+    fn the_model_that_foretold_a_gain_better_is_taken() {
+        let weights = DVector::from_vec(vec![0.0, 1.0]);
+        let lengths = lengths(&tangent().jacobian);
+        let bounds = [(-9.0, 9.0); 2];
+        let mut near =
+            Neighbourhood::new(DVector::zeros(2), tangent(), (Some(weights), false), &bounds, &lengths, 1e-9);
+        // Along (1, 1) S of straight residuals gains 12 − 4, and without the curvature of the first 12.
+        let target = DVector::from_vec(vec![1.0, 1.0]);
+        assert!((near.promise(&target) - 8.0).abs() < 1e-12);
+        near.switch(&target, f64::NAN);
+        near.switch(&target, 9.0);
+        assert!(!near.is_second_order());
+        near.switch(&target, 11.0);
+        assert!(near.is_second_order() && (near.promise(&target) - 12.0).abs() < 1e-12);
     }
 
     #[test]

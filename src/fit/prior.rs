@@ -1,8 +1,7 @@
 //! What is known of variables before there are data, as residuals like those of data: `(P − mean)/deviation`.
 
-use super::identify::{Certainty, certainty};
-use super::{Fit, LeastSquares, Loss, Tangent};
-use nalgebra::DMatrix;
+use super::{LeastSquares, Tangent};
+use nalgebra::{DMatrix, DVector};
 
 /// What is known of one variable beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +50,12 @@ impl<P: LeastSquares> LeastSquares for WithPriors<P> {
         };
         Ok(Some(tangents.into_iter().zip(points.column_iter()).map(joined).collect()))
     }
+
+    fn curvature_weights(&self, residuals: &DVector<f64>) -> Option<DVector<f64>> {
+        let samples = residuals.len() - self.priors.len();
+        let weights = self.problem.curvature_weights(&residuals.rows(0, samples).into_owned())?;
+        Some(weights.resize_vertically(residuals.len(), 1.0))
+    }
 }
 
 /// A problem whose residuals count by a weight each, all the same: data by their scatter beside priors at their word.
@@ -77,6 +82,10 @@ impl<P: LeastSquares> LeastSquares for Weighed<P> {
         };
         Ok(self.problem.tangents(points)?.map(|tangents| tangents.into_iter().map(weigh).collect()))
     }
+
+    fn curvature_weights(&self, residuals: &DVector<f64>) -> Option<DVector<f64>> {
+        self.problem.curvature_weights(&(residuals / self.weight))
+    }
 }
 
 impl Prior {
@@ -85,82 +94,10 @@ impl Prior {
     }
 }
 
-/// What data and priors together say at the end of a fit, to first order; straightened where it was robust.
-#[derive(Clone, Debug)]
-pub struct Known {
-    /// Residuals and derivatives of the data, and after them those of the priors.
-    tangent: Tangent,
-    samples: usize,
-    /// Of the residuals of the data.
-    pub variance: f64,
-    /// Of the loss: what a rise of it is to be divided by to be one of chi squared.
-    pub scale: f64,
-}
-
-/// What is known at the end of a fit by a loss, whose last `priors` residuals are those of priors.
-///
-/// The deviations of priors are taken at their word, those of the data are not: their variance is estimated from their
-/// own residuals, for squares as `s² = S/(n − q)`, where `q = tr(J (JᵀJ/s² + Λ)⁻¹ Jᵀ)/s²` is how many variables the data
-/// had to determine, priors of precision Λ having had a share in them. The covariance is `(JᵀJ/s² + Λ)⁻¹`. To take s² for
-/// the variance of all residuals alike would widen or narrow what is known beforehand by how well the data fit.
-pub fn known(fit: &Fit, loss: Loss, priors: usize) -> Known {
-    let samples = fit.residuals.len() - priors;
-    let data =
-        loss.straightened(&fit.residuals.rows(0, samples).into_owned(), &fit.jacobian.rows(0, samples).into_owned());
-    let (mut residuals, mut jacobian) = (fit.residuals.clone(), fit.jacobian.clone());
-    residuals.rows_mut(0, samples).copy_from(&data.residuals);
-    jacobian.rows_mut(0, samples).copy_from(&data.jacobian);
-    let mut variance = loss.variance(&data.residuals, 0.0);
-    // Each turn changes q by less than the one before by a factor of n − q; the limit is one that nothing meets.
-    for _ in 0..100 {
-        let found = loss.variance(&data.residuals, determined(&jacobian, samples, variance));
-        let is_settled = (found - variance).abs() <= 1e-12 * variance;
-        variance = found;
-        if is_settled || !variance.is_finite() {
-            break;
-        }
-    }
-    let scale = loss.scale(&data.residuals, variance);
-    Known { tangent: Tangent { residuals, jacobian }, samples, variance, scale }
-}
-
-impl Known {
-    /// Those of the data alone.
-    pub fn residuals(&self) -> &[f64] {
-        &self.tangent.residuals.as_slice()[..self.samples]
-    }
-
-    /// Derivatives to be judged by a variance, all of them, as if that were the variance of the data: those of priors
-    /// are multiplied by its root, so that it cancels in what they say.
-    pub fn jacobian(&self, variance: f64) -> DMatrix<f64> {
-        let mut jacobian = self.tangent.jacobian.clone();
-        let priors = jacobian.nrows() - self.samples;
-        if priors > 0 {
-            jacobian.rows_mut(self.samples, priors).scale_mut(variance.sqrt());
-        }
-        jacobian
-    }
-
-    /// What is determined where the data count by a variance: [`variance`](Self::variance) where their residuals are
-    /// independent, more where those follow each other.
-    pub fn certainty(&self, variance: f64) -> Certainty {
-        certainty(&self.jacobian(variance), variance)
-    }
-}
-
-/// The leverage of the data, of a variance: how many variables they determine.
-fn determined(jacobian: &DMatrix<f64>, samples: usize, variance: f64) -> f64 {
-    let deviation = if variance > 0.0 { variance.sqrt() } else { 1.0 };
-    let mut weighted = jacobian.clone();
-    weighted.rows_mut(0, samples).unscale_mut(deviation);
-    let q: DMatrix<f64> = weighted.qr().q();
-    q.rows(0, samples).norm_squared()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::{Options, minimize};
+    use crate::fit::{Fit, LinearizedPosterior, NoiseProcess, Options, minimize};
     use nalgebra::DVector;
     use std::convert::Infallible;
 
@@ -186,33 +123,37 @@ mod tests {
         }
     }
 
-    fn fitted(deviation: f64) -> (Fit, Certainty, f64) {
-        let readings: Vec<f64> = (0..16).map(|i| 5.0 + if i % 2 == 0 { 0.4 } else { -0.4 }).collect();
+    const SAMPLES: usize = 16;
+
+    /// Sixteen readings about 5 and a prior at 6; the fit, and the posterior at a scale of 0.16, the squares of the readings' scatter.
+    fn fitted(deviation: f64) -> (Fit, LinearizedPosterior) {
+        let readings: Vec<f64> = (0..SAMPLES).map(|i| 5.0 + if i % 2 == 0 { 0.4 } else { -0.4 }).collect();
         let priors = vec![Prior { variable: 0, mean: 6.0, deviation }];
-        let mut problem = WithPriors { problem: Repeated(readings), priors };
+        let mut problem = WithPriors { problem: Repeated(readings.clone()), priors: priors.clone() };
         let options = Options { tolerance_gradient: 1e-12, tolerance_reduction: 1e-20, ..Options::default() };
         let Ok(fit) = minimize(&mut problem, &DVector::from_element(1, 1.0), &options);
-        let found = known(&fit, Loss::Squares, 1);
-        let certainty = found.certainty(found.variance);
-        (fit, certainty, found.variance)
+        let data = DMatrix::from_element(SAMPLES, 1, 1.0);
+        let about_mean = DVector::from_iterator(SAMPLES, readings.iter().map(|reading| 5.0 - reading));
+        let times = (0..SAMPLES).map(|i| i as f64).collect();
+        let noise = NoiseProcess::estimate(&about_mean, &data, &[times]);
+        let known = LinearizedPosterior::new(&data, &priors, 0.16, &noise, &DVector::zeros(SAMPLES));
+        (fit, known)
     }
 
     /// With residuals of one unit the data weigh 16 and the prior 1/0.25² = 16: the estimate lies halfway.
     #[test]
     fn an_estimate_lies_between_data_and_prior_by_their_weights() {
-        let (fit, _, _) = fitted(0.25);
+        let (fit, _) = fitted(0.25);
         assert!(fit.termination.converged() && (fit.point[0] - 5.5).abs() < 1e-8, "{}", fit.point);
     }
 
+    /// Of white noise of variance 0.16·16/15 the mean of 16 has a deviation of 0.103.
     #[test]
     fn a_prior_is_taken_at_its_word_and_the_data_by_their_scatter() {
-        let (fit, certainty, variance) = fitted(1e-3);
-        let scatter = fit.residuals.rows(0, 16).norm_squared() / 16.0;
-        assert!((variance / scatter - 1.0).abs() < 1e-4, "the data determined nothing, so no freedom is lost");
-        assert!((certainty.standard_errors[0] / 1e-3 - 1.0).abs() < 1e-3);
-
-        let (fit, certainty, variance) = fitted(1e3);
-        assert!((variance / (fit.objective / 15.0) - 1.0).abs() < 1e-4, "the data determined it alone");
-        assert!((certainty.standard_errors[0] / (variance / 16.0).sqrt() - 1.0).abs() < 1e-4);
+        let (_, known) = fitted(1e-3);
+        assert!((known.standard_errors()[0] / 1e-3 - 1.0).abs() < 0.1, "{:?}", known.standard_errors());
+        let (_, known) = fitted(1e3);
+        let error = known.standard_errors()[0];
+        assert!((0.1..0.14).contains(&error), "{error} for a mean of 16 readings");
     }
 }

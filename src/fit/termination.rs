@@ -102,14 +102,14 @@ pub(super) fn verdict(
             (went < tolerance_step).then_some(Termination::Step)
         };
     }
-    let undamped = near.cautious_target();
+    let (promise, length) = near.undamped();
     let last = taken.map_or(f64::INFINITY, |step| step.promise.max(brought));
     if near.steepness() <= options.tolerance_gradient {
         Some(Termination::Gradient)
-    } else if last.min(near.promise(&undamped)) <= options.tolerance_reduction * near.objective {
+    } else if last.min(promise) <= options.tolerance_reduction * near.objective {
         Some(Termination::Reduction)
     } else {
-        (near.length(&undamped) <= options.tolerance_step * near.distance()).then_some(Termination::Step)
+        (length <= options.tolerance_step * near.distance()).then_some(Termination::Step)
     }
 }
 

@@ -8,7 +8,7 @@
 use super::{Backend, Begun, March, MarchError};
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
-use crate::traces::{Arrival, Balance, Traces};
+use crate::traces::{Arrival, Balance, Gauge, Traces};
 use std::ops::Range;
 
 /// Any march, at both resolutions of a plan.
@@ -100,12 +100,25 @@ fn extrapolated(fine: Traces, coarse: &Traces) -> Traces {
     combined(fine, coarse, beyond)
 }
 
+/// Fronts of two resolutions further apart, m, are not of one error: where a ply is converted as a whole, a front jumps to the next, and may do so at
+/// one resolution an instant before it does at the other.
+const FRONT_APART_M: f64 = 0.3e-3;
+
 fn combined(mut fine: Traces, coarse: &Traces, beyond: fn(f64, f64) -> f64) -> Traces {
     let all = |fine: &mut [f64], coarse: &[f64]| {
         fine.iter_mut().zip(coarse).for_each(|(fine, &coarse)| *fine = beyond(*fine, coarse));
     };
     all(&mut fine.temperatures_k, &coarse.temperatures_k);
-    all(&mut fine.gauges, &coarse.gauges);
+    // Across a jump two resolutions have no error in proportion.
+    let front =
+        |fine: f64, coarse: f64| if (fine - coarse).abs() > FRONT_APART_M { fine } else { beyond(fine, coarse) };
+    let instants = fine.instants.max(1);
+    let gauges = fine.gauges.chunks_exact_mut(instants).zip(coarse.gauges.chunks_exact(instants));
+    for ((fine, coarse), gauge) in gauges.zip(Gauge::ALL.iter().cycle()) {
+        for (fine, &coarse) in fine.iter_mut().zip(coarse) {
+            *fine = if gauge.is_front() { front(*fine, coarse) } else { beyond(*fine, coarse) };
+        }
+    }
     for (arrival, other) in fine.arrivals.iter_mut().zip(&coarse.arrivals) {
         if *arrival == Arrival::Done {
             arrival.clone_from(other);

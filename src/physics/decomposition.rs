@@ -29,7 +29,8 @@ pub fn mean_decay<R: Real>(x: R) -> R {
     for n in 0..12 {
         series = one - near * R::constant(1.0 / f64::from(13 - n)) * series;
     }
-    let far = x.max(R::constant(0.5));
+    // The lesser bound only keeps the quotient finite: at 0.5 itself the derivative is that of x.
+    let far = x.max(R::constant(0.25));
     let large = (one - exponential(-far)) / far;
     let is_large = x.reached(R::constant(0.5));
     series + is_large * keep(large - series)

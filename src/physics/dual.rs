@@ -25,6 +25,14 @@ impl<V: Real<Scalar = V>, D: Directions<V>> Dual<V, D> {
     fn unchanging(value: V) -> Self {
         Self { value, change: D::of(V::constant(0.0)) }
     }
+
+    /// The minimum or maximum of two equal values: the other one, with the mean of both changes, as a central
+    /// difference has it. Either change alone would be the derivative on one side only, and zero where the other
+    /// operand is a constant.
+    #[inline(always)]
+    fn halfway(self, other: Self) -> Self {
+        Self { value: other.value, change: (self.change + other.change) * D::of(V::constant(0.5)) }
+    }
 }
 
 impl<V: Real<Scalar = V>, D: Directions<V>> Add for Dual<V, D> {
@@ -121,11 +129,23 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Directions<V>> Real for Dua
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        if self.value > other.value { self } else { other }
+        if self.value > other.value {
+            self
+        } else if self.value < other.value {
+            other
+        } else {
+            self.halfway(other)
+        }
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        if self.value < other.value { self } else { other }
+        if self.value < other.value {
+            self
+        } else if self.value > other.value {
+            other
+        } else {
+            self.halfway(other)
+        }
     }
     #[inline(always)]
     fn settled(self, least: Self) -> Self {

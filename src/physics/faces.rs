@@ -45,8 +45,10 @@ pub fn face_scale<R: Real>(scaling: &Scaling<u32>, column: impl Fn(u32) -> R) ->
 pub fn blown<R: Real>(film_kg_m2_s: R, twice_blowing_kg_m2_s: R) -> R {
     let zero = R::constant(0.0);
     let ratio = twice_blowing_kg_m2_s / film_kg_m2_s.max(R::constant(1e-12));
-    let size = ratio.max(-ratio).min(R::constant(60.0));
     let outward = ratio.reached(zero);
+    // The magnitude by the sign and not by a maximum: the share is smooth where no gas flows, and its derivative there
+    // is that of gas flowing out.
+    let size = (ratio * (outward + outward - R::constant(1.0))).min(R::constant(60.0));
     let decay = exponential(-size);
     (decay + (R::constant(1.0) - outward) * (R::constant(1.0) - decay)) / mean_decay(size)
 }
@@ -84,4 +86,36 @@ pub fn face_flux<R: Real>(
     slope = slope - film;
     slope = slope - R::constant(4.0) * radiance * square * temperature_k;
     FaceFlux { flux, slope }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::dual::Dual;
+    use crate::physics::lanes::Doubles;
+    use simdeez::engines::scalar::Scalar;
+
+    /// A value and its change along one direction.
+    type Along = Dual<f64, Doubles<Scalar>>;
+
+    #[test]
+    fn the_first_gas_that_leaves_a_face_takes_half_of_its_share_of_the_film() {
+        // ln(1 + 2λB')/(2λB') and its inverse begin as 1 − φ/2, whichever way gas begins to flow.
+        let film = 0.03;
+        let gas = Along::from_lanes(|lane| lane as f64);
+        let share = blown(Along::constant(film), gas);
+        assert_eq!(share.lane(0), 1.0);
+        assert!((share.lane(1) * film + 0.5).abs() < 1e-12, "{}", share.lane(1) * film);
+        let by_differences = (blown(film, 1e-6) - blown(film, -1e-6)) / 2e-6;
+        assert!((share.lane(1) / by_differences - 1.0).abs() < 1e-6, "{by_differences}");
+    }
+
+    #[test]
+    fn the_mean_of_a_decay_has_its_derivative_where_its_two_forms_meet() {
+        let at = |x: f64| mean_decay(Along::from_lanes(|lane| if lane == 0 { x } else { 1.0 })).lane(1);
+        let exact = |x: f64| ((1.0 + x) * (-x).exp() - 1.0) / (x * x);
+        for x in [0.499, 0.5, 0.501] {
+            assert!((at(x) / exact(x) - 1.0).abs() < 1e-12, "at {x}: {} and {}", at(x), exact(x));
+        }
+    }
 }

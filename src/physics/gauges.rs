@@ -1,14 +1,28 @@
 //! What is told of a member as a whole at an instant.
 
 use super::Real;
+use super::exponential::logarithm;
 use super::member::Member;
 use super::mixing::converted;
 use crate::plan::GasPath;
 use crate::plan::layout::GAUGES;
 
-/// What is lost of all that can be, at the fronts of virgin and of char.
+/// Conversion at the fronts of virgin and of char, and its log-odds ln(c/(1 − c)).
 const VIRGIN_LOST: f64 = 0.02;
 const CHAR_LOST: f64 = 0.98;
+const VIRGIN_LOG_ODDS: f64 = -3.891_820_298_110_626_5;
+const CHAR_LOG_ODDS: f64 = 3.891_820_298_110_626_5;
+/// Log-odds are taken of conversions no nearer than this to none and to all.
+const CONVERSION_LEAST: f64 = 1e-6;
+
+/// Two neighbouring depths between which conversion falls below a mark: at the upper one it is not below it.
+#[derive(Clone, Copy)]
+struct Crossing<R> {
+    upper: R,
+    upper_m: R,
+    lower: R,
+    lower_m: R,
+}
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Gas out of the hot face (kg/m²/s), solid lost (kg/m²), depth of the virgin and of the char front in the virgin
@@ -19,8 +33,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let last = self.temperatures.len() - 1;
         let outside = R::of(self.rows.drives[4 * step].pressure_pa);
         let mut lost = zero;
-        let mut virgin_m = zero;
-        let mut char_m = zero;
+        let nowhere = Crossing { upper: zero, upper_m: zero, lower: zero, lower_m: zero };
+        let mut virgin = nowhere;
+        let mut char = nowhere;
         let mut depth_m = zero;
         let mut before = zero;
         let mut before_m = zero;
@@ -30,18 +45,25 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 let density = self.mass_left(p, self.phases_of(p, i));
                 let width_m = R::of(self.rows.cells[i].width_m);
                 lost = lost + self.plies[p].mass_kg_m3 * width_m * (R::constant(1.0) - density);
-                let node_m = depth_m + R::of(self.rows.cells[i].above_m);
                 let here = converted(density, self.plies[p]);
-                virgin_m = virgin_m.max(crossing(before, before_m, here, node_m, R::constant(VIRGIN_LOST)));
-                char_m = char_m.max(crossing(before, before_m, here, node_m, R::constant(CHAR_LOST)));
+                let node_m = depth_m + R::of(self.rows.cells[i].above_m);
+                // Conversion jumps from material to material: a front between their nodes lies on the interface.
+                let jumps = i == ply.first_cell as usize && (p == 0 || ply.table != self.plan.plies[p - 1].table);
+                let [upper_m, lower_m] = if jumps { [depth_m, depth_m] } else { [before_m, node_m] };
+                let fall = Crossing { upper: before, upper_m, lower: here, lower_m };
+                virgin = deeper(virgin, fall, R::constant(VIRGIN_LOST));
+                char = deeper(char, fall, R::constant(CHAR_LOST));
                 before = here;
                 before_m = node_m;
                 depth_m = depth_m + width_m;
             }
         }
         // A front that has passed the last node ends at the back face.
-        virgin_m = virgin_m.max(crossing(before, before_m, zero, depth_m, R::constant(VIRGIN_LOST)));
-        char_m = char_m.max(crossing(before, before_m, zero, depth_m, R::constant(CHAR_LOST)));
+        let end = Crossing { upper: before, upper_m: depth_m, lower: zero, lower_m: depth_m };
+        virgin = deeper(virgin, end, R::constant(VIRGIN_LOST));
+        char = deeper(char, end, R::constant(CHAR_LOST));
+        let virgin_m = front_m(virgin, R::constant(VIRGIN_LOG_ODDS));
+        let char_m = front_m(char, R::constant(CHAR_LOG_ODDS));
         let mut peak = outside;
         let mut back = outside;
         if self.plan.gas == Some(GasPath::Darcy) {
@@ -56,11 +78,36 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     }
 }
 
-/// Where a share falls below a mark between two nodes; nowhere is zero.
+/// The deeper of a crossing of a mark and of what may be one below it.
 #[inline(always)]
-fn crossing<R: Real>(before: R, before_m: R, here: R, here_m: R, mark: R) -> R {
+fn deeper<R: Real>(crossing: Crossing<R>, next: Crossing<R>, mark: R) -> Crossing<R> {
     let one = R::constant(1.0);
-    let falls = before.reached(mark) * (one - here.reached(mark));
-    let way = (before - mark) / (before - here).max(R::constant(1e-9));
-    falls * (before_m + way * (here_m - before_m))
+    let falls = next.upper.reached(mark) * (one - next.lower.reached(mark));
+    let stays = one - falls;
+    Crossing {
+        upper: stays * crossing.upper + falls * next.upper,
+        upper_m: stays * crossing.upper_m + falls * next.upper_m,
+        lower: stays * crossing.lower + falls * next.lower,
+        lower_m: stays * crossing.lower_m + falls * next.lower_m,
+    }
+}
+
+/// The depth at which conversion has the log-odds of a mark, m, its log-odds being linear between the two depths of a crossing.
+///
+/// Ahead of a reaction front conversion falls off exponentially with depth (Arrhenius' law over a nearly linear temperature); interpolated
+/// linearly, the front would jump by half a cell as it passes from node to node.
+#[inline(always)]
+fn front_m<R: Real>(crossing: Crossing<R>, mark_log_odds: R) -> R {
+    let upper = log_odds(crossing.upper);
+    let lower = log_odds(crossing.lower);
+    let way = (upper - mark_log_odds) / (upper - lower).max(R::constant(1e-9));
+    crossing.upper_m + way * (crossing.lower_m - crossing.upper_m)
+}
+
+/// ln(c/(1 − c)) of a conversion.
+#[inline(always)]
+fn log_odds<R: Real>(conversion: R) -> R {
+    let one = R::constant(1.0);
+    let inside = conversion.max(R::constant(CONVERSION_LEAST)).min(R::constant(1.0 - CONVERSION_LEAST));
+    logarithm(inside / (one - inside))
 }

@@ -246,22 +246,29 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         let (place, row, cells) = (self.plan.places[sensor], self.rows.sensors[sensor], &self.rows.cells);
         let zero = R::constant(0.0);
         let shift_m = self.shifts_m[sensor];
+        // On an outer face the node is on the face, and there are nodes on one side only.
+        let is_inside = place.node_above < place.node_below;
         let mut start_m = R::of(row.below_m);
-        let mut rise = -(fall_below_k_m * covered(shift_m, zero, start_m));
+        let mut rise = zero;
+        if is_inside {
+            rise = -(fall_below_k_m * covered(shift_m, zero, start_m, false));
+        }
         for step in 0..place.steps_below as usize {
             let j = place.node_below as usize + step;
             let length_m = R::of(cells[j].below_m) + R::of(cells[j + 1].above_m);
             let gain = difference(self.temperatures[j + 1], self.temperatures[j]) / length_m;
-            rise = rise + gain * covered(shift_m, start_m, length_m);
+            rise = rise + gain * covered(shift_m, start_m, length_m, !is_inside && step == 0);
             start_m = start_m + length_m;
         }
         start_m = R::of(row.above_m);
-        rise = rise + fall_above_k_m * covered(-shift_m, zero, start_m);
+        if is_inside {
+            rise = rise + fall_above_k_m * covered(-shift_m, zero, start_m, false);
+        }
         for step in 0..place.steps_above as usize {
             let j = place.node_above as usize - step;
             let length_m = R::of(cells[j - 1].below_m) + R::of(cells[j].above_m);
             let gain = difference(self.temperatures[j - 1], self.temperatures[j]) / length_m;
-            rise = rise + gain * covered(-shift_m, start_m, length_m);
+            rise = rise + gain * covered(-shift_m, start_m, length_m, !is_inside && step == 0);
             start_m = start_m + length_m;
         }
         rise

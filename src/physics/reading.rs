@@ -25,10 +25,18 @@ pub fn reading<R: Real>(
     raised(upper, -fall)
 }
 
-/// How much of a stretch a shift covers, m: of one that begins at a distance and goes on for a length.
+/// Part of a stretch that a shift covers, m: of the stretch that begins at `start_m` and is `length_m` long. Without a
+/// shift the parts of the two stretches beside a sensor grow by half each with the shift, so that the derivative of its
+/// reading is the mean of the two slopes. A stretch that is extended backwards has a negative part where the shift
+/// points away from it: a sensor on an outer face has no stretch on its other side, and the derivative of its reading
+/// is the slope into the layup.
 #[inline(always)]
-pub fn covered<R: Real>(shift_m: R, start_m: R, length_m: R) -> R {
-    (shift_m - start_m).max(R::constant(0.0)).min(length_m)
+pub fn covered<R: Real>(shift_m: R, start_m: R, length_m: R, is_extended: bool) -> R {
+    let part_m = shift_m - start_m;
+    if is_extended {
+        return part_m.min(length_m);
+    }
+    part_m.max(R::constant(0.0)).min(length_m)
 }
 
 /// The bead after a step over which the layup went from one reading to another.

@@ -20,36 +20,105 @@ pub struct Clock {
 /// How steps follow one another, before they are cut.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pace {
-    /// The first step after each corner of a schedule, s.
-    pub first_step_s: f64,
-    /// A step is at most this share of the time since the last corner.
-    pub growth: f64,
-    /// No step is longer, s.
-    pub largest_step_s: f64,
-    /// From some times on, s and rising, steps are so many times shorter than all that says.
-    pub haste: Vec<(f64, f64)>,
-    /// Whether steps end on instants too; else readings are taken between steps.
-    pub lands: bool,
+    pub growth: Growth,
+    /// Where steps are to be denser or sparser than all that says, in the order of their times.
+    pub slices: Vec<Slice>,
+}
+
+/// How steps grow with the time since the last corner of a schedule.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Growth {
+    /// A share of that time, between a first and a largest step, s; steps end on every instant too.
+    Stated { first_step_s: f64, share: f64, largest_step_s: f64 },
+    /// `h = coefficient τ^(1 − 1/GRADING)`, in s^(1/GRADING): the time since the corner is a power of the number of a step. Readings are taken
+    /// between steps.
+    Graded { coefficient: f64 },
+}
+
+/// The power of its number by which the time of a step rises after a corner.
+///
+/// Behind a jump of a flux a temperature rises as √t, behind one of a temperature the flux falls as 1/√t; steps of one length are then of
+/// order 1 or less, however short. Times that rise by the fourth power of their number keep the second order of either (Brunner, SIAM J.
+/// Numer. Anal. 20, 1983, for the like of weakly singular kernels), and steps of half the lengths lie on the same curve.
+pub const GRADING: f64 = 4.0;
+
+/// Steps from a time on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slice {
+    pub from_s: f64,
+    /// Steps for each step of the pace.
+    pub density: f64,
+    /// Each step is cut into so many: unlike a density, this refines every step, however few the pace takes between two corners.
+    pub cuts: usize,
 }
 
 impl Pace {
     /// So many times as long steps as a case states.
     pub fn slowed(resolution: &Resolution, times: f64) -> Self {
-        Self {
+        let growth = Growth::Stated {
             first_step_s: resolution.first_step_s * times,
-            growth: resolution.growth * times,
+            share: resolution.growth * times,
             largest_step_s: resolution.largest_step_s * times,
-            haste: Vec::new(),
-            lands: true,
+        };
+        Self { growth, slices: Vec::new() }
+    }
+
+    fn slice(&self, time_s: f64) -> Slice {
+        let slice = self.slices.iter().rfind(|slice| slice.from_s <= time_s);
+        slice.copied().unwrap_or(Slice { from_s: 0.0, density: 1.0, cuts: 1 })
+    }
+}
+
+impl Growth {
+    /// Times after a corner, s, from one to another, and how many steps lead from the first to each; between them the number rises
+    /// with the root of the time that [`warp`](Self::warp) takes.
+    fn walk(self, from_s: f64, to_s: f64) -> Vec<(f64, f64)> {
+        match self {
+            Self::Stated { first_step_s, share, largest_step_s } => {
+                let (mut walked, mut time_s, mut steps) = (vec![(from_s, 0.0)], from_s, 0.0);
+                while time_s < to_s {
+                    let step_s = (share * time_s).clamp(first_step_s, largest_step_s);
+                    steps += ((to_s - time_s) / step_s).min(1.0);
+                    time_s = if time_s + step_s < to_s { time_s + step_s } else { to_s };
+                    walked.push((time_s, steps));
+                }
+                walked
+            }
+            Self::Graded { coefficient } => {
+                let [from, to] = [from_s, to_s].map(|time_s| self.warp(time_s));
+                let steps = GRADING * (to - from) / coefficient;
+                // A part is no longer than a step, so that densities change where they should; many where there are many steps.
+                let parts = steps.clamp(1.0, WALK_MOST).ceil();
+                let part = |part: f64| {
+                    (
+                        if part < parts { (from + (to - from) * part / parts).powf(GRADING) } else { to_s },
+                        steps * part / parts,
+                    )
+                };
+                (0..=parts as usize).map(|number| part(number as f64)).collect()
+            }
         }
     }
 
-    fn step_s(&self, time_s: f64, corner_s: f64) -> f64 {
-        let step_s = (self.growth * (time_s - corner_s)).clamp(self.first_step_s, self.largest_step_s);
-        let haste = self.haste.iter().rfind(|(from_s, _)| *from_s <= time_s);
-        step_s / haste.map_or(1.0, |(_, times)| *times)
+    /// What rises evenly with the number of a step, of the time since a corner.
+    fn warp(self, time_s: f64) -> f64 {
+        match self {
+            Self::Stated { .. } => time_s,
+            Self::Graded { .. } => time_s.powf(1.0 / GRADING),
+        }
+    }
+
+    /// The time of a warp.
+    fn unwarp(self, warp: f64) -> f64 {
+        match self {
+            Self::Stated { .. } => warp,
+            Self::Graded { .. } => warp.powf(GRADING),
+        }
     }
 }
+
+/// Parts in which steps from one landing to the next are counted, at most, where they are graded.
+const WALK_MOST: f64 = 4096.0;
 
 impl Clock {
     /// The steps of a pace, each cut into so many.
@@ -62,28 +131,37 @@ impl Clock {
         instants_s.push(duration_s);
         let instants_s = settle(instants_s, duration_s);
 
-        let mut landings_s = if pace.lands { instants_s.clone() } else { vec![duration_s] };
+        let lands = matches!(pace.growth, Growth::Stated { .. });
+        let mut landings_s = if lands { instants_s.clone() } else { vec![duration_s] };
         landings_s.extend(&corners_s);
         let landings_s = settle(landings_s, duration_s);
 
         let mut times_s = vec![0.0];
         let mut corner_s = 0.0;
         for leg in landings_s.windows(2) {
-            if let Some(&last) = corners_s.iter().rfind(|&&corner| corner <= leg[0]) {
+            if let Some(&last) = corners_s.iter().rfind(|&&corner| corner <= leg[0] + same_instant_s(duration_s)) {
                 corner_s = last;
             }
             fill(&mut times_s, leg[0], leg[1], corner_s, pace, cuts);
         }
-        let readout = (!pace.lands).then(|| Readout::new(&times_s, &corners_s, &instants_s));
+        let readout = (!lands).then(|| Readout::new(&times_s, &corners_s, &instants_s));
         Self { times_s, instants_s, readout }
     }
 }
 
-/// Times in order, within the march, once each. Two closer than a billionth of the march are one.
+/// Two times are one instant when they lie no further apart than this, s.
+///
+/// Multiples of an interval and times converted from other units differ by rounding (3 × 0.1 s is not 0.3 s), which is some
+/// 1e-16 of the duration; no step that a march takes is as short as 1e-9 of it. Whatever compares times of a march uses this.
+pub(super) fn same_instant_s(duration_s: f64) -> f64 {
+    1e-9 * duration_s
+}
+
+/// Times in order, within the march, once each.
 fn settle(mut times_s: Vec<f64>, duration_s: f64) -> Vec<f64> {
     times_s.retain(|&t| (0.0..=duration_s).contains(&t));
     times_s.sort_by(f64::total_cmp);
-    times_s.dedup_by(|later, earlier| *later - *earlier <= 1e-9 * duration_s);
+    times_s.dedup_by(|later, earlier| *later - *earlier <= same_instant_s(duration_s));
     times_s
 }
 
@@ -106,21 +184,40 @@ fn corners(case: &Case) -> Vec<f64> {
     settle(corners_s, case.exposure.duration_s)
 }
 
-/// Append the steps from one landing to the next: as long as the pace has them, all stretched alike so that the last one lands,
-/// and each cut into so many.
+/// Append the steps from one landing to the next, each cut into so many.
+///
+/// The number of steps that the pace takes, its densities counted in, is summed up over the leg, and steps end where it has
+/// risen by equal parts, which are such that the leg has whole steps: none is longer than the pace's where its density is one. Cuts are equal parts of
+/// a step on the pace's own curve, whatever densities meet within it: each step is really refined, also one over a slice that is nearly empty.
 fn fill(times_s: &mut Vec<f64>, start_s: f64, end_s: f64, corner_s: f64, pace: &Pace, cuts: usize) {
-    let begin = times_s.len();
-    let mut time_s = start_s;
-    while time_s < end_s {
-        let step_s = pace.step_s(time_s, corner_s);
-        times_s.extend((1..=cuts).map(|cut| time_s + step_s * cut as f64 / cuts as f64));
-        time_s += step_s;
+    // Rounding of a leg that is a multiple of the step is not to cost a step.
+    const ROUNDING: f64 = 1e-6;
+    let growth = pace.growth;
+    let walked = growth.walk(start_s - corner_s, end_s - corner_s);
+    let mut dense = vec![0.0];
+    for pair in walked.windows(2) {
+        let slice = pace.slice(corner_s + 0.5 * (pair[0].0 + pair[1].0));
+        dense.push(dense[dense.len() - 1] + slice.density * (pair[1].1 - pair[0].1));
     }
-    let stretch = (end_s - start_s) / (time_s - start_s);
-    for time_s in &mut times_s[begin..] {
-        *time_s = start_s + stretch * (*time_s - start_s);
-    }
-    if let Some(last) = times_s.last_mut() {
-        *last = end_s;
+    let (plain, all) = (walked[walked.len() - 1].1, dense[dense.len() - 1]);
+    let whole = (plain - ROUNDING).ceil().max(1.0);
+    let steps = (whole * all / plain).round().max(1.0) as usize;
+    let mut next = 1;
+    let mut time_s = |step: f64| {
+        let reached = all * step / steps as f64;
+        while next + 1 < walked.len() && dense[next] < reached {
+            next += 1;
+        }
+        let share = (reached - dense[next - 1]) / (dense[next] - dense[next - 1]);
+        let [from, to] = [walked[next - 1].0, walked[next].0].map(|time_s| growth.warp(time_s));
+        corner_s + growth.unwarp(from + (to - from) * share)
+    };
+    for step in 1..=steps {
+        let from_s = times_s[times_s.len() - 1];
+        let to_s = if step < steps { time_s(step as f64) } else { end_s };
+        let [from, to] = [from_s, to_s].map(|time_s| growth.warp(time_s - corner_s));
+        let parts = cuts * pace.slice(from_s).cuts;
+        let inner = (1..parts).map(|part| from + (to - from) * part as f64 / parts as f64);
+        times_s.extend(inner.map(|warp| corner_s + growth.unwarp(warp)).chain([to_s]));
     }
 }

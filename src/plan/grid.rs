@@ -26,6 +26,8 @@ const AHEAD: f64 = 0.3;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Density {
     pub plies: Vec<f64>,
+    /// Each cell of a ply is cut into so many: unlike a density, this refines every stretch, however few cells it has.
+    pub cuts: Vec<usize>,
 }
 
 impl Density {
@@ -38,7 +40,8 @@ impl Density {
         let weights: Vec<f64> = diffusion_roots(case).iter().map(|root| root.powf(0.75)).collect();
         let total: f64 = weights.iter().sum();
         // Where nothing conducts, no number: `max` passes over it.
-        Self { plies: weights.iter().map(|weight| (cells * weight / total).max(CELLS_PLY_MIN)).collect() }
+        let cuts = vec![1; weights.len()];
+        Self { plies: weights.iter().map(|weight| (cells * weight / total).max(CELLS_PLY_MIN)).collect(), cuts }
     }
 }
 
@@ -106,7 +109,8 @@ impl Grid {
                 let is_hot = ply == 0 && stretch == 0;
                 let is_back = ply == plies_last && stretch + 2 == marks_m.len();
                 let shares = [span.share(mark[0]), span.share(mark[1])];
-                let units = (density.plies[ply] * (shares[1] - shares[0])).round().max(2.0) as usize * cuts;
+                let spacings = (density.plies[ply] * (shares[1] - shares[0])).round().max(2.0) as usize;
+                let units = spacings * density.cuts[ply] * cuts;
                 cut(&mut cells, &mut faces_m, span, shares, units, is_hot, is_back);
             }
             plies.push((first, cells.len()));

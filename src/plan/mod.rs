@@ -15,7 +15,8 @@ mod tables;
 pub use crate::case::GasPath;
 use crate::case::air::air_enthalpy_j_kg;
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutOfRange, Property, Table};
-use clock::{Clock, Pace};
+use crate::traces::Gauge;
+use clock::{Clock, Pace, Slice};
 use grid::{Density, Grid};
 use layout::{
     Bead, Bulk, Cell, Conduction, Drive, FACE_COLUMNS, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
@@ -27,8 +28,17 @@ use steps::{beads, drives, instants};
 use substances::{bulk, conductions, paths, plies, reactions, states, substances};
 use tables::Tables;
 
-/// Largest errors of temperatures at any sensor and instant, K, held against twice the cells and steps.
+/// The estimated discretisation error of one gauge of the nominal member, and its tolerance: of fronts in m, at 95 % of the instants; of
+/// the others as a share of their peak, at any instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GaugeError {
+    pub gauge: Gauge,
+    pub error: f64,
+    pub tolerance: f64,
+}
+
+/// Estimated discretisation errors: of temperatures the largest at any sensor and instant, K.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Reached {
     /// What was asked for.
     pub tolerance_k: f64,
@@ -36,11 +46,36 @@ pub struct Reached {
     pub nominal_k: f64,
     /// The largest of members at corners of the factors' small bounds that arrived; none where there are no factors.
     pub corners_k: Option<f64>,
+    /// Of the nominal member; none where nothing decomposes and no gas flows.
+    pub gauges: Vec<GaugeError>,
+}
+
+/// How finely a plan cuts space and time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Discretisation {
+    pub density: Density,
+    pub pace: Pace,
+}
+
+impl Discretisation {
+    /// With every cell and every step cut into so many more.
+    #[must_use]
+    pub fn refined(&self, times: usize) -> Self {
+        let mut finer = self.clone();
+        finer.density.cuts.iter_mut().for_each(|cuts| *cuts *= times);
+        if finer.pace.slices.is_empty() {
+            finer.pace.slices.push(Slice { from_s: 0.0, density: 1.0, cuts: 1 });
+        }
+        finer.pace.slices.iter_mut().for_each(|slice| slice.cuts *= times);
+        finer
+    }
 }
 
 /// All that a backend reads.
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// What its cells and steps were made of.
+    pub discretisation: Discretisation,
     /// How far its temperatures are off, where a pilot found out.
     pub reached: Option<Reached>,
     /// The same with half the cells and half the steps, read at the same instants; of that, none.
@@ -142,38 +177,43 @@ impl<S: Copy> Rows<S> {
 impl Plan {
     /// A case at the cells and steps that it states, and at half of both.
     pub fn new(case: &Case) -> Self {
-        let density = Density::shared(case, 0.5 * case.resolution.cells as f64);
-        Self::cut(case, &density, &Pace::slowed(&case.resolution, 2.0))
+        Self::cut(case, Self::stated(case))
     }
 
     /// A case at what it states, each cell and each step cut into so many: what errors of it are in proportion to is known exactly.
     pub fn finer(case: &Case, cells: usize, steps: usize) -> Self {
-        let density = Density::shared(case, 0.5 * case.resolution.cells as f64);
-        let pace = Pace::slowed(&case.resolution, 2.0);
-        let (grid, clock) = (Grid::new(case, &density, 2 * cells), Clock::new(case, &pace, 2 * steps));
-        Self::of(case, grid, clock, &Tables::new(case))
+        let mut stated = Self::stated(case);
+        stated.density.cuts.fill(2 * cells);
+        stated.pace.slices = vec![Slice { from_s: 0.0, density: 1.0, cuts: 2 * steps }];
+        Self::of(case, &stated, 1, &Tables::new(case))
     }
 
-    /// A case at the cells of a density and the steps of a pace, and with each cut into two.
-    pub fn cut(case: &Case, density: &Density, pace: &Pace) -> Self {
-        Self::with_tables(case, density, pace, &Tables::new(case))
+    fn stated(case: &Case) -> Discretisation {
+        let density = Density::shared(case, 0.5 * case.resolution.cells as f64);
+        Discretisation { density, pace: Pace::slowed(&case.resolution, 2.0) }
+    }
+
+    /// A case at a discretisation, and with each cell and step cut into two.
+    pub fn cut(case: &Case, discretisation: Discretisation) -> Self {
+        Self::with_tables(case, discretisation, &Tables::new(case))
     }
 
     /// The case of this plan at other cells and steps. Tables depend on neither and are shared: to make them takes about as long as
     /// to march a member, and a pilot tries a hundred plans.
-    pub fn recut(&self, case: &Case, density: &Density, pace: &Pace) -> Self {
+    pub fn recut(&self, case: &Case, discretisation: Discretisation) -> Self {
         let places = self.plies.iter().map(|ply| ply.table as usize).collect();
-        let plan = Self::with_tables(case, density, pace, &Tables { words: Arc::clone(&self.rows.tables), places });
+        let plan = Self::with_tables(case, discretisation, &Tables { words: Arc::clone(&self.rows.tables), places });
         if self.has_gauges { plan } else { plan.without_gauges() }
     }
 
-    fn with_tables(case: &Case, density: &Density, pace: &Pace, tables: &Tables) -> Self {
-        let [coarse, fine] =
-            [1, 2].map(|cuts| Self::of(case, Grid::new(case, density, cuts), Clock::new(case, pace, cuts), tables));
+    fn with_tables(case: &Case, discretisation: Discretisation, tables: &Tables) -> Self {
+        let [coarse, fine] = [1, 2].map(|cuts| Self::of(case, &discretisation, cuts, tables));
         Self { coarse: Some(Box::new(coarse)), ..fine }
     }
 
-    fn of(case: &Case, grid: Grid, clock: Clock, tables: &Tables) -> Self {
+    fn of(case: &Case, discretisation: &Discretisation, cuts: usize, tables: &Tables) -> Self {
+        let grid = Grid::new(case, &discretisation.density, cuts);
+        let clock = Clock::new(case, &discretisation.pace, cuts);
         let (instants, records) = match &clock.readout {
             None => (instants(&clock), clock.instants_s.len()),
             Some(_) => ((0..clock.times_s.len() as u32).collect(), clock.times_s.len()),
@@ -199,6 +239,7 @@ impl Plan {
             cells: grid.cells,
         };
         Self {
+            discretisation: discretisation.clone(),
             coarse: None,
             reached: None,
             instants,

@@ -3,6 +3,8 @@
 //! Steps that had to end on every instant would be many where nothing happens any more. A reading between steps is taken from the
 //! cubic through the two steps before it and the two after, none of them beyond a corner of a schedule, where slopes jump.
 
+use super::clock::same_instant_s;
+
 /// Steps that a reading is taken from, at most.
 pub const TAPS: usize = 4;
 
@@ -15,7 +17,7 @@ pub struct Readout {
 impl Readout {
     /// From records at `times_s`, among which all of `corners_s` are, to readings at `instants_s`, none of which is later than the last record.
     pub(super) fn new(times_s: &[f64], corners_s: &[f64], instants_s: &[f64]) -> Self {
-        let close_s = 1e-9 * times_s.last().copied().unwrap_or_default();
+        let close_s = same_instant_s(times_s.last().copied().unwrap_or_default());
         let at = |time_s: f64| times_s.partition_point(|&other_s| other_s < time_s - close_s);
         let taps = instants_s.iter().map(|&instant_s| {
             let after = at(instant_s).min(times_s.len() - 1);

@@ -1,6 +1,6 @@
 //! What of a plan goes step by step, and so ends with it.
 
-use super::clock::Clock;
+use super::clock::{Clock, same_instant_s};
 use super::layout::{Bead, Drive, NO_INSTANT};
 use super::{Plan, Rows};
 use crate::case::{Case, Exposure, Face, Holder, Schedule};
@@ -48,12 +48,13 @@ impl Plan {
 
 /// The instant at the start of each step and at the end of the last.
 pub(super) fn instants(clock: &Clock) -> Vec<u32> {
+    let close_s = same_instant_s(clock.times_s.last().copied().unwrap_or_default());
     let mut next = 0;
     clock
         .times_s
         .iter()
         .map(|&time_s| {
-            if clock.instants_s.get(next).is_some_and(|&instant_s| instant_s <= time_s) {
+            if clock.instants_s.get(next).is_some_and(|&instant_s| instant_s <= time_s + close_s) {
                 next += 1;
                 next as u32 - 1
             } else {
@@ -66,12 +67,14 @@ pub(super) fn instants(clock: &Clock) -> Vec<u32> {
 pub(super) fn drives(exposure: &Exposure, times_s: &[f64]) -> Vec<Drive<f64>> {
     let mut drives = Vec::with_capacity(4 * times_s.len());
     let back_pressure_pa = exposure.back_pressure_pa.as_ref().unwrap_or(&exposure.pressure_pa);
+    // A step ends on the first of the times that are one instant, which need not be the one that a schedule has.
+    let close_s = same_instant_s(exposure.duration_s);
     let sides = [(&exposure.hot_face, &exposure.pressure_pa), (&exposure.back_face, back_pressure_pa)];
     for step in times_s.windows(2) {
         for (face, pressure_pa) in sides {
             let holder = exposure.holder.as_ref();
-            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.after(step[0])));
-            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.before(step[1])));
+            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.after_within(step[0], close_s)));
+            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.before_within(step[1], close_s)));
         }
     }
     drives.extend(last_drives(&drives));

@@ -163,11 +163,43 @@ pub(super) fn ranked(case: &Case, outcome: &Uncertainty, sensor: usize) -> Optio
     Some(shares)
 }
 
+/// One standard deviation of an estimate; none where it is not determined.
+pub(super) fn standard_error(outcome: &Estimated, place: usize) -> String {
+    if outcome.is_determined(place) { words::significant(outcome.standard_errors[place], 2) } else { "-".to_owned() }
+}
+
+/// The 95 % interval of an estimate, or why there is none.
+pub(super) fn within(outcome: &Estimated, place: usize) -> String {
+    if outcome.has_effect[place] {
+        words::interval(outcome.intervals[place], outcome.factors[place].bounds)
+    } else {
+        "no effect on data".to_owned()
+    }
+}
+
+/// The noise model of the residuals.
+pub(super) fn noise(outcome: &Estimated) -> String {
+    let memory = if outcome.correlation_time_s > 0.0 {
+        let share = outcome.white_share;
+        let white =
+            if share > 0.0 { format!(" with a white share of {}", words::percent(share)) } else { String::new() };
+        format!("correlated over {}{white}", words::seconds(outcome.correlation_time_s))
+    } else {
+        "white noise".to_owned()
+    };
+    format!(
+        "Noise model of the residuals (restricted likelihood): most probably {memory}. Effective sample size {} of {}; the lag-one          autocorrelation of the residuals is {}.",
+        words::significant(outcome.effective_samples, 2),
+        words::count(outcome.samples),
+        words::significant(outcome.autocorrelation, 2)
+    )
+}
+
 fn estimate(outcome: &Estimated) -> String {
     let values: Vec<String> = (0..outcome.factors.len())
         .map(|index| {
             let factor = &outcome.factors[index].factor;
-            let interval = words::interval(outcome.intervals[index], outcome.factors[index].bounds);
+            let interval = within(outcome, index);
             format!("{} = {:.3} (95 % interval: {interval})", factor.name, outcome.values[index])
         })
         .collect();

@@ -106,7 +106,7 @@ fn nominal(strength: f64) -> Nominal {
         misfits: (0..4).map(|n| misfit(f64::from(n) * 6.0 + 8.0)).collect(),
         steps: 912,
         cells: 64,
-        reached: Some(Reached { tolerance_k: 0.05, nominal_k: 0.031, corners_k: Some(0.044) }),
+        reached: Some(Reached { tolerance_k: 0.05, nominal_k: 0.031, corners_k: Some(0.044), gauges: Vec::new() }),
     }
 }
 

@@ -3,7 +3,8 @@
 use super::{Story, words};
 use crate::case::Case;
 use crate::fit::Mixing;
-use crate::study::posterior::{Foreseen, Posterior};
+use crate::study::estimate::Estimand;
+use crate::study::posterior::{Foreseen, Marginal, Posterior};
 
 /// How the walkers went and whether they have been everywhere.
 pub(super) fn walked(outcome: &Posterior) -> String {
@@ -94,6 +95,7 @@ pub(super) fn doubts(story: &Story, outcome: &Posterior) -> Vec<String> {
             words::significant(Mixing::R_HAT, 2)
         ));
     }
+    doubts.extend(apart(story, outcome));
     if outcome.gain > GAIN {
         doubts.push(format!(
             "Walkers met a point that meets data and priors better than the estimate, by {} squares of a standard error: there \
@@ -123,6 +125,34 @@ pub(super) fn doubts(story: &Story, outcome: &Posterior) -> Vec<String> {
     doubts
 }
 
+/// Which estimates lie far from the median of the posterior, and which of the two to use.
+pub(super) fn apart(story: &Story, outcome: &Posterior) -> Option<String> {
+    let estimated = story.estimated?;
+    let each = outcome.marginals.iter().zip(&estimated.factors).zip(&estimated.values);
+    let is_apart = |((marginal, _), value): &((&Marginal, &Estimand), &f64)| {
+        let (low, high) = marginal.interval;
+        (marginal.median - **value).abs() > APART * (high - low)
+    };
+    let said = |((marginal, estimand), value): ((&Marginal, &Estimand), &f64)| {
+        format!("{} (estimate {value:.3}, median {:.3})", estimand.factor.name, marginal.median)
+    };
+    let said: Vec<String> = each.filter(is_apart).map(said).collect();
+    (!said.is_empty()).then(|| {
+        format!(
+            "Use the posterior's median and interval, not the estimate, of {}: the posterior is skewed or cut off by a bound, \
+             so its highest point is not its middle.",
+            words::listed(&said)
+        )
+    })
+}
+
+/// Where estimates and medians agree.
+pub(super) fn agreeing() -> String {
+    "Estimates and posterior medians agree within an eighth of the intervals: either may be used.".to_owned()
+}
+
+/// Of the width of a 95 % interval: half a standard deviation of a normal posterior.
+const APART: f64 = 0.125;
 /// A rise that one standard error makes; what walkers meet by chance below a minimum that was found is rounding.
 const GAIN: f64 = 1.0;
 /// Samples follow one another, so that a sound band of 95 % may well hold fewer of one trace; of half of it, no more.
@@ -178,6 +208,14 @@ mod tests {
         assert!(
             saying(&outcomes, "by 7.3 squares of a standard error") && saying(&outcomes, "The band of TC4 holds 31 %")
         );
+    }
+
+    #[test]
+    fn where_median_and_estimate_differ_the_one_to_use_is_named() {
+        let mut outcomes = fixture::outcomes();
+        assert!(!saying(&outcomes, "Use the posterior's median"));
+        outcomes.posterior.marginals[0].median += 0.02;
+        assert!(saying(&outcomes, "not the estimate, of f_k_INS (estimate 0.970, median 0.988)"));
     }
 
     #[test]

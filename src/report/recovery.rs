@@ -49,7 +49,7 @@ pub(super) fn is_biased(factor: &Recovered) -> bool {
 pub(super) fn doubts(outcome: &Recovery, doubts: &mut Vec<String>) {
     for (reason, count) in outcome.failures() {
         let of = words::counted(outcome.twins.len(), "twin");
-        doubts.push(format!("{} of {of} did not converge ({reason}); no figure counts them.", words::count(count)));
+        doubts.push(format!("{} of {of} did not converge ({reason}); those that were fitted count with the intervals that they ended with.", words::count(count)));
     }
     for factor in &outcome.recovered {
         let (low, high) = factor.covered.interval_95();

@@ -1,6 +1,6 @@
 //! What is said of a ply that was sized.
 
-use super::words::percent_of;
+use super::words::{millimetres, percent_of};
 use super::{Story, words};
 use crate::study::proportion::{Proportion, draws_to_a_tenth};
 use crate::study::size::{Needed, Sizing};
@@ -17,10 +17,6 @@ pub(super) fn thickness(needed: Needed) -> String {
         Needed::At(at_m) => millimetres(at_m),
         Needed::Beyond(at_m) => format!("more than {}", millimetres(at_m)),
     }
-}
-
-pub(super) fn millimetres(thickness_m: f64) -> String {
-    format!("{} mm", words::grouped(1e3 * thickness_m, 2))
 }
 
 pub(super) fn areal(mass_kg_m2: f64) -> String {
@@ -67,7 +63,9 @@ pub(super) fn found(story: &Story, outcome: &Sizing) -> String {
             format!("and so do they in {probability} of {}", words::counted(outcome.members, "member"))
         }
         Needed::Beyond(_) => format!(
-            "and nothing so thin does in {probability} of {}: that holds in {}",
+            "and no thickness from {} to {} does in {probability} of {}: the thickest does in {}",
+            millimetres(low_m),
+            millimetres(high_m),
             words::counted(outcome.members, "member"),
             proportion(outcome.held(high_m))
         ),
@@ -110,17 +108,20 @@ pub(super) fn drawn(outcome: &Sizing) -> String {
 /// What the independent members say.
 pub(super) fn checked(outcome: &Sizing) -> Option<String> {
     let check = outcome.check.as_ref()?;
-    let verdict = if outcome.is_borne_out()? {
-        format!("no further from the {} asked for than chance is", percent_of(outcome.demand.probability))
-    } else {
-        format!("FURTHER from the {} asked for than chance is", percent_of(outcome.demand.probability))
-    };
+    let (low, high) = outcome.expected_95()?;
+    let verdict = if outcome.is_borne_out()? { "within" } else { "OUTSIDE" };
+    let percent = |counted: Proportion| words::trimmed(words::grouped(100.0 * counted.share(), 1));
     Some(format!(
-        "Checked at {} with {} of another seed ({}), drawn and planned anew: {} held it, {verdict}.",
+        "Checked at {} with {} of another seed ({}), drawn and planned anew: {} held it, {verdict} the {} to {} % that are \
+         to be expected where {} size a thickness for {}.",
         thickness(outcome.needed),
         words::counted(check.held.of, "member"),
         check.seed,
-        proportion(check.held)
+        proportion(check.held),
+        percent(low),
+        percent(high),
+        words::counted(outcome.members, "member"),
+        percent_of(outcome.demand.probability)
     ))
 }
 
@@ -152,9 +153,16 @@ pub(super) fn doubts(story: &Story, outcome: &Sizing, doubts: &mut Vec<String>) 
         ));
     }
     if outcome.still_warming {
+        let so = match outcome.needed {
+            Needed::At(at_m) => format!("then {} is too thin", millimetres(at_m)),
+            Needed::AtMost(at_m) => format!("then {}, the thinnest allowed, need not suffice", millimetres(at_m)),
+            Needed::Beyond(at_m) => {
+                format!("up to {}, the thickest allowed, none suffices as it is", millimetres(at_m))
+            }
+        };
         doubts.push(format!(
-            "{sensor} is at its hottest when the run ends at {}: it may still become hotter, and the thickness is too small. \
-             Make the run longer (--set duration=...).",
+            "{sensor} is at its hottest when the run ends at {}: it may still become hotter, and {so}. Make the run longer \
+             (--set duration=...).",
             words::seconds(story.case.exposure.duration_s)
         ));
     }
@@ -167,6 +175,10 @@ pub(super) fn doubts(story: &Story, outcome: &Sizing, doubts: &mut Vec<String>) 
         ));
     }
     if outcome.is_borne_out() == Some(false) {
-        doubts.push("Other members do not bear the probability out: see the check.".to_owned());
+        doubts.push(format!(
+            "Other members do not confirm {}: the share that holds lies further off than the scatter of the thickness and of \
+             the check explains.",
+            percent_of(outcome.demand.probability)
+        ));
     }
 }

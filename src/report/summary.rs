@@ -33,7 +33,7 @@ pub fn screen(story: &Story) -> String {
         format!("{}: {}", story.command, story.name()),
         format!("{}{}, {} s", members, backend_words(story.backend), words::significant(elapsed_s, 2)),
     ];
-    lines.extend(story.nominal_march().and_then(|march| march.reached).map(words::reached));
+    lines.extend(story.nominal_march().and_then(|march| march.reached.as_ref()).map(words::reached));
     if story.sizing.is_none() {
         lines.extend(observed::apart(story).map_or(Vec::new(), |said| wrapped("", &said)));
     }
@@ -193,8 +193,8 @@ fn estimate(story: &Story, outcome: &Estimated, room: &Room) -> Vec<String> {
             words::short(&outcome.factors[index].factor.name, 19),
             outcome.path[0].values[index],
             outcome.values[index],
-            words::significant(outcome.standard_errors[index], 2),
-            words::interval(outcome.intervals[index], outcome.factors[index].bounds),
+            findings::standard_error(outcome, index),
+            findings::within(outcome, index),
             if outcome.at_bound[index] { "at bound" } else { "" }
         ));
     }
@@ -242,7 +242,7 @@ fn sized(story: &Story, outcome: &Sizing) -> Vec<String> {
         row("", "thickness".into(), "mass".into(), "members that hold it".into()),
         row(
             "as drawn",
-            sizing::millimetres(outcome.drawn_m),
+            words::millimetres(outcome.drawn_m),
             mass(Some(outcome.drawn_m)),
             held(Some(outcome.held(outcome.drawn_m))),
         ),
@@ -260,7 +260,7 @@ fn sized(story: &Story, outcome: &Sizing) -> Vec<String> {
         ),
     ];
     if let Some(margin_m) = outcome.margin_m() {
-        lines.push(row("margin", sizing::millimetres(margin_m), mass(Some(margin_m)), String::new()));
+        lines.push(row("margin", words::millimetres(margin_m), mass(Some(margin_m)), String::new()));
     }
     let said = [Some(sizing::found(story, outcome)), Some(sizing::enough(outcome)), sizing::cause(story, outcome)];
     let said = said.into_iter().chain([sizing::checked(outcome)]).flatten();
@@ -269,7 +269,7 @@ fn sized(story: &Story, outcome: &Sizing) -> Vec<String> {
 }
 
 fn heated(story: &Story, outcome: &History) -> Vec<String> {
-    let mut lines = vec![history::row(&history::HEAD)];
+    let mut lines = vec![history::row(&history::head(outcome))];
     lines.extend(history::rows(outcome, 8).iter().map(history::row));
     let said = [history::found(story, outcome), history::chosen(outcome), history::left_out().to_owned()];
     lines.extend(said.iter().flat_map(|said| wrapped("", said)));

@@ -13,8 +13,8 @@ const EXCURSION_K: f64 = 10.0;
 /// Beyond this a per cent of model error may be tens of per cent of an estimate (the range 30 to 100 marks
 /// strong dependence in Belsley, Kuh & Welsch, *Regression Diagnostics*, 1980).
 const CONDITION: f64 = 50.0;
-/// Beyond this data weigh four times too much against what is known beforehand.
-const SHORTFALL: f64 = 2.0;
+/// Beyond this ratio stated deviations and residuals disagree.
+const DISAGREE: f64 = 2.0;
 /// Residuals whose neighbours correlate so are a pattern, not noise.
 const AUTOCORRELATION: f64 = 0.5;
 
@@ -96,11 +96,20 @@ fn march(case: &Case, outcome: &Nominal, which: &str, doubts: &mut Vec<String>) 
             words::kelvin(*temperature_k)
         )),
     }
-    if let Some(reached) = outcome.reached.filter(|reached| reached.nominal_k > reached.tolerance_k) {
+    if let Some(reached) = outcome.reached.as_ref().filter(|reached| reached.nominal_k > reached.tolerance_k) {
         doubts.push(format!(
             "The {which} march is off by {} K somewhere, more than the {} K asked for: state cells and steps under [resolution].",
             words::significant(reached.nominal_k, 2),
             words::significant(reached.tolerance_k, 2)
+        ));
+    }
+    let gauges = outcome.reached.iter().flat_map(|reached| &reached.gauges);
+    for gauge in gauges.filter(|gauge| gauge.error > gauge.tolerance) {
+        doubts.push(format!(
+            "The {which} march has an estimated error of the {} of {}, more than the tolerance of {}.",
+            words::gauge_word(gauge.gauge),
+            words::gauge_error(gauge.gauge, gauge.error),
+            words::gauge_error(gauge.gauge, gauge.tolerance)
         ));
     }
     let residual = outcome.balance.residual();
@@ -224,17 +233,25 @@ fn estimate(story: &Story, outcome: &Estimated, doubts: &mut Vec<String>) {
             set.weakest
         ));
     }
-    if outcome.prior.is_some() && outcome.shortfall > SHORTFALL {
+    let ratio = outcome.noise_variance.sqrt();
+    if ratio > DISAGREE || (ratio < 1.0 / DISAGREE && is_seen(story, outcome)) {
+        let used = if outcome.prior.is_some() {
+            format!(
+                " Beside the priors the data count with {} times their deviations.",
+                words::significant(outcome.shortfall, 2)
+            )
+        } else {
+            String::new()
+        };
         doubts.push(format!(
-            "The data weigh too much against the priors: what they leave scatters, and follows itself, as if their standard \
-             deviations were {} times as large. The intervals know; for the estimates too, give the data such a sigma.",
-            words::significant(outcome.shortfall, 2)
+            "Stated deviations and residuals disagree: the residuals are {} times as large.{used}",
+            words::significant(ratio, 2)
         ));
     }
     if outcome.autocorrelation > AUTOCORRELATION && is_seen(story, outcome) {
         doubts.push(format!(
             "The residuals are not noise: neighbours correlate by {}, so {} carry the information of {}. The model \
-             lacks something, and standard errors are too small; the intervals allow for it.",
+             lacks something; standard errors and intervals allow for it.",
             words::significant(outcome.autocorrelation, 2),
             words::counted(outcome.samples, "sample"),
             words::significant(outcome.effective_samples, 2)
@@ -306,13 +323,16 @@ mod tests {
     }
 
     #[test]
-    fn data_that_scatter_more_than_they_say_are_doubted_where_they_stand_against_priors() {
+    fn stated_deviations_that_the_residuals_belie_are_doubted_and_beside_priors_their_weight_is_stated() {
         let mut outcomes = fixture::outcomes();
-        assert_eq!(saying(&outcomes, "weigh too much against the priors"), 0, "there are none");
+        assert_eq!(saying(&outcomes, "the residuals are 2.1 times as large."), 1);
+        assert_eq!(saying(&outcomes, "Beside the priors"), 0, "there are none");
         outcomes.estimated.prior = Some(crate::case::Bounds::Small);
-        assert_eq!(saying(&outcomes, "as if their standard deviations were 3.3 times as large"), 1);
-        outcomes.estimated.shortfall = 1.2;
-        assert_eq!(saying(&outcomes, "weigh too much against the priors"), 0);
+        assert_eq!(saying(&outcomes, "the data count with 3.3 times their deviations"), 1);
+        for (variance, doubts) in [(1.2, 0), (0.1, 1)] {
+            outcomes.estimated.noise_variance = variance;
+            assert_eq!(saying(&outcomes, "deviations and residuals disagree"), doubts, "{variance}");
+        }
     }
 
     #[test]

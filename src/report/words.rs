@@ -2,6 +2,7 @@
 
 use crate::case::{Factor, Property};
 use crate::study::nominal::Reached;
+use crate::traces::Gauge;
 
 /// 0 °C, K.
 const ICE_K: f64 = 273.15;
@@ -42,6 +43,14 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
     let decimals = (digits as f64 - 1.0 - magnitude).max(0.0) as usize;
     let unit = 10_f64.powf(magnitude + 1.0 - digits as f64);
     grouped((value / unit).round() * unit, decimals)
+}
+
+/// A length: `12.41 mm`, `0.0251 mm`; two decimals at least, and three digits.
+pub(super) fn millimetres(length_m: f64) -> String {
+    let length_mm = 1e3 * length_m;
+    let magnitude = if length_mm == 0.0 { 0.0 } else { length_mm.abs().log10().floor() };
+    let decimals = (2.0 - magnitude).clamp(2.0, 12.0) as usize;
+    format!("{} mm", grouped(length_mm, decimals))
 }
 
 /// A change that may go either way: `+12.0`, `-0.3`.
@@ -92,11 +101,38 @@ pub(super) fn profiled((low, high): (Option<f64>, Option<f64>), (least, most): (
     }
 }
 
-/// How far a march is off.
-pub(super) fn reached(reached: Reached) -> String {
-    let corners =
-        reached.corners_k.map_or(String::new(), |off_k| format!(" ({} at corners of the bounds)", misfit(off_k)));
-    format!("within {} of twice the cells and steps{corners}", misfit(reached.nominal_k))
+/// Estimated discretisation errors of a march.
+pub(super) fn reached(reached: &Reached) -> String {
+    let corners = reached
+        .corners_k
+        .map_or(String::new(), |off_k| format!(", {} at the corners of the factor bounds", misfit(off_k)));
+    let gauges: Vec<String> = reached
+        .gauges
+        .iter()
+        .map(|gauge| format!("{} {}", gauge_word(gauge.gauge), gauge_error(gauge.gauge, gauge.error)))
+        .collect();
+    let gauges = if gauges.is_empty() { String::new() } else { format!("; {}", listed(&gauges)) };
+    format!("discretisation error: {} nominal{corners}{gauges}", misfit(reached.nominal_k))
+}
+
+/// An error of a gauge in its unit, or as a share of its peak.
+pub(super) fn gauge_error(gauge: Gauge, error: f64) -> String {
+    match gauge {
+        Gauge::VirginFront | Gauge::CharFront => format!("{} mm", significant(1e3 * error, 2)),
+        _ => format!("{} % of its peak", significant(1e2 * error, 2)),
+    }
+}
+
+/// A gauge in a sentence.
+pub(super) fn gauge_word(gauge: Gauge) -> &'static str {
+    match gauge {
+        Gauge::GasFlux => "gas flux",
+        Gauge::MassLost => "mass lost",
+        Gauge::VirginFront => "virgin front",
+        Gauge::CharFront => "char front",
+        Gauge::PeakPressure => "peak pressure",
+        Gauge::BackPressure => "back pressure",
+    }
 }
 
 /// A whole number, thousands grouped: `5,000`.
@@ -197,6 +233,13 @@ mod tests {
         assert_eq!(kelvin(873.15), "873 K (600 °C)");
         assert_eq!(kelvin(1480.0), "1,480 K (1,207 °C)");
         assert_eq!(kelvin(f64::NAN), "unknown");
+    }
+
+    #[test]
+    fn a_length_is_said_with_two_decimals_and_three_digits_at_least() {
+        let lengths_m = [25e-6, 0.14e-3, 6.35e-3, 12.406e-3, 3.2e-7, 0.0, 1.5];
+        let said = ["0.0250 mm", "0.140 mm", "6.35 mm", "12.41 mm", "0.000320 mm", "0.00 mm", "1,500.00 mm"];
+        assert_eq!(lengths_m.map(millimetres), said);
     }
 
     #[test]

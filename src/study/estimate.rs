@@ -1,8 +1,10 @@
 //! Which factors make the prediction meet the measurement?
 
 mod combination;
+mod ends;
 mod estimand;
 mod landscape;
+mod likelihood;
 mod profile;
 
 pub use combination::Combination;
@@ -15,14 +17,16 @@ use super::sensitivity::{Identifiability, difference_step};
 use super::thermocouples::{Part, Sample, Thermocouples, samples};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
-use crate::fit::interval::{effective_samples, inflation, lag_one, noise_autocorrelation, student_95};
-use crate::fit::{Fit, Loss, Options, Prior, Robust, Rules, Weighed, WithPriors, known, minimize_all};
+use crate::fit::interval::{NORMAL_95, lag_one, residual_variance};
+use crate::fit::{Loss, Options, Prior, Robust, Rules, Weighed, WithPriors, certainty, minimize_all};
 use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
 use crate::traces::Traces;
+use ends::{indistinct, lowest};
 use estimand::estimands;
+use likelihood::{Likelihood, has_effect, times_s, with_priors};
 use nalgebra::DMatrix;
-use profile::{About, profiles};
+use profile::{About, profiled, profiles};
 
 /// Estimated factors and how they were found.
 #[derive(Clone, Debug)]
@@ -30,10 +34,16 @@ pub struct Estimated {
     /// In the order of every vector here.
     pub factors: Vec<Estimand>,
     pub values: Vec<f64>,
-    /// From the covariance scaled by the residuals, as if they were independent; infinite where not determined.
+    /// Half-widths of the intervals over 1.96, so that they have in them what the intervals have; infinite where not determined.
     pub standard_errors: Vec<f64>,
-    /// 95 % confidence intervals to first order, widened by the residuals' autocorrelation.
+    /// 95 % intervals to first order, under the noise model of the residuals and with the numerical error of the march.
     pub intervals: Vec<(f64, f64)>,
+    /// Standard errors of linear least squares, as if residuals were independent and the march exact.
+    pub independent_errors: Vec<f64>,
+    /// By how much the discretisation error of the march moves each estimate, to first order.
+    pub numerical_errors: Vec<f64>,
+    /// Whether the data change with each factor between its bounds by more than a tenth of a millikelvin (root mean square).
+    pub has_effect: Vec<bool>,
     /// Whether an estimate stands on one of its bounds.
     pub at_bound: Vec<bool>,
     pub identifiability: Identifiability,
@@ -55,18 +65,30 @@ pub struct Estimated {
     pub advice: String,
     /// One a case, in their order.
     pub fitted: Vec<Fitted>,
-    /// Lag-one autocorrelation of the weighted residuals, and the number of independent samples that the noise leaves
-    /// which it tells of.
+    /// Lag-one autocorrelation of the weighted residuals.
     pub autocorrelation: f64,
+    /// Correlation time and white share of the most probable noise model, and its variance in squares of the stated deviations.
+    pub correlation_time_s: f64,
+    pub white_share: f64,
+    pub noise_variance: f64,
+    /// How many independent samples would determine the factors as well.
     pub effective_samples: f64,
     pub samples: usize,
-    /// By how much the standard deviations of the data fall short of how they scatter and follow each other: intervals and
-    /// profiles are of data with so many times their deviations, the estimates of data with their own.
+    /// By how much the stated deviations fall short of how the data scatter and follow each other: beside priors, in profiles
+    /// and in the posterior data count with so many times their deviations.
     pub shortfall: f64,
     /// Of a pair of factors: the objective over the plane of the two.
     pub landscape: Option<Landscape>,
     /// Of the factors they were asked of.
     pub profiles: Vec<Profile>,
+}
+
+impl Estimated {
+    /// Whether the data determine an estimate: they change with it, and its interval is no wider than twice its bounds.
+    pub fn is_determined(&self, place: usize) -> bool {
+        let ((low, high), (least, most)) = (self.intervals[place], self.factors[place].bounds);
+        self.has_effect[place] && high - low <= 2.0 * (most - least)
+    }
 }
 
 /// One of the cases fitted.
@@ -101,7 +123,7 @@ pub struct End {
     pub objective: f64,
     pub converged: bool,
     /// Whether no data tell this end from the estimate: its objective is higher by less than a hundredth of what one
-    /// standard error adds.
+    /// standard error adds, or than rounding and the tolerance of the last step account for.
     pub is_least: bool,
 }
 
@@ -175,6 +197,7 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     let flat: Vec<Sample> = observed.iter().flatten().flatten().copied().collect();
     let bounds: Vec<(f64, f64)> = factors.iter().map(|factor| factor.bounds).collect();
 
+    let precision = march.backend().precision;
     let parts = runs.iter().zip(&observed).enumerate().map(|(which, ((case, plan), observed))| {
         let places = factors.iter().map(|factor| factor.places[which]).collect();
         Part::new(case, plan, places, observed.concat())
@@ -183,12 +206,23 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     if matches!(search.options.rules, Rules::Paper { .. }) {
         thermocouples = thermocouples.by_differences();
     }
-    let problem = Robust { problem: thermocouples, loss };
-    let mut problem = WithPriors { problem, priors: priors(&factors, prior) };
-    let fits = minimize_all(&mut problem, &starts(&factors, search.starts), &search.options)?;
-    let least = lowest(&fits);
+    let mut problem = Robust { problem: thermocouples, loss };
+    let (starts, options) = (starts(&factors, search.starts), &search.options);
+    let alone = minimize_all(&mut problem, &starts, options)?;
+    let tolerance = search.options.tolerance_step;
+    let of_data = &alone[lowest(&alone, |fit| indistinct(fit, &flat, precision, tolerance, 1.0))];
+    let numerical_error = problem.problem.discretisation_errors(of_data.point.as_slice())?;
+    let priors = priors(&factors, prior);
+    let data = Likelihood::of(of_data, loss, &priors, numerical_error, &times_s(runs, &observed));
+    let (fits, weight) = if priors.is_empty() {
+        (alone, 1.0)
+    } else {
+        let weighed = Weighed { problem: &mut problem, weight: data.weight() };
+        (minimize_all(&mut WithPriors { problem: weighed, priors: priors.clone() }, &starts, options)?, data.weight())
+    };
+    let least = lowest(&fits, |fit| indistinct(fit, &flat, precision, tolerance, weight));
     let fit = &fits[least];
-    let WithPriors { problem: Robust { mut problem, .. }, priors } = problem;
+    let Robust { mut problem, .. } = problem;
     let path: Vec<Vec<f64>> = fit.path.iter().map(|turn| turn.point.iter().copied().collect()).collect();
     let nominal = problem.nominal()?;
     let (path_k2, last) = problem.objectives_k2(&path)?;
@@ -197,47 +231,65 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         .map(|((run, observed), traces)| Fitted::of(*run, observed, traces))
         .collect();
 
-    let found = known(fit, loss, priors.len());
-    let mut weighted = found.residuals().iter().copied();
+    let tangent = data.tangent(fit, weight, flat.len());
+    let mut weighted = tangent.residuals.iter().copied();
     let traces: Vec<Vec<f64>> =
         observed.iter().flatten().map(|trace| weighted.by_ref().take(trace.len()).collect()).collect();
-    let autocorrelation = lag_one(&traces);
-    let noise = noise_autocorrelation(autocorrelation, flat.len(), factors.len());
+    let found = data.linearized(&tangent, &priors);
     let values: Vec<f64> = fit.point.iter().copied().collect();
     let names: Vec<&str> = factors.iter().map(|factor| factor.factor.name.as_str()).collect();
     let all: Vec<usize> = (0..factors.len()).collect();
-    let variance = found.variance;
-    let judged = Identifiability::of(&names, &all, &values, &found.jacobian(variance), &flat, variance);
-    // Residuals that follow each other are worth fewer samples: the interval is as wide as theirs would be, which what is
-    // known beforehand narrows. The degrees of freedom stay those of all samples, for of one or two effective ones
-    // Student's t is unbounded and says nothing.
-    let inflation = inflation(flat.len(), factors.len(), noise);
-    let errors = found.certainty(variance * inflation).standard_errors;
-    let half = student_95(flat.len() as f64 - factors.len() as f64);
+    let independent = residual_variance(
+        loss.pseudo_residuals(&tangent.residuals, all.len() as f64).norm_squared(),
+        flat.len(),
+        factors.len(),
+    );
+    let judged = Identifiability::of(
+        &names,
+        &all,
+        &values,
+        &with_priors(&tangent.jacobian, &priors, data.unit()),
+        &flat,
+        data.unit(),
+    );
+    let independent_errors = certainty(&with_priors(&tangent.jacobian, &priors, independent), independent);
+    let has_effect = has_effect(&tangent.jacobian, &flat, &bounds);
+    let known = |(half, has_effect): (f64, &bool)| if *has_effect { half } else { f64::INFINITY };
+    let halves: Vec<f64> = found.half_widths().into_iter().zip(&has_effect).map(known).collect();
 
+    // The rise of the objective at the ends of the linear interval, were the problem linear.
+    let levels = halves.iter().zip(&judged.standard_errors).map(|(half, error)| (half / error).powi(2));
+    let levels: Vec<f64> = levels.map(|level| if level.is_finite() { level } else { NORMAL_95.powi(2) }).collect();
+    let shortfall = data.inflation();
     // A fit without a residual left, or without samples to spare, has no scatter to weigh the data by.
-    let shortfall = (found.scale * inflation).sqrt();
-    let weight = 1.0 / shortfall;
-    let profiled = if weight.is_normal() && half.is_finite() { profiled } else { Vec::new() };
-    let data = Weighed { problem: Robust { problem: &mut problem, loss }, weight };
-    let about = About { values: &values, bounds: &bounds, errors: &errors, half, correlation: &judged.correlation };
-    let profiles = profiles(&mut WithPriors { problem: data, priors }, &profiled, &about, &search.options)?;
+    let profiled = if shortfall.is_normal() { profiled } else { Vec::new() };
+    let weighed = Weighed { problem: Robust { problem: &mut problem, loss }, weight: data.weight() };
+    let about = About {
+        values: &values,
+        bounds: &bounds,
+        errors: &judged.standard_errors,
+        levels: &levels,
+        correlation: &judged.correlation,
+    };
+    let profiles = profiles(&mut WithPriors { problem: weighed, priors }, &profiled, &about, &search.options)?;
+    // S of one is one standard error: by itself where priors are, else in units of the data's inflation.
+    let unit = if prior.is_some() || !shortfall.is_finite() { 1.0 } else { shortfall.powi(2) };
+    let indistinct = indistinct(fit, &flat, precision, tolerance, weight);
     let ends = fits.iter().map(|other| End {
         start: other.path[0].point.iter().copied().collect(),
         values: other.point.iter().copied().collect(),
         objective: other.objective,
         converged: other.termination.converged(),
-        is_least: other.objective - fit.objective <= 0.01 * found.scale,
+        is_least: other.objective - fit.objective <= 0.01 * unit + indistinct,
     });
     Ok(Estimated {
-        standard_errors: judged.standard_errors.clone(),
-        intervals: values
-            .iter()
-            .zip(&errors)
-            .map(|(value, error)| (value - half * error, value + half * error))
-            .collect(),
+        standard_errors: halves.iter().map(|half| half / NORMAL_95).collect(),
+        intervals: values.iter().zip(&halves).map(|(value, half)| (value - half, value + half)).collect(),
+        independent_errors: independent_errors.standard_errors,
+        numerical_errors: found.numerical_errors(),
+        has_effect,
         at_bound: values.iter().zip(&bounds).map(|(value, (low, high))| value <= low || value >= high).collect(),
-        combinations: Combination::all(&values, &judged.standard_errors, &judged.correlation),
+        combinations: Combination::all(&values, &judged.correlation, &found),
         identifiability: judged,
         loss,
         prior,
@@ -251,8 +303,11 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         converged: fit.termination.converged(),
         advice: fit.termination.advice().to_owned(),
         fitted,
-        autocorrelation,
-        effective_samples: effective_samples(flat.len(), noise),
+        autocorrelation: lag_one(&traces),
+        correlation_time_s: data.memory().0,
+        white_share: data.memory().1,
+        noise_variance: data.variance,
+        effective_samples: data.effective_samples,
         samples: flat.len(),
         shortfall,
         landscape,
@@ -289,26 +344,6 @@ fn check(cases: &[&Case], factors: &[Estimand], observed: &[Vec<Vec<Sample>>]) -
     Ok(())
 }
 
-/// The places of the factors of these names; one that cases tell apart is meant in all of them.
-fn profiled(factors: &[Estimand], names: &[String]) -> Result<Vec<usize>, EstimateError> {
-    let mut places = Vec::new();
-    for name in names {
-        let is_meant = |factor: &Estimand| {
-            let known = &factor.factor.name;
-            known == name || known.split('@').next() == Some(name)
-        };
-        let meant: Vec<usize> = (0..factors.len()).filter(|&place| is_meant(&factors[place])).collect();
-        if meant.is_empty() {
-            let known: Vec<&str> = factors.iter().map(|factor| factor.factor.name.as_str()).collect();
-            return Err(EstimateError::NoProfile { name: name.clone(), known: known.join(", ") });
-        }
-        places.extend(meant);
-    }
-    places.sort_unstable();
-    places.dedup();
-    Ok(places)
-}
-
 /// What is known of the factors beforehand, where side constraints are taken to say it.
 pub(super) fn priors(factors: &[Estimand], prior: Option<Bounds>) -> Vec<Prior> {
     let of = |bounds| {
@@ -333,13 +368,6 @@ fn starts(factors: &[Estimand], starts: usize) -> DMatrix<f64> {
     let own = factors.iter().map(|factor| factor.start);
     let others = (0..drawn.len()).flat_map(|member| drawn.member(member));
     DMatrix::from_iterator(factors.len(), starts.max(1), own.chain(others))
-}
-
-/// The first of those that ended lowest but for rounding; one that could not be computed is not lower than any.
-fn lowest(fits: &[Fit]) -> usize {
-    const ROUNDING: f64 = 1e-6;
-    let least = fits.iter().map(|fit| fit.objective).fold(f64::INFINITY, f64::min);
-    fits.iter().position(|fit| fit.objective <= (1.0 + ROUNDING) * least).unwrap_or(0)
 }
 
 impl Fitted {

@@ -1,6 +1,6 @@
-//! How was the hot face heated? The flux through time, from what sensors read.
+//! How was the hot face heated? A flux, a radiant flux or the temperature of a gas through time, from what sensors read.
 //!
-//! The flux is straight lines between knots, and every knot's value a variable, none of them below zero: all at once are sought such that the
+//! It is straight lines between knots, and every knot's value a variable, none of them below zero: all at once are sought such that the
 //! march meets all readings (whole-domain estimation: Beck, Blackwell & St Clair, *Inverse Heat Conduction*, 1985). Heat takes its time from the face to
 //! a sensor and blurs on the way, so a history is only as sharp as noise lets it be: it is held smooth ([`Smoothing`]) but across
 //! corners at which the case says that the flux jumps.
@@ -8,49 +8,58 @@
 mod knots;
 mod schedules;
 mod smoothing;
+mod sought;
 
 pub use smoothing::{Chosen, Rung, Smoothing};
+pub use sought::Sought;
 
 use super::sensitivity::difference_step;
 use super::thermocouples::{Sample, samples};
-use crate::case::{Case, Face, Schedule};
+use crate::case::{Case, Schedule};
 use crate::ensemble::Ensemble;
-use crate::fit::{Fit, Options, Sides, difference, minimize};
+use crate::fit::{Fit, LeastSquares, Options, minimize};
 use crate::march::{March, MarchError};
 use crate::pilot::pilot;
 use crate::traces::Traces;
 use knots::Knots;
 use nalgebra::{DMatrix, DVector};
-use schedules::{Schedules, heated};
+use schedules::Schedules;
 use smoothing::{Solved, chosen};
 
 /// What is asked of a history.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
+    /// `None` seeks the only one that the case has.
+    pub sought: Option<Sought>,
     /// Knots beside the corners of the case's own schedule, spread over the time in which that is not zero.
     pub knots: usize,
     pub smoothing: Smoothing,
 }
 
-/// The flux found.
+/// The history found, in W/m² of a flux and in K of a gas.
 #[derive(Clone, Debug)]
 pub struct History {
-    /// The knots, s; the flux is straight lines between them. A jump is two at one time.
+    pub sought: Sought,
+    /// The knots, s; the history is straight lines between them. A jump is two at one time.
     pub times_s: Vec<f64>,
-    /// Cold-wall flux at each, W/m².
-    pub flux_w_m2: Vec<f64>,
-    /// One standard deviation that noise makes of each at this smoothing, W/m². What smoothing itself takes off is not in it.
-    pub deviations_w_m2: Vec<f64>,
-    /// What smoothing takes off each to first order, told by the history found, W/m²: less than it takes off the true one.
-    pub smoothed_w_m2: Vec<f64>,
-    /// What the case says at each, W/m².
-    pub own_w_m2: Vec<f64>,
-    /// The flux through the whole exposure: past the end of the window that of the case, as no data tell of it.
+    /// The value at each.
+    pub values: Vec<f64>,
+    /// One standard deviation that noise makes of each at this smoothing; of one that is determined, the undetermined ones are
+    /// held at their values. What smoothing itself takes off is not in it.
+    pub deviations: Vec<f64>,
+    /// What smoothing takes off each to first order, told by the history found: less than it takes off the true one.
+    pub smoothed: Vec<f64>,
+    /// What the case says at each.
+    pub own: Vec<f64>,
+    /// Whether data and smoothness leave a knot undetermined: noise makes more of it than the largest value found.
+    pub undetermined: Vec<bool>,
+    /// The schedule of the whole exposure: past the end of the window that of the case, as no data tell of it.
     pub schedule: Schedule,
-    /// Integral over the window, its standard deviation, and that of what the case says, J/m².
-    pub fluence_j_m2: f64,
-    pub fluence_deviation_j_m2: f64,
-    pub fluence_own_j_m2: f64,
+    /// Integral over the window, its standard deviation with undetermined knots held at their values, and the integral of what the
+    /// case says: J/m² of a flux, K s of a gas.
+    pub integral: f64,
+    pub integral_deviation: f64,
+    pub integral_own: f64,
     /// Values that the data determine; the others come of smoothness.
     pub determined: f64,
     pub chosen: Chosen,
@@ -83,9 +92,16 @@ pub struct Seen {
 #[derive(Debug, thiserror::Error)]
 pub enum HistoryError {
     #[error(
-        "the hot face of {case:?} is {kind}: a history is the flux of one that is `heated` by it, expected kind = \"heated\""
+        "the hot face of {case:?} is held at a temperature: nothing heats it, expected kind = \"heated\" or \"convective\""
     )]
-    NoFlux { case: String, kind: &'static str },
+    Held { case: String },
+    #[error(
+        "{case:?} has a {first} and a {second}, and data do not separate one from the other: give --seek {first} or --seek {second}, \
+         and the other stays as the case has it"
+    )]
+    Several { case: String, first: &'static str, second: &'static str },
+    #[error("--seek {sought}: {case:?} has none: {reason}")]
+    Absent { case: String, sought: &'static str, reason: &'static str },
     #[error("nothing to find a history from: the sensors chosen have no samples between {from_s} s and {to_s} s")]
     NoSamples { from_s: f64, to_s: f64 },
     #[error("{values} values cannot be sought in {samples} samples; ask for fewer knots, or give more data")]
@@ -96,20 +112,24 @@ pub enum HistoryError {
     March(#[from] MarchError),
 }
 
-/// Of a schedule that is zero throughout, W/m².
-const SCALE_W_M2: f64 = 1e5;
+/// A change of the weighted squares that changes nothing: a history off by a tenth of its standard error has so much more. They
+/// sum to one a sample where data are met.
+const NEGLIGIBLE: f64 = 1e-2;
 
-/// Find the flux at the hot face from the readings of the sensors and the windows that the case names, its factors being nominal.
+/// Find what heats the hot face from the readings of the sensors and the windows that the case names, its factors being nominal.
 ///
 /// # Errors
-/// When the hot face has no flux, there is too little to find it from, or the device fails.
+/// When the hot face has not what is sought, there is too little to find it from, or the device fails.
 pub fn history(case: &Case, march: &mut dyn March, wanted: &Wanted) -> Result<History, HistoryError> {
-    let flux = flux(case)?;
+    let sought = Sought::of(case, wanted.sought)?;
+    let Some(own) = sought.schedule(&case.exposure.hot_face) else {
+        return Err(HistoryError::Held { case: case.id.clone() });
+    };
     let (from_s, to_s) = case.trusted_s();
     let end_s = to_s.min(case.exposure.duration_s);
-    let knots = Knots::new(flux, end_s, wanted.knots);
+    let knots = Knots::new(own, sought.rest(), end_s, wanted.knots);
     let schedule = |values: Vec<f64>| Schedule { times_s: knots.times_s.clone(), values };
-    let on_knots = Case { exposure: heated(&case.exposure, schedule(knots.own.clone())), ..case.clone() };
+    let on_knots = Case { exposure: sought.driven(&case.exposure, schedule(knots.own.clone())), ..case.clone() };
 
     let plan = pilot(&on_knots)?;
     // Nothing that comes after the window moves a reading in it.
@@ -125,36 +145,32 @@ pub fn history(case: &Case, march: &mut dyn March, wanted: &Wanted) -> Result<Hi
     }
 
     let largest = knots.own.iter().map(|value| value.abs()).fold(0.0, f64::max);
-    let scale_w_m2 = if largest > 0.0 { largest } else { SCALE_W_M2 };
+    let scale = if largest > 0.0 { largest } else { sought.scale() };
     let roughness = knots.roughness();
     let difference_step = difference_step(march.backend().precision);
     let mut problem = Schedules {
         march,
+        sought,
         plan: &plan,
         exposure: &on_knots.exposure,
         nominal: &Ensemble::nominal(&case.factors),
         times_s: &knots.times_s,
-        scale_w_m2,
+        scale,
+        difference_step,
         samples: &flat,
         roughness: &roughness,
         weight: 0.0,
         bounds: vec![(0.0, f64::INFINITY); knots.times_s.len()],
         marches: 0,
     };
-    let start = DVector::from_iterator(knots.own.len(), knots.own.iter().map(|own| own.max(0.0) / scale_w_m2));
-    let tangent = difference(&mut problem, &start, difference_step)?;
-    if tangent.residuals.iter().any(|residual| !residual.is_finite()) {
-        return Err(HistoryError::Strayed);
-    }
+    let start = DVector::from_iterator(knots.own.len(), knots.own.iter().map(|own| own.max(0.0) / scale));
+    let at_start = problem.tangents(&DMatrix::from_columns(std::slice::from_ref(&start)))?;
+    let tangent = at_start.and_then(|mut tangents| tangents.pop());
+    let tangent = tangent.filter(|tangent| tangent.residuals.iter().all(|residual| residual.is_finite()));
+    let Some(tangent) = tangent else { return Err(HistoryError::Strayed) };
     let alike = tangent.jacobian.norm() / roughness.norm().max(f64::MIN_POSITIVE);
-    let options = Options {
-        sides: Sides::One,
-        trials: 1,
-        difference_step,
-        tolerance_reduction: 1e-5,
-        tolerance_step: 1e-5,
-        ..Options::default()
-    };
+    let tolerance_reduction = (NEGLIGIBLE / flat.len() as f64).max(1e-5);
+    let options = Options { trials: 1, tolerance_reduction, tolerance_step: 1e-5, ..Options::default() };
     let (solved, chosen, rungs) =
         chosen(wanted.smoothing, flat.len(), &start, roughness.nrows() > 0, |weight, from| {
             problem.weight = weight * alike;
@@ -166,21 +182,23 @@ pub fn history(case: &Case, march: &mut dyn March, wanted: &Wanted) -> Result<Hi
 
     let fit = &solved.fit;
     let ends = problem.traces(&DMatrix::from_columns(&[start, fit.point.clone()]))?;
+    let values: Vec<f64> = fit.point.iter().map(|value| value * scale).collect();
     let known = Known::of(fit, flat.len(), solved.rung.rms.max(1.0));
     let spans_s = DVector::from_vec(knots.spans_s());
-    let flux_w_m2: Vec<f64> = fit.point.iter().map(|value| value * scale_w_m2).collect();
     let integral = |values: &[f64]| values.iter().zip(&spans_s).map(|(value, span_s)| value * span_s).sum();
     let traces = observed.iter().filter(|trace| !trace.is_empty());
     Ok(History {
-        deviations_w_m2: known.spread.row_iter().map(|row| row.norm() * scale_w_m2).collect(),
-        smoothed_w_m2: known.smoothed.iter().map(|value| value * scale_w_m2).collect(),
-        fluence_j_m2: integral(&flux_w_m2),
-        fluence_deviation_j_m2: known.spread.tr_mul(&spans_s).norm() * scale_w_m2,
-        fluence_own_j_m2: integral(&knots.own),
+        sought,
+        deviations: known.deviations.iter().map(|deviation| deviation * scale).collect(),
+        smoothed: known.smoothed.iter().map(|value| value * scale).collect(),
+        integral: integral(&values),
+        integral_deviation: known.spread.tr_mul(&spans_s).norm() * scale,
+        integral_own: integral(&knots.own),
         determined: known.determined,
-        schedule: gone_on(&schedule(flux_w_m2.clone()), flux, end_s, case.exposure.duration_s),
-        flux_w_m2,
-        own_w_m2: knots.own.clone(),
+        undetermined: known.undetermined,
+        schedule: gone_on(&schedule(values.clone()), own, end_s, case.exposure.duration_s),
+        values,
+        own: knots.own.clone(),
         times_s: knots.times_s.clone(),
         chosen,
         rung: solved.rung,
@@ -192,16 +210,6 @@ pub fn history(case: &Case, march: &mut dyn March, wanted: &Wanted) -> Result<Hi
         converged: fit.termination.converged(),
         termination: fit.termination.to_string(),
     })
-}
-
-/// The flux at the hot face of a case that is heated by one.
-fn flux(case: &Case) -> Result<&Schedule, HistoryError> {
-    let none = |kind| HistoryError::NoFlux { case: case.id.clone(), kind };
-    match &case.exposure.hot_face {
-        Face::Open(open) if open.film_heats => Err(none("convective")),
-        Face::Open(open) => Ok(&open.flux_w_m2),
-        Face::Held(_) => Err(none("held at a temperature")),
-    }
 }
 
 /// A schedule up to its end, and another from there on.
@@ -216,17 +224,9 @@ fn gone_on(found: &Schedule, own: &Schedule, end_s: f64, duration_s: f64) -> Sch
 }
 
 impl History {
-    /// Whether the data and smoothness together leave a knot so open that its value says nothing: noise makes more of it than the
-    /// largest flux found.
-    pub fn is_open(&self, knot: usize) -> bool {
-        let largest = self.flux_w_m2.iter().copied().fold(0.0, f64::max);
-        let deviation = self.deviations_w_m2[knot];
-        !deviation.is_finite() || deviation > largest
-    }
-
-    /// The half-width of the band in which 95 % of histories lie that other noise would have made, W/m².
-    pub fn half_width_w_m2(&self, knot: usize) -> f64 {
-        1.96 * self.deviations_w_m2[knot]
+    /// The half-width of the band in which 95 % of histories lie that other noise would have made.
+    pub fn half_width(&self, knot: usize) -> f64 {
+        1.96 * self.deviations[knot]
     }
 }
 
@@ -251,9 +251,13 @@ impl Seen {
 /// What noise and smoothing make of a history, to first order: with J of the data and L of the roughness, both weighted, the history is
 /// `(JᵀJ + LᵀL)⁻¹ Jᵀ` times the data.
 struct Known {
-    /// Variable × sample: what a standard deviation of each sample makes of each variable.
+    /// Whether noise makes more of a variable than the largest value found, or neither data nor roughness have a hold of it.
+    undetermined: Vec<bool>,
+    /// Of each variable; of one that is determined with the undetermined ones held, infinite where nothing has a hold of it.
+    deviations: DVector<f64>,
+    /// Variable × sample: what a standard deviation of each sample makes of each variable, the undetermined ones being held.
     spread: DMatrix<f64>,
-    /// What smoothing takes off each variable, `(JᵀJ + LᵀL)⁻¹ LᵀL` times the history.
+    /// What smoothing takes off each variable, `(JᵀJ + LᵀL)⁻¹ LᵀL` times the history; nothing of an undetermined one.
     smoothed: DVector<f64>,
     /// The trace of what data have to say in it.
     determined: f64,
@@ -261,10 +265,45 @@ struct Known {
 
 impl Known {
     /// From a fit whose first rows are those of the data, and by how much noise is larger than their standard deviations.
+    ///
+    /// A knot may be undetermined: no reading and no roughness moves with it where it stands, as with a flux of zero that blowing
+    /// would keep off. What noise makes of it is unbounded and would be of every integral over it. So knots are told apart first, and what is
+    /// determined is judged with the others held at their values.
     fn of(fit: &Fit, samples: usize, noise: f64) -> Self {
-        // A knot that moves no reading and no roughness is open; a length no longer than rounding keeps it from being no number.
+        let knots = fit.point.len();
+        let largest = fit.point.amax();
+        let all: Vec<usize> = (0..knots).filter(|&knot| fit.jacobian.column(knot).norm() > 0.0).collect();
+        let free = Self::among(fit, &all, samples, noise);
+        let is_determined = |place: usize| free.spread.row(place).norm() <= largest;
+        let kept: Vec<usize> = (0..all.len()).filter(|&place| is_determined(place)).map(|place| all[place]).collect();
+        let mut deviations = DVector::from_element(knots, f64::INFINITY);
+        all.iter().enumerate().for_each(|(place, &knot)| deviations[knot] = free.spread.row(place).norm());
+        let held = Self::among(fit, &kept, samples, noise);
+        let mut known = Self {
+            undetermined: vec![true; knots],
+            deviations,
+            spread: DMatrix::zeros(knots, samples),
+            smoothed: DVector::zeros(knots),
+            determined: held.determined,
+        };
+        for (place, &knot) in kept.iter().enumerate() {
+            known.undetermined[knot] = false;
+            known.spread.set_row(knot, &held.spread.row(place));
+            known.deviations[knot] = held.spread.row(place).norm();
+            known.smoothed[knot] = held.smoothed[place];
+        }
+        known
+    }
+
+    /// Of some of the variables, the others being held.
+    fn among(fit: &Fit, places: &[usize], samples: usize, noise: f64) -> Among {
+        // A knot that is next to open; a length no longer than rounding keeps it from being no number.
         const LEAST: f64 = 1e-12;
-        let decomposed = fit.jacobian.clone().qr();
+        if places.is_empty() {
+            return Among { spread: DMatrix::zeros(0, samples), smoothed: DVector::zeros(0), determined: 0.0 };
+        }
+        let jacobian = fit.jacobian.select_columns(places);
+        let decomposed = jacobian.clone().qr();
         let (q, mut r) = (decomposed.q(), decomposed.r());
         let least = (LEAST * r.diagonal().amax()).max(f64::MIN_POSITIVE);
         for knot in 0..r.nrows() {
@@ -280,8 +319,19 @@ impl Known {
         let rough = q.rows(samples, q.nrows() - samples).transpose();
         let weighted = fit.jacobian.rows(samples, fit.jacobian.nrows() - samples) * &fit.point;
         let smoothed = back(&(rough * DMatrix::from_columns(&[weighted])));
-        Self { determined: data.norm_squared(), spread: back(&data) * noise, smoothed: smoothed.column(0).into_owned() }
+        Among {
+            determined: data.norm_squared(),
+            spread: back(&data) * noise,
+            smoothed: smoothed.column(0).into_owned(),
+        }
     }
+}
+
+/// What noise and smoothing make of some of the variables.
+struct Among {
+    spread: DMatrix<f64>,
+    smoothed: DVector<f64>,
+    determined: f64,
 }
 
 #[cfg(test)]
@@ -308,5 +358,24 @@ mod tests {
         assert!((known.spread.row(0).norm() - 0.5).abs() < 1e-12);
         assert!((known.spread.row(1).norm() - 0.125).abs() < 1e-12, "half of the quarter that data alone give");
         assert!(known.smoothed[0].abs() < 1e-12 && (known.smoothed[1] - 2.5).abs() < 1e-12);
+    }
+
+    /// Two variables, one measured and one that nothing depends on.
+    #[test]
+    fn a_variable_that_nothing_depends_on_is_undetermined_and_widens_no_other() {
+        let fit = Fit {
+            point: DVector::from_vec(vec![3.0, 0.0]),
+            objective: 0.0,
+            residuals: DVector::zeros(3),
+            jacobian: DMatrix::from_row_slice(3, 2, &[2.0, 0.0, 2.0, 0.0, 0.0, 0.0]),
+            path: Vec::new(),
+            evaluations: 0,
+            tangents: 0,
+            termination: Termination::Reduction,
+        };
+        let known = Known::of(&fit, 2, 1.0);
+        assert_eq!(known.undetermined, [false, true]);
+        let integral = known.spread.tr_mul(&DVector::from_vec(vec![1.0, 50.0])).norm();
+        assert!((integral - 0.125f64.sqrt()).abs() < 1e-12 && known.deviations[1] == f64::INFINITY);
     }
 }

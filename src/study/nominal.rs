@@ -90,7 +90,7 @@ impl Nominal {
                 .collect(),
             steps: plan.steps(),
             cells: plan.cells(),
-            reached: plan.reached,
+            reached: plan.reached.clone(),
             temperatures_k,
         }
     }

@@ -124,8 +124,7 @@ pub fn posterior(
         gains_k.push(of_case_k);
         marches += taken;
     }
-    let instants_s: Vec<&[f64]> = runs.iter().map(|(_, plan)| plan.instants_s.as_slice()).collect();
-    let discrepancy = Discrepancy::of(found, &observed, &instants_s, &gains_k);
+    let discrepancy = Discrepancy::of(found, &observed, &gains_k);
     let mut predicted = Vec::with_capacity(runs.len());
     for (which, run) in runs.iter().enumerate() {
         let asked = predicted::Asked { which, found, draws: &draws, discrepancy, gains_k: &gains_k[which] };

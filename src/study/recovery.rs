@@ -14,7 +14,7 @@ use crate::march::{March, MarchError, march_all};
 use crate::plan::Plan;
 use crate::traces::Arrival;
 
-/// What many twins of a case say of its estimates.
+/// What many twins of a case say of its estimates. All of it is over the twins that were fitted, whether the fit converged or not.
 #[derive(Clone, Debug)]
 pub struct Recovery {
     /// One a factor estimated.
@@ -25,14 +25,14 @@ pub struct Recovery {
     pub noise: Noise,
     /// Between which side constraints truths were drawn.
     pub drawn: Bounds,
-    /// Of all factors of all twins that converged, those whose interval held the truth.
+    /// Of all factors of all twins fitted, those whose interval held the truth.
     pub covered: Proportion,
     /// Samples of each data set, and of how many independent ones they carry the information on average.
     pub samples: usize,
     pub effective_samples: f64,
 }
 
-/// How well one factor was found, over the twins that converged.
+/// How well one factor was found, over the twins fitted.
 #[derive(Clone, Debug)]
 pub struct Recovered {
     pub name: String,
@@ -62,7 +62,9 @@ pub struct TwinFit {
 #[derive(Clone, Debug)]
 pub enum TwinEnd {
     Converged(Found),
-    /// It ended elsewhere, or not at all: why.
+    /// It ended elsewhere: what it found, which counts as a user would read it, and why.
+    NotConverged(Found, String),
+    /// There are no data to fit: why.
     Failed(String),
 }
 
@@ -122,27 +124,21 @@ pub fn recovery(
         };
         found.push(TwinFit { truth: estimated.iter().map(|&factor| truth[factor]).collect(), end });
     }
-    let converged: Vec<(&[f64], &Found)> = found
-        .iter()
-        .filter_map(|twin| match &twin.end {
-            TwinEnd::Converged(found) => Some((twin.truth.as_slice(), found)),
-            TwinEnd::Failed(_) => None,
-        })
-        .collect();
+    let fitted: Vec<(&[f64], &Found)> =
+        found.iter().filter_map(|twin| Some((twin.truth.as_slice(), twin.end.found()?))).collect();
     let recovered: Vec<Recovered> = estimated
         .iter()
         .enumerate()
-        .map(|(place, &factor)| recovered(case.factors[factor].name.clone(), factor, place, &converged))
+        .map(|(place, &factor)| recovered(case.factors[factor].name.clone(), factor, place, &fitted))
         .collect();
-    let mean =
-        |of: fn(&Found) -> f64| converged.iter().map(|(_, found)| of(found)).sum::<f64>() / converged.len() as f64;
+    let mean = |of: fn(&Found) -> f64| fitted.iter().map(|(_, found)| of(found)).sum::<f64>() / fitted.len() as f64;
     Ok(Recovery {
         covered: Proportion {
             count: recovered.iter().map(|factor| factor.covered.count).sum(),
             of: recovered.iter().map(|factor| factor.covered.of).sum(),
         },
         effective_samples: mean(|found| found.effective_samples),
-        samples: converged.first().map_or(0, |(_, found)| found.samples),
+        samples: fitted.first().map_or(0, |(_, found)| found.samples),
         recovered,
         noise_k,
         noise,
@@ -161,13 +157,23 @@ impl Recovery {
     pub fn failures(&self) -> Vec<(&str, usize)> {
         let mut failures: Vec<(&str, usize)> = Vec::new();
         for twin in &self.twins {
-            let TwinEnd::Failed(reason) = &twin.end else { continue };
+            let (TwinEnd::Failed(reason) | TwinEnd::NotConverged(_, reason)) = &twin.end else { continue };
             match failures.iter_mut().find(|(known, _)| known == reason) {
                 Some((_, count)) => *count += 1,
                 None => failures.push((reason, 1)),
             }
         }
         failures
+    }
+}
+
+impl TwinEnd {
+    /// What the fit found, converged or not.
+    pub fn found(&self) -> Option<&Found> {
+        match self {
+            Self::Converged(found) | Self::NotConverged(found, _) => Some(found),
+            Self::Failed(_) => None,
+        }
     }
 }
 
@@ -205,22 +211,20 @@ fn observed(
 }
 
 fn ended(fit: Estimated) -> TwinEnd {
-    if !fit.converged {
-        return TwinEnd::Failed(fit.termination);
-    }
-    TwinEnd::Converged(Found {
+    let found = Found {
         values: fit.values,
         intervals: fit.intervals,
         at_bound: fit.at_bound,
         effective_samples: fit.effective_samples,
         samples: fit.samples,
-    })
+    };
+    if fit.converged { TwinEnd::Converged(found) } else { TwinEnd::NotConverged(found, fit.termination) }
 }
 
-fn recovered(name: String, factor: usize, place: usize, converged: &[(&[f64], &Found)]) -> Recovered {
-    let of = converged.len();
+fn recovered(name: String, factor: usize, place: usize, fitted: &[(&[f64], &Found)]) -> Recovered {
+    let of = fitted.len();
     let count = of as f64;
-    let off: Vec<f64> = converged.iter().map(|(truth, found)| found.values[place] - truth[place]).collect();
+    let off: Vec<f64> = fitted.iter().map(|(truth, found)| found.values[place] - truth[place]).collect();
     let bias = off.iter().sum::<f64>() / count;
     let variance = off.iter().map(|off| (off - bias).powi(2)).sum::<f64>() / (count - 1.0);
     let holds = |(truth, found): &&(&[f64], &Found)| {
@@ -234,8 +238,8 @@ fn recovered(name: String, factor: usize, place: usize, converged: &[(&[f64], &F
         bias,
         bias_error: (variance / count).sqrt(),
         rms: (off.iter().map(|off| off * off).sum::<f64>() / count).sqrt(),
-        half_width: converged.iter().map(half_width).sum::<f64>() / count,
-        covered: Proportion { count: converged.iter().filter(holds).count(), of },
-        at_bound: converged.iter().filter(|(_, found)| found.at_bound[place]).count(),
+        half_width: fitted.iter().map(half_width).sum::<f64>() / count,
+        covered: Proportion { count: fitted.iter().filter(holds).count(), of },
+        at_bound: fitted.iter().filter(|(_, found)| found.at_bound[place]).count(),
     }
 }

@@ -7,7 +7,7 @@ mod trial;
 pub use needed::Needed;
 
 use super::nominal::{Peak, nominal};
-use super::proportion::{Proportion, ranks_95};
+use super::proportion::{Proportion, counts_below_95, ranks_95};
 use super::uncertainty::{Failure, uncertainty};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
@@ -96,8 +96,8 @@ pub enum SizeError {
     #[error("the case has no factors to vary, and a probability needs some")]
     NoFactors,
     #[error(
-        "{sensor} is not cooled by a thicker {ply}: it peaks at {thin_k:.1} K with {thin_mm:.2} mm and at \
-         {thick_k:.1} K with {thick_mm:.2} mm"
+        "{sensor} is not cooled by a thicker {ply}: it peaks at {thin_k:.1} K with {thin_mm} mm and at {thick_k:.1} K with \
+         {thick_mm} mm"
     )]
     NotCooled { sensor: String, ply: String, thin_mm: f64, thin_k: f64, thick_mm: f64, thick_k: f64 },
     #[error(transparent)]
@@ -204,10 +204,20 @@ impl Sizing {
         Proportion { count: self.each_m.partition_point(|needed_m| *needed_m <= thickness_m), of: self.members }
     }
 
-    /// Whether the members of the check hold the limit as often as those of the search, but for chance: the thickness rests on
-    /// draws as the check does, so both have a part in what may differ.
+    /// The shares of the members of the check between which the share that holds lies in 95 of 100 sizings of the same
+    /// number of members, where the model holds. Both scatter: the thickness, which is a quantile of as many draws as there
+    /// were members, and the count of the check.
+    pub fn expected_95(&self) -> Option<(Proportion, Proportion)> {
+        let of = self.check.as_ref()?.held.of;
+        let rank = rank(self.members, self.demand.probability);
+        let (low, high) = counts_below_95(rank, self.members, of);
+        Some((Proportion { count: low, of }, Proportion { count: high, of }))
+    }
+
+    /// Whether as many members of the check hold the limit as are to be [expected](Self::expected_95).
     pub fn is_borne_out(&self) -> Option<bool> {
-        Some(self.held(self.needed.found_m()?).is_like(self.check.as_ref()?.held))
+        let (low, high) = self.expected_95()?;
+        Some((low.count..=high.count).contains(&self.check.as_ref()?.held.count))
     }
 }
 
@@ -223,12 +233,14 @@ fn is_cooled(case: &Case, demand: &Demand, curve: &[(f64, Peak)]) -> Result<(), 
     if !thin_k.is_finite() || thick_k <= thin_k - FALL_K {
         return Ok(());
     }
+    // To a tenth of a micrometre.
+    let mm = |length_m: f64| (1e7 * length_m).round() / 1e4;
     Err(SizeError::NotCooled {
         sensor: case.sensors[demand.sensor].name.clone(),
         ply: demand.ply.clone(),
-        thin_mm: 1e3 * thin_m,
+        thin_mm: mm(*thin_m),
         thin_k,
-        thick_mm: 1e3 * thick_m,
+        thick_mm: mm(*thick_m),
         thick_k,
     })
 }

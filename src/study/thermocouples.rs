@@ -8,7 +8,8 @@ use super::nominal::trusted;
 use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::fit::{LeastSquares, Tangent};
-use crate::march::{March, MarchError, march_all};
+use crate::march::cpu::Cpu;
+use crate::march::{March, MarchError, Precision, march_all};
 use crate::plan::Plan;
 use crate::traces::{Arrival, Traces};
 use nalgebra::{DMatrix, DVector};
@@ -82,6 +83,38 @@ impl<'a> Thermocouples<'a> {
         let march = &mut *self.march;
         let at = |part: &Part| march.march(part.plan, &Ensemble::at(part.nominal.len(), part.nominal.clone()), 0..1);
         self.parts.iter().map(at).collect()
+    }
+
+    /// The discretisation error of each residual at a point. Its course in time is that of the finer of a plan's two resolutions, a third of the
+    /// difference of both; extrapolation takes that off, and what is left is no larger than the error that the plan was adapted to, so the
+    /// largest is scaled to that one. Zero where a plan has one resolution, and of members that fail. The processor marches in double
+    /// precision, as discretisation errors do not depend on the backend.
+    ///
+    /// # Errors
+    /// When the march fails.
+    pub fn discretisation_errors(&self, point: &[f64]) -> Result<DVector<f64>, MarchError> {
+        let mut march = Cpu::new(Precision::F64);
+        let mut errors = Vec::new();
+        for part in &self.parts {
+            let ensemble = part.ensemble(std::iter::once(point));
+            let Some(coarse) = &part.plan.coarse else {
+                errors.extend(part.samples.iter().map(|_| 0.0));
+                continue;
+            };
+            let fine = march.march(part.plan, &ensemble, 0..1)?;
+            let coarse = march.march(coarse, &ensemble, 0..1)?;
+            let is_done = fine.arrivals[0] == Arrival::Done && coarse.arrivals[0] == Arrival::Done;
+            let pairs = fine.temperatures_k.iter().zip(&coarse.temperatures_k);
+            let worst_k = pairs.map(|(fine_k, coarse_k)| (fine_k - coarse_k).abs() / 3.0).fold(0.0, f64::max);
+            let left_k =
+                part.plan.reached.as_ref().map(|reached| reached.nominal_k.max(reached.corners_k.unwrap_or(0.0)));
+            let share = left_k.filter(|left_k| *left_k < worst_k).map_or(1.0, |left_k| left_k / worst_k);
+            errors.extend(part.samples.iter().map(|sample| {
+                let [fine_k, coarse_k] = [&fine, &coarse].map(|traces| traces.trace(0, sample.sensor)[sample.instant]);
+                if is_done { share * (fine_k - coarse_k) / (3.0 * sample.sigma_k) } else { 0.0 }
+            }));
+        }
+        Ok(DVector::from_vec(errors))
     }
 
     /// The paper's S at points, K², over the samples of all cases, NaN where a member failed; and the traces of each case

@@ -187,6 +187,9 @@ pub(super) fn shortfall(case: &str, reference: &str, step: &str, order: f64, tol
         difference: 2.0 - order,
         tolerance,
         unit: "under 2".to_owned(),
-        source_of_tolerance: format!("an order of {:.1} or more is second order", 2.0 - tolerance),
+        source_of_tolerance: format!(
+            "an order of {:.1} or more is second order; wide: terms of higher order move it by hundredths",
+            2.0 - tolerance
+        ),
     }
 }

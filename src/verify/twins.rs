@@ -43,8 +43,14 @@ pub fn twins(marches: &mut [Box<dyn March>]) -> Result<Vec<Row>, MarchError> {
         for march in marches.iter_mut() {
             let backend = march.backend();
             let (precision, tolerance, source) = match backend.precision {
-                Precision::F32 => ("f32", SINGLE_K, "a twentieth of what a thermocouple resolves"),
-                Precision::F64 => ("f64", DOUBLE_K, "rounding over the march"),
+                Precision::F32 => (
+                    "f32",
+                    SINGLE_K,
+                    "a twentieth of what a thermocouple resolves; wide: devices may round in another order",
+                ),
+                Precision::F64 => {
+                    ("f64", DOUBLE_K, "rounding over the march; wide: devices may round in another order")
+                }
             };
             rows.push(Row {
                 group: Group::Twins,
@@ -61,8 +67,14 @@ pub fn twins(marches: &mut [Box<dyn March>]) -> Result<Vec<Row>, MarchError> {
         for march in cpu.iter_mut().chain(marches.iter_mut()) {
             let backend = march.backend();
             let (precision, tolerance, source) = match backend.precision {
-                Precision::F64 => ("f64", DERIVATIVE, "rounding over the step of the differences"),
-                Precision::F32 => ("f32", SINGLE_DERIVATIVE, "rounding over the march"),
+                Precision::F64 => (
+                    "f64",
+                    DERIVATIVE,
+                    "rounding over the step of the differences; wide: another machine may round otherwise",
+                ),
+                Precision::F32 => {
+                    ("f32", SINGLE_DERIVATIVE, "rounding over the march; wide: devices may round in another order")
+                }
             };
             rows.push(Row {
                 group: Group::Twins,

@@ -1,6 +1,6 @@
 //! A ply sized and twins studied: words, files, and that threads change nothing.
 
-use super::{CASE, OBSERVED, Ran, command, finish};
+use super::{CASE, OBSERVED, Ran, command, finish, say};
 use crate::support::Scratch;
 use serde_json::Value;
 
@@ -49,6 +49,29 @@ fn a_ply_is_sized_in_words_numbers_and_files_the_same_on_any_threads() {
     assert_eq!(one.1[0].lines().count(), 14);
     // It is at its hottest at the end, as the heater never goes out.
     assert!(ran.stdout.contains("TC2 is at its hottest when the run ends at 40 s"), "{}", ran.stdout);
+}
+
+#[test]
+fn a_thickness_that_was_not_found_is_not_called_too_small_and_a_thin_one_keeps_its_digits() {
+    let scratch = observed("thin");
+    let asked = "size c --ply BASE --limit TC2<310K --probability 0.9 -n 80 --quiet --out none";
+    let ran = say(&scratch, &format!("{asked} --between 2mm:4mm")).done();
+    let words = ran.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
+    for said in ["and no thickness from 2.00 mm to 4.00 mm does in 90 % of 80 members", "none suffices as it is"] {
+        assert!(words.contains(said), "no {said:?} in:\n{}", ran.stdout);
+    }
+    assert!(!ran.stdout.contains("too small") && !ran.stdout.contains("too thin"), "{}", ran.stdout);
+
+    let thin = CASE.replace("thickness = \"0.5 mm\"", "thickness = \"25 um\"");
+    scratch.write("thin/case.toml", thin);
+    let ran =
+        say(&scratch, "size thin --ply TOP --limit TC2<480K --probability 0.9 -n 80 --quiet --out thin/out").done();
+    let words = ran.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
+    for said in ["as drawn 0.0250 mm", "0.00625 mm to 0.100 mm"] {
+        assert!(words.contains(said), "no {said:?} in:\n{}", ran.stdout);
+    }
+    let page = scratch.read("thin/out/report.html");
+    assert!(page.contains(">0.025<"), "the layup is drawn with it");
 }
 
 #[test]

@@ -38,7 +38,8 @@ fn two_layups_fitted_together_tell_shared_factors_better_than_either_alone() {
     observed(&scratch, "thick", THICK, 2);
     let [thin, thick, both] = ["thin", "thick", "thin thick"].map(|cases| estimated(&scratch, cases, ""));
     for (factor, truth) in [("f_k", 1.1), ("f_q", 0.95)] {
-        let error = |found: &Value| number(found, &format!("factors.{factor}.standard_error"));
+        // Of white noise, as it was made: how much may follow itself is estimated from each data set alone.
+        let error = |found: &Value| number(found, &format!("factors.{factor}.independent_standard_error"));
         assert!(error(&both) < error(&thin).min(error(&thick)), "{factor}: {} together", error(&both));
         let value = number(&both, &format!("factors.{factor}.value"));
         assert!((value - truth).abs() < 4.0 * error(&both), "{factor} = {value}, made with {truth}");
@@ -51,6 +52,21 @@ fn two_layups_fitted_together_tell_shared_factors_better_than_either_alone() {
     let (fitted, page) = ("out/thin+thick/estimate/traces-thick.csv", "out/thin+thick/estimate/report.html");
     assert!(scratch.read(fitted).starts_with("time_s,TC1_K,TC2_K,TC1_fitted_K,TC2_fitted_K"));
     assert!(scratch.read(page).contains("thin and thick share all factors."));
+}
+
+/// Without noise nothing is left of the objective but what the last step leaves, which differs from start to start.
+#[test]
+fn starts_that_agree_are_counted_as_one_minimum_where_data_have_no_noise() {
+    let scratch = Scratch::new("agreeing");
+    observed(&scratch, "noisy", SAME, 1);
+    scratch.write("c/case.toml", CASE);
+    say(&scratch, "twin c --truth f_k=1.1,f_q=0.95 --noise 0K --out c/measured.csv").done();
+    let text = scratch.read("c/case.toml") + "\n[observations]\nfile = \"measured.csv\"\nsigma = \"2 K\"\n";
+    scratch.write("c/case.toml", text);
+    for case in ["c", "noisy"] {
+        let found = estimated(&scratch, case, "--starts 8 --bounds large");
+        assert_eq!(found["starts"]["least"].as_u64(), Some(8), "{case}: {:#}", found["starts"]);
+    }
 }
 
 #[test]

@@ -166,7 +166,10 @@ fn what_is_typed_wrong_is_told_with_what_was_expected() {
         ("predict c --set presure=1kPa", "unknown key \"presure\": did you mean \"pressure\"?"),
         ("predict c --set f_k", "--set \"f_k\": expected NAME=VALUE"),
         ("predict c --out c/case.toml", "\"c/case.toml\" is not a folder"),
-        ("verify --group nope", "--group \"nope\": no such group; there are exact, orders, codes, balance, fit, twins"),
+        (
+            "verify --group nope",
+            "--group \"nope\": no such group; there are exact, orders, codes, adapted, balance, fit, twins",
+        ),
         ("materials show nope", "unknown material \"nope\""),
         ("materials check c/case.toml", "c/case.toml: missing key \"density\""),
         ("frobnicate c", "unrecognized subcommand 'frobnicate'"),

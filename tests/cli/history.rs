@@ -35,7 +35,9 @@ fn a_flux_is_told_in_words_numbers_and_a_file_that_a_case_is_heated_by() {
     assert!(rms_k("found_rms_k") < 1.5 && rms_k("own_rms_k") > 10.0, "{found:#}");
     assert_eq!(found["converged"], true);
     let page = scratch.read("out/report.html");
-    assert!(page.contains("<section id=\"history\">") && page.contains("Flux at the knots"));
+    assert!(
+        page.contains("<section id=\"history\">") && page.contains("Cold-wall heat flux at the hot face at the knots")
+    );
 
     // What was found heats a case that is told of nothing else.
     scratch.write("again/history.csv", scratch.read("out/history.csv"));
@@ -46,6 +48,37 @@ fn a_flux_is_told_in_words_numbers_and_a_file_that_a_case_is_heated_by() {
     let again: Value = serde_json::from_str(&again.stdout).expect("JSON");
     let own_k = again["history"]["sensors"]["TC1"]["own_rms_k"].as_f64().expect("a misfit");
     assert!((own_k - rms_k("found_rms_k")).abs() < 0.05, "{own_k} K");
+}
+
+#[test]
+fn the_temperature_of_a_gas_is_told_in_kelvin_and_read_by_a_case() {
+    let scratch = Scratch::new("history-gas");
+    let convective = |gas: &str| {
+        CASE.replace("\"heated\"", "\"convective\"")
+            .replace(FLUX, &format!("coefficient = \"60 W/m^2/K\"\ngas = {gas}"))
+    };
+    let hotter = r#"[["0 s", "300 K"], ["1 s", "1430 K"]]"#;
+    scratch.write("truth/case.toml", convective(hotter));
+    say(&scratch, "twin truth --noise 1K --seed 3 --out measured.csv --quiet").done();
+    scratch.write("c/measured.csv", scratch.read("measured.csv"));
+    scratch.write("c/case.toml", convective(r#"[["0 s", "300 K"], ["1 s", "1300 K"]]"#) + MEASURED);
+    let ran = say(&scratch, "history c --sensors TC1 --knots 4 --out out --quiet").done();
+    for said in ["Gas, K", "the gas was at", "K on average"] {
+        assert!(ran.stdout.contains(said), "no {said:?} in:\n{}", ran.stdout);
+    }
+    assert!(!ran.stdout.contains("MJ/m²") && !ran.stdout.contains("W/cm²"), "{}", ran.stdout);
+    let summary: Value = serde_json::from_str(&scratch.read("out/summary.json")).expect("JSON");
+    let found = &summary["history"];
+    let more = found["mean_k"].as_f64().expect("a mean") / found["mean_own_k"].as_f64().expect("a mean");
+    assert!((more / 1.1 - 1.0).abs() < HISTORY_FLUENCE && found["sought"] == "gas", "{found:#}");
+    assert!(scratch.read("out/history.csv").starts_with("time_s,gas_K"));
+    scratch.write("again/history.csv", scratch.read("out/history.csv"));
+    scratch.write("again/measured.csv", scratch.read("measured.csv"));
+    scratch.write("again/case.toml", convective(r#"{ file = "history.csv" }"#) + MEASURED);
+    let again = say(&scratch, "history again --sensors TC1 --knots 0 --smoothing 0 --json --quiet").done();
+    let again: Value = serde_json::from_str(&again.stdout).expect("JSON");
+    let off_k = again["history"]["sensors"]["TC1"]["own_rms_k"].as_f64().expect("a misfit");
+    assert!(off_k < 1.5, "{off_k} K");
 }
 
 #[test]
@@ -63,6 +96,10 @@ fn what_has_no_flux_to_find_or_too_little_to_find_it_from_is_refused() {
     refused("history held", &["held", "held at a temperature", "kind = \"heated\""]);
     refused("history c", &["values cannot be sought in 4 samples"]);
     refused("history c --window 11:19", &["no samples between 11 s and 19 s"]);
+    refused("history c --knots 1 --seek gas", &["--seek gas", "the hot face has no film"]);
+    refused("history c --knots 1 --seek heat", &["--seek \"heat\"", "flux, radiant-flux or gas"]);
+    scratch.write("two/case.toml", case.replace(FLUX, &format!("{FLUX}\nradiant_flux = \"1 W/cm^2\"")));
+    refused("history two --knots 1", &["two", "a flux and a radiant-flux", "--seek flux or --seek radiant-flux"]);
     refused("history c --knots 1 --smoothing soft", &["--smoothing \"soft\"", "discrepancy, l-curve"]);
     refused("history c --knots 1 --bounds small", &["--bounds", "no factor"]);
 }

@@ -5,6 +5,7 @@ mod estimates; // of several cases, by losses, with priors, from many starts, wi
 mod faults; // exit code 2: wrong input, told with its place, nothing written
 mod history; // a flux recovered: words, numbers, a file that heats a case
 mod machines; // devices, backends that cannot be had, materials, verification
+mod observations; // committed synthetic observations beside those made anew
 mod pieces; // a sweep cut into pieces and merged again; memory that does not grow
 mod questions; // predict, uncertainty, sensitivity, estimate, study, twin
 mod trusted; // what each thermocouple counts for: windows and standard deviations of their own

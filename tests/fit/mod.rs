@@ -4,6 +4,7 @@ mod bounded;
 mod certified;
 mod endings;
 mod intervals;
+mod peers;
 mod robust;
 
 use bondline::fit::{Fit, LeastSquares, Options, minimize};

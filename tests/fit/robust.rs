@@ -1,8 +1,16 @@
 //! Robust losses and priors, from outside.
 
 use super::exact;
+use crate::support::case;
+use bondline::case::{Bounds, Case};
 use bondline::fit::interval::residual_variance;
-use bondline::fit::{Fit, LeastSquares, Loss, Prior, Robust, WithPriors, certainty, minimize};
+use bondline::fit::{Fit, LeastSquares, Loss, Options, Prior, Robust, Tangent, WithPriors, certainty, minimize};
+use bondline::march::Precision;
+use bondline::march::cpu::Cpu;
+use bondline::march::extrapolated::Extrapolated;
+use bondline::pilot::pilot;
+use bondline::study::estimate::{Search, estimate};
+use bondline::verify::least_squares::{Asked, Known, nist};
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
@@ -98,4 +106,148 @@ fn a_prior_settles_what_the_data_leave_open() {
     let Ok(fit) = minimize(&mut problem, &DVector::from_vec(vec![1.0, 1.0]), &exact());
     assert!(fit.termination.converged(), "{}", fit.termination);
     assert!((fit.point[1] + 3.0).abs() < 5e-3 && (fit.point[0] - 5.0).abs() < 0.5, "{}", fit.point);
+}
+
+/// A set of NIST's with some observations that are far off.
+struct Spoiled<'a> {
+    asked: Asked<'a>,
+    off: DVector<f64>,
+}
+
+impl LeastSquares for Spoiled<'_> {
+    type Error = Infallible;
+
+    fn bounds(&self) -> &[(f64, f64)] {
+        self.asked.bounds()
+    }
+
+    fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, Infallible> {
+        let mut residuals = self.asked.residuals(points)?;
+        residuals.column_iter_mut().for_each(|mut column| column += &self.off);
+        Ok(residuals)
+    }
+
+    fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, Infallible> {
+        let Some(mut tangents) = self.asked.tangents(points)? else { return Ok(None) };
+        tangents.iter_mut().for_each(|tangent| tangent.residuals += &self.off);
+        Ok(Some(tangents))
+    }
+}
+
+/// A problem that does not state the curvature of its loss: the minimiser takes bent residuals for straight ones.
+struct Unweighted<P>(P);
+
+impl<P: LeastSquares> LeastSquares for Unweighted<P> {
+    type Error = P::Error;
+
+    fn bounds(&self) -> &[(f64, f64)] {
+        self.0.bounds()
+    }
+
+    fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, P::Error> {
+        self.0.residuals(points)
+    }
+
+    fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, P::Error> {
+        self.0.tangents(points)
+    }
+}
+
+/// One observation in `every` is `sigmas` standard deviations too low.
+fn spoiled(known: &Known, (sigmas, every): (f64, usize), deviation: f64, loss: Loss) -> Robust<Spoiled<'_>> {
+    let observations = known.residuals(&known.starts[0]).len();
+    let off = |i: usize, _| if i % every == every / 2 { sigmas * deviation } else { 0.0 };
+    Robust { problem: Spoiled { asked: Asked::new(known, true), off: DVector::from_fn(observations, off) }, loss }
+}
+
+/// Eleven sets of NIST's, up to a third of their observations 10 to 100 standard deviations off, by losses of the usual
+/// width and of a tenth or so of it, by which most of what is left is far off too.
+#[test]
+fn robust_fits_with_large_misfits_converge_in_twenty_iterations_where_the_patient_way_ends_too() {
+    const SETS: [&str; 11] = [
+        "Chwirut1", "Chwirut2", "Gauss1", "Gauss2", "Gauss3", "DanWood", "Kirby2", "Roszman1", "BoxBOD", "Rat42",
+        "Rat43",
+    ];
+    let patient = Options {
+        patience: 5000,
+        tolerance_reduction: 1e-15,
+        tolerance_gradient: 1e-12,
+        tolerance_step: 1e-13,
+        derivative_error: 1e-12,
+        ..Options::default()
+    };
+    let (mut fits, mut crawling) = (0, 0);
+    for known in nist().iter().filter(|known| SETS.contains(&known.name.as_str())) {
+        let start = DVector::from_row_slice(known.starts.last().expect("two starts"));
+        let observations = known.residuals(&known.starts[0]).len();
+        let deviation = (known.minima[0] / observations as f64).sqrt();
+        for outliers in [(10.0, 7), (40.0, 4), (100.0, 3)] {
+            for widths in [[1.345, 1.0], [0.2, 0.1]] {
+                let [huber, soft] = widths.map(|width| width * deviation);
+                for loss in [Loss::Huber { width: huber }, Loss::SoftL1 { width: soft }] {
+                    let problem = || spoiled(known, outliers, deviation, loss);
+                    let Ok(fit) = minimize(&mut problem(), &start, &Options::default());
+                    let Ok(least) = minimize(&mut Unweighted(problem()), &start, &patient);
+                    let named = format!("{} {outliers:?} {loss}: {}", known.name, fit.termination);
+                    assert!(fit.termination.converged() && fit.path.len() - 1 <= 20, "{named} in {}", fit.path.len());
+                    let off = fit.objective / least.objective - 1.0;
+                    assert!(off < 1e-8, "{named}: S is {off:e} above the least");
+                    let many = Options { patience: 300, ..Options::default() };
+                    let Ok(unweighted) = minimize(&mut Unweighted(problem()), &start, &many);
+                    crawling += usize::from(unweighted.path.len() - 1 > 20);
+                    fits += 1;
+                }
+            }
+        }
+    }
+    // The negative control: bent residuals taken for straight ones take longer.
+    assert!(fits == 132 && crawling >= 10, "{crawling} of {fits} take more than 20 iterations without the weights");
+}
+
+/// 64 standard deviations off, root mean square: next to every sample counts as far off.
+#[test]
+fn a_case_that_its_model_does_not_meet_is_fitted_in_twenty_iterations_by_every_loss() {
+    let losses = [
+        (Loss::Huber { width: 2.0 }, Some(Bounds::Small)),
+        (Loss::SoftL1 { width: 2.0 }, Some(Bounds::Small)),
+        (Loss::SoftL1 { width: 1.0 }, None),
+    ];
+    let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
+    let mut fitted = |case: &Case| {
+        let plan = pilot(case).expect("a plan");
+        let profiles = case.estimate.prior.map(|_| "f_k_INS".to_owned()).into_iter().collect();
+        let search = Search { landscape: false, profiles, ..Search::of(Precision::F64) };
+        estimate(&[(case, &plan)], &mut march, &search).expect("an estimate")
+    };
+    for (loss, prior) in losses {
+        let mut case = case("lcat-2259");
+        let sensor = |name: &str| case.sensors.iter().position(|sensor| sensor.name == name).expect("a sensor");
+        let factor = |name: &str| case.factors.iter().position(|factor| factor.name == name).expect("a factor");
+        let insulator = factor("f_k_INS");
+        case.estimate.sensors = ["TC3", "TC4"].map(sensor).to_vec();
+        case.estimate.factors = vec![factor("f_k_OF"), insulator];
+        case.estimate.start = Vec::new();
+        case.estimate.bounds = Bounds::Large;
+        case.estimate.window_s = Some((0.0, 200.0));
+        (case.estimate.loss, case.estimate.prior) = (loss, prior);
+        let found = fitted(&case);
+        assert!(found.converged && found.path.len() - 1 <= 20, "{loss}: {} in {}", found.termination, found.path.len());
+        // Nothing along the other factor is lower. Of data alone that is seen of fits in which it is as good as held, beside priors of the
+        // profile, as each fit has a scale of its own there.
+        if prior.is_some() {
+            let rises = &found.profiles[0].rises;
+            assert!(rises.len() > 8 && rises.iter().all(|rise| *rise > -1e-6), "{loss}: {rises:?}");
+            assert!(rises.iter().any(|rise| *rise > 1.0), "{loss}: a profile that is flat would pass");
+            continue;
+        }
+        assert_eq!(found.values[0], 0.5, "{loss}: on its bound");
+        for beside in [0.995, 1.005] {
+            let mut held = case.clone();
+            let value = beside * found.values[1];
+            // Bounds leave some room.
+            held.factors[insulator].large = (value, value * (1.0 + 1e-9));
+            let rise = fitted(&held).ends[0].objective - found.ends[0].objective;
+            assert!(rise > 0.0, "{loss}: S is lower by {} at {beside} of the estimate", -rise);
+        }
+    }
 }

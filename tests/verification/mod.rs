@@ -1,7 +1,7 @@
 //! Every row of `bondline verify` passes on the processor in f64, and a row can fail.
 
 use crate::support::case;
-use bondline::case::Case;
+use bondline::case::{Case, Resolution};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::{Cpu, Reference};
 use bondline::march::extrapolated::march_both;
@@ -11,7 +11,7 @@ use bondline::plan::Plan;
 use bondline::traces::Traces;
 use bondline::verify::problem::Problem;
 use bondline::verify::problems::{all, flexible};
-use bondline::verify::{Group, compare, rows, table};
+use bondline::verify::{Group, Row, WIDE, compare, rows, table};
 use std::ops::Range;
 
 #[track_caller]
@@ -23,6 +23,7 @@ fn passes(group: Group) {
         let told = [&row.case, &row.reference, &row.quantity, &row.unit, &row.source_of_tolerance];
         assert!(told.iter().all(|text| !text.is_empty()), "a row says not all of itself: {row:?}");
         assert!(row.tolerance.is_finite() && row.tolerance > 0.0, "a row that cannot fail: {row:?}");
+        assert!(!row.is_wide_without_reason(), "more than ten times what is met, and no reason: {row:?}");
     }
 }
 
@@ -39,6 +40,11 @@ fn the_march_is_of_the_order_that_each_row_claims() {
 #[test]
 fn the_march_agrees_with_other_codes_and_standards() {
     passes(Group::Codes);
+}
+
+#[test]
+fn adapted_marches_agree_with_every_reference_within_the_error_that_they_report() {
+    passes(Group::Adapted);
 }
 
 #[test]
@@ -60,6 +66,18 @@ fn a_reference_moved_by_twice_its_tolerance_fails_its_row() {
     let rows = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail");
     assert!(!rows[0].pass(), "\n{}", table(&rows));
     assert!(rows[1].pass(), "\n{}", table(&rows));
+}
+
+#[test]
+fn a_tolerance_beyond_ten_times_what_is_met_needs_a_reason() {
+    let problem = all().into_iter().find(|p| p.case.name.starts_with("TACOT, surface held")).expect("listed");
+    let row = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail").remove(0);
+    assert!(!row.is_wide_without_reason(), "{row:?}");
+    let wider = Row { tolerance: 11.0 * row.difference, ..row };
+    assert!(wider.is_wide_without_reason());
+    let explained =
+        Row { source_of_tolerance: format!("{}{WIDE}the reference is printed so", wider.reference), ..wider };
+    assert!(!explained.is_wide_without_reason());
 }
 
 /// A march whose traces are not what they should be.
@@ -141,9 +159,9 @@ fn the_held_tacot_is_verified_for_the_error_that_its_case_tolerates() {
 }
 
 #[test]
-fn the_held_tacot_for_one_kelvin_misses_the_converged_curves() {
+fn the_held_tacot_on_forty_stated_cells_misses_the_converged_curves() {
     let mut problem = held_tacot();
-    problem.case.resolution.tolerance_k = Some(1.0);
+    problem.case.resolution = Resolution { tolerance_k: None, cells: 40, growth: 0.2, ..problem.case.resolution };
     let rows = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail");
     assert!(!rows[0].pass(), "\n{}", table(&rows[..1]));
 }

@@ -59,12 +59,27 @@ impl Case {
         let case = located(path, &faults).and_then(|file| {
             let mut root = document(&file, &faults)?;
             written::all(overrides.iter().map(|(name, value)| set(&mut root, name, value, &faults)))?;
-            let parent = file.parent().unwrap_or(Path::new("."));
-            let folder = Folder { path: parent, faults: &faults, materials: RefCell::default() };
-            case(&root.read(&faults).section()?, &folder, id(&file))
+            read(&root, file.parent().unwrap_or(Path::new(".")), id(&file), &faults)
         });
         faults.settle(case)
     }
+
+    /// A case from the text of a case file. `id` names it in messages and output; files that the text names are looked
+    /// for in `folder`.
+    ///
+    /// # Errors
+    /// Every fault of the text and of the files that it names, each with its line and column.
+    pub fn from_toml(text: &str, id: &str, folder: &Path) -> Result<Self, CaseError> {
+        let faults = Faults::default();
+        let case = Node::document(text, id, &faults).and_then(|root| read(&root, folder, id.to_owned(), &faults));
+        faults.settle(case)
+    }
+}
+
+/// The case of a document whose files lie in a folder.
+fn read(root: &Node, folder: &Path, id: String, faults: &Faults) -> Read<Case> {
+    let folder = Folder { path: folder, faults, materials: RefCell::default() };
+    case(&root.read(faults).section()?, &folder, id)
 }
 
 impl Material {

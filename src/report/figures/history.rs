@@ -1,7 +1,7 @@
-//! A flux that was recovered, what it leaves of the readings, and how its smoothness was chosen.
+//! A flux or a gas temperature that was recovered, what it leaves of the readings, and how its smoothness was chosen.
 
 use super::super::figure::{Axis, Figure, Ink, Layer, Stroke};
-use super::super::history::{W_CM2, chosen, found, left_out};
+use super::super::history::{chosen, found, left_out, unit};
 use super::super::{Story, words};
 use super::line;
 use crate::study::history::History;
@@ -16,23 +16,24 @@ pub(super) fn figures(story: &Story, outcome: &History) -> Vec<Figure> {
 
 fn flux(story: &Story, outcome: &History) -> Figure {
     let knots = 0..outcome.times_s.len();
-    let largest = outcome.flux_w_m2.iter().chain(&outcome.own_w_m2).copied().fold(0.0, f64::max) * W_CM2;
+    let unit = unit(outcome.sought);
+    let largest = outcome.values.iter().chain(&outcome.own).copied().fold(0.0, f64::max) * unit.scale;
     // An open end of the band would leave the rest of the figure a line.
     let top = 1.4 * largest.max(1e-6);
-    let values = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value * W_CM2).collect() };
+    let values = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value * unit.scale).collect() };
     let edge = |sign: f64| {
-        let at = |knot: usize| (outcome.flux_w_m2[knot] + sign * outcome.half_width_w_m2(knot)) * W_CM2;
+        let at = |knot: usize| (outcome.values[knot] + sign * outcome.half_width(knot)) * unit.scale;
         knots.clone().map(|knot| at(knot).clamp(0.0, top)).collect()
     };
     let x = &outcome.times_s;
-    let found_w_cm2 = values(&outcome.flux_w_m2);
+    let found_values = values(&outcome.values);
     Figure {
         id: "history-flux".to_owned(),
         number: String::new(),
-        title: "Cold-wall heat flux at the hot face, recovered".to_owned(),
+        title: format!("{}, recovered", unit.title),
         caption: format!("{} {}", found(story, outcome), left_out()),
         x: Axis::linear("Time, s").within(0.0, outcome.end_s),
-        y: Axis::linear("Heat flux, W/cm²").within(0.0, top),
+        y: Axis::linear(&format!("{}, {}", sentence(unit.noun), unit.unit)).within(0.0, top),
         layers: vec![
             Layer::Band {
                 name: "95 %, by noise".to_owned(),
@@ -42,17 +43,23 @@ fn flux(story: &Story, outcome: &History) -> Figure {
                 low: edge(-1.0),
                 high: edge(1.0),
             },
-            line("as the case has it".to_owned(), Ink::Guide, Stroke::Dashed, x, &values(&outcome.own_w_m2)),
-            line("recovered".to_owned(), Ink::Series(0), Stroke::Solid, x, &found_w_cm2),
+            line("as the case has it".to_owned(), Ink::Guide, Stroke::Dashed, x, &values(&outcome.own)),
+            line("recovered".to_owned(), Ink::Series(0), Stroke::Solid, x, &found_values),
             Layer::Points {
                 name: "knots".to_owned(),
                 ink: Ink::Series(0),
                 x: x.clone(),
-                y: found_w_cm2,
+                y: found_values,
                 error: Vec::new(),
             },
         ],
     }
+}
+
+/// With a capital at its front.
+fn sentence(noun: &str) -> String {
+    let mut letters = noun.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn residuals(story: &Story, outcome: &History) -> Figure {
@@ -71,7 +78,7 @@ fn residuals(story: &Story, outcome: &History) -> Figure {
         .iter()
         .map(|seen| {
             format!(
-                "{} is off by {} (root mean square) as the case is heated and by {} with the flux found",
+                "{} is off by {} (root mean square) as the case is heated and by {} with what was found",
                 story.case.sensors[seen.sensor].name,
                 words::misfit(seen.rms_k.0),
                 words::misfit(seen.rms_k.1)

@@ -3,7 +3,7 @@
 use super::super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::super::{recovery, words};
 use super::{file_name, line};
-use crate::study::recovery::{Recovered, Recovery, TwinEnd};
+use crate::study::recovery::{Recovered, Recovery};
 
 pub(super) fn figures(outcome: &Recovery) -> Vec<Figure> {
     let mut figures = vec![coverage(outcome)];
@@ -47,7 +47,7 @@ fn found(outcome: &Recovery, place: usize) -> Figure {
     let Recovered { name, bias, bias_error, rms, .. } = &outcome.recovered[place];
     let mut held = [(Vec::new(), Vec::new(), Vec::new()), (Vec::new(), Vec::new(), Vec::new())];
     for twin in &outcome.twins {
-        let TwinEnd::Converged(found) = &twin.end else { continue };
+        let Some(found) = twin.end.found() else { continue };
         let ((low, high), truth) = (found.intervals[place], twin.truth[place]);
         let (x, y, error) = &mut held[usize::from(!(low..=high).contains(&truth))];
         x.push(truth);

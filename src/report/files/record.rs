@@ -21,6 +21,7 @@ use observed::ObservedRecord;
 use posterior::PosteriorRecord;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
+use std::collections::BTreeMap;
 
 /// Keys in the order written. Absent answers leave their keys out.
 #[derive(Serialize)]
@@ -67,18 +68,35 @@ struct Record<'a> {
     files: &'a [String],
 }
 
-/// Errors of temperatures against twice the cells and steps, K.
+/// Estimated discretisation errors: of temperatures in K; of gauges in the unit of their key.
 #[derive(Serialize)]
 struct Resolution {
     tolerance_k: f64,
     nominal_k: f64,
     corners_k: Option<f64>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    gauges: BTreeMap<&'static str, GaugeResolution>,
+}
+
+/// Of a front in m, at 95 % of the instants; of another gauge as a share of its peak.
+#[derive(Serialize)]
+struct GaugeResolution {
+    error: f64,
+    tolerance: f64,
 }
 
 impl Resolution {
-    fn of(reached: Reached) -> Self {
-        let Reached { tolerance_k, nominal_k, corners_k } = reached;
-        Self { tolerance_k, nominal_k, corners_k }
+    fn of(reached: &Reached) -> Self {
+        let gauges = reached
+            .gauges
+            .iter()
+            .map(|gauge| (gauge.gauge.name(), GaugeResolution { error: gauge.error, tolerance: gauge.tolerance }));
+        Self {
+            tolerance_k: reached.tolerance_k,
+            nominal_k: reached.nominal_k,
+            corners_k: reached.corners_k,
+            gauges: gauges.collect(),
+        }
     }
 }
 
@@ -218,7 +236,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         members: members(story),
         steps: march.map(|outcome| outcome.steps),
         cells: march.map(|outcome| outcome.cells),
-        resolution: march.and_then(|outcome| outcome.reached).map(Resolution::of),
+        resolution: march.and_then(|outcome| outcome.reached.as_ref()).map(Resolution::of),
         seconds: Seconds {
             plan: story.seconds.plan_s,
             march: story.seconds.march_s,

@@ -15,9 +15,9 @@
 //! | `predictive.csv` | `sensor`, `time_s`, between what 95 % of these predict, and the same with what the model lacks |
 //! | `sizing.csv` | `thickness_m`, nominal peak and percentiles 2.5, 50, 97.5 of the members' peaks there, share of members that hold the limit |
 //! | `needed.csv` | `thickness_m` that each member needs, thinnest first, and the share of members that need no more |
-//! | `history.csv` | `time_s`, `flux_w_m2`: the flux found, as a case reads one |
-//! | `history-band.csv` | of every knot the flux, between what 95 % of histories have that other noise makes, what smoothing takes off to first order, what the case has |
-//! | `history-residuals.csv` | `sensor`, `time_s`, measured less predicted with the flux found |
+//! | `history.csv` | `time_s`, `flux_w_m2`, `radiant_flux_w_m2` or `gas_K`: the history found, as a case reads one |
+//! | `history-band.csv` | of every knot the value, between what 95 % of histories have that other noise makes, what smoothing takes off to first order, what the case has |
+//! | `history-residuals.csv` | `sensor`, `time_s`, measured less predicted with the history found |
 //! | `twins.csv` | `twin`, `factor`, truth, estimate, its 95 % interval, and whether that holds the truth; the last four empty where no fit converged |
 //! | `landscape.csv` | the two factors and the objective over their plane |
 
@@ -26,10 +26,10 @@ use super::super::{ReportError, Story};
 use super::table::{Table, cell};
 use crate::case::Case;
 use crate::study::estimate::{Estimated, Fitted, Landscape};
-use crate::study::history::History;
+use crate::study::history::{History, Sought};
 use crate::study::nominal::Nominal;
 use crate::study::posterior::{Posterior, Predicted};
-use crate::study::recovery::{Recovery, TwinEnd};
+use crate::study::recovery::Recovery;
 use crate::study::sensitivity::Sensitivity;
 use crate::study::size::Sizing;
 use crate::study::statistics::Likely;
@@ -261,15 +261,22 @@ fn needed(outcome: &Sizing) -> Result<(String, Vec<u8>), ReportError> {
 }
 
 fn heating(case: &Case, outcome: &History) -> Result<[(String, Vec<u8>); 3], ReportError> {
-    let mut flux = Table::new("history.csv", ["time_s", "flux_w_m2"])?;
+    let (name, unit) = match outcome.sought {
+        Sought::Flux => ("flux", "w_m2"),
+        Sought::RadiantFlux => ("radiant_flux", "w_m2"),
+        Sought::Gas => ("gas", "K"),
+    };
+    let value = format!("{name}_{unit}");
+    let mut found = Table::new("history.csv", ["time_s", &value])?;
     for (&time_s, &value) in outcome.schedule.times_s.iter().zip(&outcome.schedule.values) {
-        flux.row(None, [time_s, value])?;
+        found.row(None, [time_s, value])?;
     }
-    let columns = ["time_s", "flux_w_m2", "low_w_m2", "high_w_m2", "smoothed_w_m2", "own_w_m2"];
-    let mut band = Table::new("history-band.csv", columns)?;
-    for (knot, &value) in outcome.flux_w_m2.iter().enumerate() {
-        let half = outcome.half_width_w_m2(knot);
-        let (smoothed, own) = (outcome.smoothed_w_m2[knot], outcome.own_w_m2[knot]);
+    let [low, high, smoothed, own] = ["low", "high", "smoothed", "own"].map(|of| format!("{of}_{unit}"));
+    let columns = ["time_s", &value, &low, &high, &smoothed, &own].map(str::to_owned);
+    let mut band = Table::new("history-band.csv", columns.each_ref().map(String::as_str))?;
+    for (knot, &value) in outcome.values.iter().enumerate() {
+        let half = outcome.half_width(knot);
+        let (smoothed, own) = (outcome.smoothed[knot], outcome.own[knot]);
         band.row(None, [outcome.times_s[knot], value, (value - half).max(0.0), value + half, smoothed, own])?;
     }
     let mut left = Table::new("history-residuals.csv", ["sensor", "time_s", "residual_K"])?;
@@ -278,7 +285,7 @@ fn heating(case: &Case, outcome: &History) -> Result<[(String, Vec<u8>); 3], Rep
             left.row(Some(&case.sensors[seen.sensor].name), [time_s, off_k])?;
         }
     }
-    Ok([flux.close()?, band.close()?, left.close()?])
+    Ok([found.close()?, band.close()?, left.close()?])
 }
 
 fn twins(outcome: &Recovery) -> Result<(String, Vec<u8>), ReportError> {
@@ -287,13 +294,13 @@ fn twins(outcome: &Recovery) -> Result<(String, Vec<u8>), ReportError> {
     for (number, twin) in outcome.twins.iter().enumerate() {
         for (place, (&truth, factor)) in twin.truth.iter().zip(&outcome.recovered).enumerate() {
             let mut row = vec![number.to_string(), factor.name.clone(), cell(truth)];
-            match &twin.end {
-                TwinEnd::Converged(found) => {
+            match twin.end.found() {
+                Some(found) => {
                     let (low, high) = found.intervals[place];
                     row.extend([found.values[place], low, high].map(cell));
                     row.push(u8::from((low..=high).contains(&truth)).to_string());
                 }
-                TwinEnd::Failed(_) => row.extend(std::iter::repeat_n(String::new(), 4)),
+                None => row.extend(std::iter::repeat_n(String::new(), 4)),
             }
             table.text(row)?;
         }

@@ -15,7 +15,7 @@ pub(super) fn sized(story: &Story, outcome: &Sizing) -> String {
     let mut rows = vec![
         vec![
             "as drawn".to_owned(),
-            sizing::millimetres(outcome.drawn_m),
+            words::millimetres(outcome.drawn_m),
             mass(Some(outcome.drawn_m)),
             held(outcome.held(outcome.drawn_m)),
         ],
@@ -33,7 +33,7 @@ pub(super) fn sized(story: &Story, outcome: &Sizing) -> String {
         ],
     ];
     if let Some(margin_m) = outcome.margin_m() {
-        rows.push(vec!["margin".to_owned(), sizing::millimetres(margin_m), mass(Some(margin_m)), String::new()]);
+        rows.push(vec!["margin".to_owned(), words::millimetres(margin_m), mass(Some(margin_m)), String::new()]);
     }
     let checks: Vec<Vec<String>> = outcome
         .check
@@ -81,7 +81,7 @@ pub(super) fn heated(story: &Story, outcome: &History) -> String {
         .collect();
     let head = ["Sensor", "Samples", "Off as the case has it, K", "Off as found, K"];
     list(&[history::found(story, outcome), history::chosen(outcome), history::left_out().to_owned()])
-        + &table("Flux at the knots, W/cm²", &history::HEAD, &rows)
+        + &table(&format!("{} at the knots", history::unit(outcome.sought).title), &history::head(outcome), &rows)
         + &table("Measured less predicted, root mean square", &head, &fits)
 }
 

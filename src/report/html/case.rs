@@ -11,7 +11,9 @@ pub(super) fn described(case: &Case) -> String {
 }
 
 fn millimetres(length_m: f64) -> String {
-    words::trimmed(format!("{:.3}", 1e3 * length_m))
+    // Three decimals, and of what is thinner than a tenth of a millimetre a hundredth of it.
+    let magnitude = if length_m == 0.0 { 0.0 } else { (1e3 * length_m).abs().log10().floor() };
+    words::trimmed(format!("{:.*}", (2.0 - magnitude).clamp(3.0, 12.0) as usize, 1e3 * length_m))
 }
 
 fn layup(case: &Case) -> String {
@@ -310,22 +312,23 @@ pub(super) fn method(story: &Story) -> String {
     if story.estimated.is_some() {
         out += &paragraph(
             "Estimation: the Levenberg-Marquardt method (Levenberg 1944; Marquardt 1963; Özışık & Orlande, Inverse \
-             Heat Transfer, 2000) within the bounds. Standard errors hold for a model without error and residuals \
-             that are independent noise; the 95 % intervals are widened by the autocorrelation of the residuals, or rather \
-             of the noise, of which a fit takes the slow part.",
+             Heat Transfer, 2000) within the bounds. Standard errors and 95 % intervals are those of least squares under a \
+             noise model, an exponentially correlated process with a share of white noise, that is estimated with the \
+             factors by restricted likelihood (Patterson & Thompson 1971) and integrated over; the discretisation error of the march \
+             is added in quadrature. The standard error is half the interval over 1.96.",
         );
     }
     if story.estimated.is_some_and(|outcome| !outcome.profiles.is_empty()) {
         out += &paragraph(
             "Profiles: one factor is held at value after value while all others are sought again, and what was made least \
-             rises above its least. In squares of a standard error that rise is one of Student's t squared (Bates & Watts, \
-             Nonlinear Regression Analysis, 1988), whatever the curve of the prediction.",
+             rises above its least (Bates & Watts, Nonlinear Regression Analysis, 1988). The interval ends where the rise is that at the \
+             ends of the linear interval of a linear problem.",
         );
     }
     if story.posterior.is_some() {
         out += &paragraph(
             "Posterior: values drawn as often as they are likely, by walkers that move by each other's differences (ter Braak \
-             2006) between the bounds. Data weigh as in the intervals, by their scatter and the effective number of samples. What \
+             2006) between the bounds. The density is exp(-S/2) of the objective that estimate and profiles have: data count by their noise model, priors at their word. What \
              the model lacks is a process of exponential memory, as strong as the residuals are beyond the readings' own deviations; \
              at each sensor and instant it is in proportion to what a standard deviation of every factor of the case moves there.",
         );

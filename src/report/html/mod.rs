@@ -5,6 +5,7 @@
 
 mod asked;
 mod case;
+mod errors;
 mod posterior;
 mod sections;
 mod table;
@@ -74,7 +75,7 @@ fn header(story: &Story) -> String {
     facts.extend(story.sizing.map(|outcome| words::counted(outcome.members, "member")));
     if let Some(march) = story.nominal_march() {
         facts.push(format!("{} steps, {} cells", words::count(march.steps), words::count(march.cells)));
-        facts.extend(march.reached.map(words::reached));
+        facts.extend(march.reached.as_ref().map(words::reached));
     }
     let seconds = story.seconds;
     let took = [("planning", seconds.plan_s), ("marching", seconds.march_s), ("reducing", seconds.reduce_s)];

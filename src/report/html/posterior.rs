@@ -41,7 +41,8 @@ pub(super) fn posterior(story: &Story, found: &Estimated, outcome: &Posterior) -
             ]);
         }
     }
-    let said = [posterior::walked(outcome), posterior::lacking(outcome)];
+    let used = posterior::apart(story, outcome).unwrap_or_else(posterior::agreeing);
+    let said = [posterior::walked(outcome), used, posterior::lacking(outcome)];
     let head = [
         "Factor",
         "Median",

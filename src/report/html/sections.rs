@@ -1,10 +1,10 @@
 //! The answers, a section each: tables and figures.
 
 use super::super::figure::Figure;
-use super::super::findings::{ends, explained, objective, ranked, sentence};
+use super::super::findings::{self, ends, explained, objective, ranked, sentence};
 use super::super::{Story, causes, gas, reduction, words};
 use super::table::{escaped, list, paragraph, table};
-use super::{Section, asked, case, posterior};
+use super::{Section, asked, case, errors, posterior};
 use crate::case::Case;
 use crate::study::beside::Beside;
 use crate::study::estimate::{Estimand, Estimated};
@@ -297,8 +297,8 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
                 words::meaning(factor),
                 format!("{:.3}", outcome.path[0].values[place]),
                 format!("{:.4}", outcome.values[place]),
-                words::significant(outcome.standard_errors[place], 2),
-                words::interval(outcome.intervals[place], *bounds),
+                findings::standard_error(outcome, place),
+                findings::within(outcome, place),
                 format!("{least:.2} to {most:.2} {bounded}").trim_end().to_owned(),
             ]
         })
@@ -324,17 +324,13 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
             words::condition(outcome.identifiability.condition_number),
             sentence(&outcome.identifiability.weakest)
         ),
-        format!(
-            "Neighbouring residuals correlate by {}: {} carry the information of {}.",
-            words::significant(outcome.autocorrelation, 2),
-            words::counted(outcome.samples, "sample"),
-            words::significant(outcome.effective_samples, 2)
-        ),
+        findings::noise(outcome),
     ];
     said.extend(objective(outcome));
     said.extend(ends(outcome));
     let head = ["Factor", "Scales", "Start", "Estimate", "± (1 σ)", "95 % within", "Bounds"];
     table("Estimates", &head, &rows)
+        + &errors::errors(outcome)
         + &profiles(outcome)
         + &table(
             "Prediction less measurement over the fitted window",

@@ -4,9 +4,10 @@
 //! t where the residuals are as they are taken to be: the values whose rise stays below `t²` are the confidence interval
 //! (Bates & Watts, *Nonlinear Regression Analysis*, 1988, section 6.1). It needs no derivative at the estimate: where the
 //! problem is near linear the interval is the linear one, and where it is not, or a bound is near, it has the shape that
-//! the data give it. Data count by their scatter and by how far their residuals follow each other, as in the linear
-//! interval; priors count at their word.
+//! the data give it. The objective is the one that the estimate minimises, in which data count by their noise model and priors
+//! at their word; the level is such that a linear problem has its linear interval.
 
+use super::{Estimand, EstimateError};
 use crate::fit::{Fit, LeastSquares, Options, minimize_within};
 use nalgebra::DMatrix;
 
@@ -30,9 +31,9 @@ pub struct Profile {
 pub(super) struct About<'a> {
     pub values: &'a [f64],
     pub bounds: &'a [(f64, f64)],
-    /// Standard errors by which linear intervals are made, their half-width in these, and the correlation.
+    /// Standard errors and correlation of the objective to first order, and the rises at which linear intervals end.
     pub errors: &'a [f64],
-    pub half: f64,
+    pub levels: &'a [f64],
     pub correlation: &'a [Vec<f64>],
 }
 
@@ -63,15 +64,12 @@ pub(super) fn profiles<P: LeastSquares>(
     if places.is_empty() {
         return Ok(Vec::new());
     }
-    let level = about.half.powi(2);
-    let free = DMatrix::from_column_slice(about.values.len(), 1, about.values);
-    let least = minimize_within(problem, &free, &[about.bounds.to_vec()], options)?;
-    let Some(least) = least.first() else { return Ok(Vec::new()) };
+    let estimate = DMatrix::from_column_slice(about.values.len(), 1, about.values);
+    let least = problem.residuals(&estimate)?.norm_squared();
     let mut flanks: Vec<Flank> =
         places.iter().flat_map(|&place| [-1.0, 1.0].map(|side| about.flank(place, side))).collect();
     loop {
-        let mut going: Vec<&mut Flank> =
-            flanks.iter_mut().filter(|flank| !flank.is_done(least.objective, level)).collect();
+        let mut going: Vec<&mut Flank> = flanks.iter_mut().filter(|flank| !flank.is_done(least, about)).collect();
         let held: Vec<(usize, f64)> = going.iter().flat_map(|flank| flank.held(about)).collect();
         if held.is_empty() {
             break;
@@ -84,14 +82,14 @@ pub(super) fn profiles<P: LeastSquares>(
             flank.take(fits.by_ref().take(flank.values));
         }
     }
-    Ok(flanks.chunks(2).map(|sides| profile(&sides[0], &sides[1], least, level)).collect())
+    Ok(flanks.chunks(2).map(|sides| profile(&sides[0], &sides[1], least, about)).collect())
 }
 
 impl About<'_> {
     fn flank(&self, place: usize, side: f64) -> Flank {
         let (low, high) = self.bounds[place];
         let end = if side < 0.0 { low } else { high } - self.values[place];
-        let reach = REACH * self.half * self.errors[place];
+        let reach = REACH * self.levels[place].sqrt() * self.errors[place];
         // A reach of zero would never double to anything.
         let to = if reach > 0.0 && reach < end.abs() { side * reach } else { end };
         Flank { place, from: 0.0, to, end, values: if end == 0.0 { 0 } else { SIDE }, met: Vec::new() }
@@ -132,25 +130,27 @@ impl Flank {
     }
 
     /// Whether there is nowhere to go, or no need.
-    fn is_done(&self, least: f64, level: f64) -> bool {
+    fn is_done(&self, least: f64, about: &About) -> bool {
+        let level = about.levels[self.place];
         self.values == 0 || self.met.iter().any(|(_, objective)| objective - least >= level)
     }
 }
 
-fn profile(below: &Flank, above: &Flank, least: &Fit, level: f64) -> Profile {
-    let place = below.place;
-    let middle = (least.point.iter().copied().collect(), least.objective);
+/// A profile of both flanks about the estimate, so that an interval never ends on the wrong side of it.
+fn profile(below: &Flank, above: &Flank, least: f64, about: &About) -> Profile {
+    let (place, level) = (below.place, about.levels[below.place]);
+    let middle = (about.values.to_vec(), least);
     let end = |flank: &Flank| {
         let way: Vec<(f64, f64)> = std::iter::once(&middle)
             .chain(&flank.met)
-            .map(|(point, objective): &(Vec<f64>, f64)| (point[place], objective - least.objective))
+            .map(|(point, objective): &(Vec<f64>, f64)| (point[place], objective - least))
             .filter(|(_, rise)| rise.is_finite())
             .collect();
         crossing(&way, level)
     };
     let interval = (end(below), end(above));
     let met = below.met.iter().rev().chain(std::iter::once(&middle)).chain(&above.met);
-    let (points, rises) = met.map(|(point, objective)| (point.clone(), objective - least.objective)).unzip();
+    let (points, rises) = met.map(|(point, objective)| (point.clone(), objective - least)).unzip();
     Profile { factor: place, points, rises, level, interval }
 }
 
@@ -160,6 +160,26 @@ fn crossing(way: &[(f64, f64)], level: f64) -> Option<f64> {
     let pair = way.windows(2).find(|pair| pair[1].1 >= level)?;
     let [a, b] = [pair[0], pair[1]].map(|(value, rise)| (value, rise.max(0.0).sqrt()));
     Some(a.0 + (b.0 - a.0) * (level.sqrt() - a.1) / (b.1 - a.1))
+}
+
+/// The places of the factors of these names; one that cases tell apart is meant in all of them.
+pub(super) fn profiled(factors: &[Estimand], names: &[String]) -> Result<Vec<usize>, EstimateError> {
+    let mut places = Vec::new();
+    for name in names {
+        let is_meant = |factor: &Estimand| {
+            let known = &factor.factor.name;
+            known == name || known.split('@').next() == Some(name)
+        };
+        let meant: Vec<usize> = (0..factors.len()).filter(|&place| is_meant(&factors[place])).collect();
+        if meant.is_empty() {
+            let known: Vec<&str> = factors.iter().map(|factor| factor.factor.name.as_str()).collect();
+            return Err(EstimateError::NoProfile { name: name.clone(), known: known.join(", ") });
+        }
+        places.extend(meant);
+    }
+    places.sort_unstable();
+    places.dedup();
+    Ok(places)
 }
 
 #[cfg(test)]
@@ -190,8 +210,13 @@ mod tests {
 
     fn profiled<F: Fn(f64, f64) -> [f64; 3]>(bounds: [(f64, f64); 2], errors: [f64; 2], residuals: F) -> Vec<Profile> {
         let correlation = [vec![1.0, 0.0], vec![0.0, 1.0]];
-        let about =
-            About { values: &[1.0, 2.0], bounds: &bounds, errors: &errors, half: 2.0, correlation: &correlation };
+        let about = About {
+            values: &[1.0, 2.0],
+            bounds: &bounds,
+            errors: &errors,
+            levels: &[4.0; 2],
+            correlation: &correlation,
+        };
         let Ok(found) = profiles(&mut Met { bounds, residuals }, &[0, 1], &about, &Options::default());
         found
     }

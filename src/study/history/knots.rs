@@ -20,20 +20,23 @@ pub(super) struct Knots {
 }
 
 impl Knots {
-    /// Every corner of a schedule up to a time, and so many knots more, spread evenly over the time in which the schedule is not zero: a
-    /// history has nothing to tell of where nothing heats, and data that do say otherwise move the corners. Of a schedule that is
-    /// zero throughout, over all of its time.
-    pub(super) fn new(schedule: &Schedule, end_s: f64, more: usize) -> Self {
+    /// Every corner of a schedule up to a time, and so many knots more, spread evenly over the time in which the schedule is not at
+    /// `rest`, as a flux of zero: nothing is to be found where nothing heats, and data that do say otherwise move the corners. Of a
+    /// schedule that is at rest throughout, and of one that never rests, as the temperature of a gas, over all of its time.
+    pub(super) fn new(schedule: &Schedule, rest: Option<f64>, end_s: f64, more: usize) -> Self {
         let corners = schedule.times_s.iter().zip(&schedule.values).map(|(&time_s, &value)| (time_s, value));
         let mut kept: Vec<(f64, f64)> = corners.filter(|(time_s, _)| (0.0..end_s).contains(time_s)).collect();
         if kept.first().is_none_or(|first| first.0 > 0.0) {
             kept.insert(0, (0.0, schedule.after(0.0)));
         }
         kept.push((end_s, schedule.before(end_s)));
-        let is_zero = kept.iter().all(|(_, value)| *value == 0.0);
-        let heats = |leg: &[(f64, f64)]| is_zero || leg[0].1 != 0.0 || leg[1].1 != 0.0;
+        let rests = |value: f64| Some(value) == rest;
+        let never_heats = kept.iter().all(|(_, value)| rests(*value));
+        let heats = |leg: &[(f64, f64)]| never_heats || !rests(leg[0].1) || !rests(leg[1].1);
         let spread_s: f64 = kept.windows(2).filter(|leg| heats(leg)).map(|leg| leg[1].0 - leg[0].0).sum();
-        let largest = kept.iter().map(|(_, value)| value.abs()).fold(0.0, f64::max);
+        let least = kept.iter().map(|(_, value)| *value).fold(f64::INFINITY, f64::min);
+        let level = rest.unwrap_or(least);
+        let largest = kept.iter().map(|(_, value)| (value - level).abs()).fold(0.0, f64::max);
         let spacing_s = spread_s / (more + 1) as f64;
 
         let (mut points, mut is_sharp) = (vec![kept[0]], Vec::new());
@@ -46,7 +49,7 @@ impl Knots {
                 points.push((from_s + share * length_s, from + share * (to - from)));
             }
             points.push(leg[1]);
-            let sharp = length_s <= 0.0 || (length_s < spacing_s && (to - from).abs() >= SHARP * largest);
+            let sharp = length_s <= 0.0 || (length_s < spacing_s && to != from && (to - from).abs() >= SHARP * largest);
             is_sharp.extend(std::iter::repeat_n(sharp, within + 1));
         }
         let (times_s, own) = points.into_iter().unzip();
@@ -88,23 +91,33 @@ mod tests {
 
     #[test]
     fn corners_are_kept_and_knots_go_where_it_is_heated() {
-        let knots = Knots::new(&retracted(), 80.0, 8);
+        let knots = Knots::new(&retracted(), Some(0.0), 80.0, 8);
         let even = [0.0, 0.5, 5.0, 9.5, 14.0, 18.5, 23.0, 27.5, 32.0, 36.5, 41.0, 41.2, 80.0];
         assert_eq!(knots.times_s.len(), even.len());
         assert!(knots.times_s.iter().zip(even).all(|(time_s, even)| (time_s - even).abs() < 1e-9), "{knots:?}");
         let own = |time_s: f64| retracted().before(time_s);
         assert!(knots.times_s.iter().zip(&knots.own).all(|(&time_s, value)| (value - own(time_s)).abs() < 1e-9));
-        let nothing = Knots::new(&Schedule::constant(0.0), 10.0, 4);
+        let nothing = Knots::new(&Schedule::constant(0.0), Some(0.0), 10.0, 4);
         assert_eq!(nothing.times_s, [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
     }
 
     #[test]
+    fn knots_of_a_gas_that_never_rests_go_everywhere_and_its_jump_stays_sharp() {
+        let gas = Schedule { times_s: vec![0.0, 10.0, 10.1, 50.0], values: vec![1500.0, 1500.0, 1400.0, 1400.0] };
+        let knots = Knots::new(&gas, None, 50.0, 4);
+        let even = [0.0, 5.0, 10.0, 10.1, 20.075, 30.05, 40.025, 50.0];
+        assert_eq!(knots.times_s.len(), even.len(), "{knots:?}");
+        assert!(knots.times_s.iter().zip(even).all(|(time_s, even)| (time_s - even).abs() < 1e-9), "{knots:?}");
+        assert_eq!(knots.is_sharp, [false, false, true, false, false, false, false]);
+    }
+
+    #[test]
     fn a_parabola_is_as_rough_as_its_curvature_and_a_cut_off_is_not() {
-        let knots = Knots::new(&Schedule::constant(1.0), 10.0, 399);
+        let knots = Knots::new(&Schedule::constant(1.0), Some(0.0), 10.0, 399);
         let parabola = nalgebra::DVector::from_iterator(401, knots.times_s.iter().map(|t| t * t));
         // H³ ∫ 2² dt over ten seconds, less the halves of the two ends at which nothing bends.
         assert!(((knots.roughness() * parabola).norm_squared() / 4e4 - 1.0).abs() < 0.01);
-        let knots = Knots::new(&retracted(), 80.0, 8);
+        let knots = Knots::new(&retracted(), Some(0.0), 80.0, 8);
         assert_eq!(knots.roughness().nrows(), 8, "between injection and retraction alone");
         let own = nalgebra::DVector::from_vec(knots.own.clone());
         assert!((knots.roughness() * own).norm() < 1e-9);
@@ -112,7 +125,7 @@ mod tests {
 
     #[test]
     fn spans_integrate_straight_lines_exactly() {
-        let knots = Knots::new(&retracted(), 80.0, 5);
+        let knots = Knots::new(&retracted(), Some(0.0), 80.0, 5);
         let integral: f64 = knots.spans_s().iter().zip(&knots.own).map(|(span_s, own)| span_s * own).sum();
         assert!((integral - 26.7 * (40.5 + 0.25 + 0.1)).abs() < 1e-9, "{integral}");
     }

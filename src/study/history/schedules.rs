@@ -1,28 +1,32 @@
-//! Flux on knots as a least-squares problem: predicted less measured over the standard deviation, and behind these how rough the
+//! What heats, on knots, as a least-squares problem: predicted less measured over the standard deviation, and behind these how rough the
 //! history is.
 //!
 //! Schedules belong to a plan and factors to a member, so every point is a plan of its own, the same in all but its drives: cells, steps
 //! and tables are shared, so that differences hold no noise of choosing. The road not taken, a column of the ensemble for every knot, would
 //! have each stage of each step of every march look two columns up, in both twins, for what one study asks.
 
-use crate::case::{Exposure, Face, Schedule};
+use super::Sought;
+use crate::case::{Exposure, Schedule};
 use crate::ensemble::Ensemble;
-use crate::fit::LeastSquares;
-use crate::march::{March, MarchError};
+use crate::fit::{LeastSquares, Tangent};
+use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
 use crate::study::thermocouples::Sample;
 use crate::traces::{Arrival, Traces};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 pub(super) struct Schedules<'a> {
     pub march: &'a mut dyn March,
-    /// Of a case whose flux has its corners on the knots.
+    pub sought: Sought,
+    /// Of a case whose schedule has its corners on the knots.
     pub plan: &'a Plan,
     pub exposure: &'a Exposure,
     pub nominal: &'a Ensemble,
     pub times_s: &'a [f64],
-    /// What a variable of one means, W/m².
-    pub scale_w_m2: f64,
+    /// What a variable of one means, W/m² or K.
+    pub scale: f64,
+    /// The step of a difference, in variables.
+    pub difference_step: f64,
     pub samples: &'a [Sample],
     pub roughness: &'a DMatrix<f64>,
     /// By what roughness counts, in standard deviations of a sample.
@@ -32,22 +36,25 @@ pub(super) struct Schedules<'a> {
     pub marches: usize,
 }
 
-/// An exposure with another flux at its hot face; one that is held has none.
-pub(super) fn heated(exposure: &Exposure, flux_w_m2: Schedule) -> Exposure {
-    let mut exposure = exposure.clone();
-    if let Face::Open(open) = &mut exposure.hot_face {
-        open.flux_w_m2 = flux_w_m2;
+/// The step of a difference of a flux that blowing all but keeps off the face, as a share of the scale: its effect grows by powers of ten
+/// from zero up to there, so that the derivative at zero promises nothing of it.
+const BLOWN: f64 = 1e-2;
+
+/// A difference of temperatures that is no more than what rounding makes of it, K.
+fn rounding_k(precision: Precision) -> f64 {
+    match precision {
+        Precision::F64 => 1e-8,
+        Precision::F32 => 1e-3,
     }
-    exposure
 }
 
 impl Schedules<'_> {
     /// March histories, one a column.
     pub(super) fn traces(&mut self, points: &DMatrix<f64>) -> Result<Vec<Traces>, MarchError> {
         let driven = |point: nalgebra::DVectorView<'_, f64>| {
-            let values = point.iter().map(|value| value * self.scale_w_m2).collect();
-            let flux_w_m2 = Schedule { times_s: self.times_s.to_vec(), values };
-            self.plan.driven(&heated(self.exposure, flux_w_m2))
+            let values = point.iter().map(|value| value * self.scale).collect();
+            let schedule = Schedule { times_s: self.times_s.to_vec(), values };
+            self.plan.driven(&self.sought.driven(self.exposure, schedule))
         };
         let plans: Vec<Plan> = points.column_iter().map(driven).collect();
         self.marches += plans.len();
@@ -73,5 +80,39 @@ impl LeastSquares for Schedules<'_> {
             }
             (traces[column].trace(0, sample.sensor)[sample.instant] - sample.measured_k) / sample.sigma_k
         }))
+    }
+
+    /// Differences to one side, upwards, where there is always room. Their step is a share of the scale, not of the value: that of a knot
+    /// that stays at zero would vanish from turn to turn, and leave rounding in the place of a derivative. A knot that moves no
+    /// reading by more than rounding has derivatives of zero, so that rounding is not followed.
+    fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, MarchError> {
+        let least_k = rounding_k(self.march.backend().precision);
+        let (samples, knots) = (self.samples.len(), points.nrows());
+        let mut tangents = Vec::with_capacity(points.ncols());
+        for point in points.column_iter() {
+            let mut stencil = DMatrix::from_fn(knots, knots + 1, |knot, _| point[knot]);
+            let steps = DVector::from_fn(knots, |knot, _| {
+                let least = if point[knot] < BLOWN && self.sought.is_blown(self.exposure) { BLOWN } else { 0.0 };
+                let step = (self.difference_step * point[knot].abs().max(1.0)).max(least);
+                (point[knot] + step) - point[knot]
+            });
+            (0..knots).for_each(|knot| stencil[(knot, knot + 1)] += steps[knot]);
+            let computed = self.residuals(&stencil)?;
+            let residuals = computed.column(0).into_owned();
+            let mut jacobian = DMatrix::from_fn(residuals.len(), knots, |row, knot| {
+                (computed[(row, knot + 1)] - residuals[row]) / steps[knot]
+            });
+            for knot in 0..knots {
+                let moved_k = |(row, sample): (usize, &Sample)| {
+                    (computed[(row, knot + 1)] - residuals[row]).abs() * sample.sigma_k
+                };
+                // What is no number is not within rounding: it is for the minimiser to see.
+                if self.samples.iter().enumerate().map(moved_k).all(|moved_k| moved_k <= least_k) {
+                    jacobian.view_mut((0, knot), (samples, 1)).fill(0.0);
+                }
+            }
+            tangents.push(Tangent { residuals, jacobian });
+        }
+        Ok(Some(tangents))
     }
 }

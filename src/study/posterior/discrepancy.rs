@@ -8,8 +8,8 @@
 //! What the model lacks is taken as an error that keeps for a time, `δ(t) = ε g(t) e(t)`, with e of mean zero, deviation one
 //! and correlation exp(−|Δt|/τ), a process of its own at each sensor (Kennedy & O'Hagan, J. R. Stat. Soc. B 63, 2001, of
 //! discrepancies as processes; the exponential is the one whose samples are the first-order autoregression that intervals
-//! take residuals for). Its two numbers come from the fit: τ from the autocorrelation of the noise, as intervals find it, and ε
-//! from the variance that residuals have beyond the readings' own.
+//! take residuals for). Its two numbers come from the fit: τ is that of the most probable noise model, and ε comes
+//! from the variance that the noise has beyond the readings' own.
 //!
 //! The gain g is what the discrepancy is worth at a sensor and an instant, K: the root sum of squares of what one standard
 //! deviation of each factor of the case moves it, fitted or not. A discrepancy of as many kelvin everywhere, the plain choice,
@@ -42,30 +42,16 @@ pub struct Discrepancy {
 }
 
 impl Discrepancy {
-    /// From an estimate, the samples it was fitted to and their instants, and the gains at these: case × sensor × instant.
-    pub(super) fn of(
-        found: &Estimated,
-        observed: &[Vec<Sample>],
-        instants_s: &[&[f64]],
-        gains_k: &[Vec<Vec<f64>>],
-    ) -> Self {
-        let worth = found.effective_samples / found.samples as f64;
-        // Of noise whose strength where derivatives see it, the shortfall squared, is what its samples' worth makes of it.
-        let excess = (found.shortfall.powi(2) * worth - 1.0).max(0.0);
+    /// From an estimate, the samples it was fitted to, and the gains at these: case × sensor × instant.
+    pub(super) fn of(found: &Estimated, observed: &[Vec<Sample>], gains_k: &[Vec<Vec<f64>>]) -> Self {
+        let excess = (found.noise_variance - 1.0).max(0.0);
         let each = || observed.iter().enumerate().flat_map(|(case, samples)| samples.iter().map(move |s| (case, s)));
         let count = each().count() as f64;
         let variance_k2 = excess * each().map(|(_, s)| s.sigma_k.powi(2)).sum::<f64>() / count;
         let gain_k2 = each().map(|(case, s)| gains_k[case][s.sensor][s.instant].powi(2)).sum::<f64>() / count;
         let share = if gain_k2 > 0.0 { (variance_k2 / gain_k2).sqrt() } else { 0.0 };
 
-        let legs = observed.iter().zip(instants_s).flat_map(|(samples, instants_s)| {
-            let pairs = samples.windows(2).filter(|pair| pair[0].sensor == pair[1].sensor);
-            pairs.map(|pair| instants_s[pair[1].instant] - instants_s[pair[0].instant])
-        });
-        let (sum_s, legs) = legs.fold((0.0, 0.0), |(sum, count), leg| (sum + leg, count + 1.0));
-        // n_e/n = (1 − ρ)/(1 + ρ), turned round.
-        let autocorrelation = (1.0 - worth) / (1.0 + worth);
-        Self { share, amplitude_k: variance_k2.sqrt(), time_s: -(sum_s / legs) / autocorrelation.ln() }
+        Self { share, amplitude_k: variance_k2.sqrt(), time_s: found.correlation_time_s }
     }
 
     /// A drawn discrepancy over instants of these gains, K.

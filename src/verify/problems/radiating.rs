@@ -28,7 +28,7 @@ fn plate(thickness_m: f64, capacity_j_m3_k: f64, start_k: f64, hot_face: OpenFac
     }
 }
 
-const LUMPED_SOURCE: &str = "1e-5 of the start, the reference's own acceptance";
+const LUMPED_SOURCE: &str = "refined until it is met; wide: f32 takes up most of it";
 
 /// A plate of 2 mm, 2700 kg/m³ and 900 J/kg/K from 1200 K before surroundings of 300 K.
 fn cooling() -> Problem {
@@ -50,7 +50,7 @@ fn cooling() -> Problem {
             reference: "integral of dT/(T⁴ − T_s⁴)",
             quantity: "1199 to 301 K",
             points: [1199.0, 1100.0, 1000.0, 800.0, 600.0, 500.0, 400.0, 350.0, 310.0, 301.0].map(reached).to_vec(),
-            tolerance: 1e-5,
+            tolerance: 5e-6,
             measure: Measure::ShareOf(start_k),
             source_of_tolerance: LUMPED_SOURCE,
         }],
@@ -78,7 +78,7 @@ fn heating() -> Problem {
             reference: "integral of dT/(T_e⁴ − T⁴)",
             quantity: "310 to 990 K",
             points: [310.0, 400.0, 500.0, 600.0, 700.0, 800.0, 900.0, 950.0, 980.0, 990.0].map(reached).to_vec(),
-            tolerance: 1e-5,
+            tolerance: 5e-6,
             measure: Measure::ShareOf(start_k),
             source_of_tolerance: LUMPED_SOURCE,
         }],
@@ -115,8 +115,18 @@ fn nafems_t2() -> Problem {
             growth: 0.02,
         },
         vec![
-            check("NAFEMS benchmarks, Rev. 3, 1990", 927.0, 0.05, "the target is printed to 0.1 K"),
-            check("root of the end's balance", end_k, 1e-5, "a finite volume scheme is exact at rest"),
+            check(
+                "NAFEMS benchmarks, Rev. 3, 1990",
+                927.0,
+                0.05,
+                "the target is printed to 0.1 K; wide: half of its last digit",
+            ),
+            check(
+                "root of the end's balance",
+                end_k,
+                1e-5,
+                "a finite volume scheme is exact at rest; wide: f32 keeps 1e-6 K in two words",
+            ),
         ],
     )
 }
@@ -182,7 +192,12 @@ fn sfpe_checks(series: &str, start_k: f64, rate_k_s: impl Fn(f64, f64) -> f64) -
     };
     vec![
         check("SFPE S.02", printed, 0.15, SFPE_SOURCE),
-        check("lumped equation, Runge–Kutta", integrated, 1e-2, "the lumped equation, printed to 0.01 °C"),
+        check(
+            "lumped equation, Runge–Kutta",
+            integrated,
+            1e-2,
+            "the lumped equation, printed to 0.01 °C; wide: it is rounded to that digit",
+        ),
     ]
 }
 

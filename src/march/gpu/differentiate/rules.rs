@@ -82,30 +82,48 @@ impl Body<'_> {
             return Ok(None);
         }
         match (function, b, c, self.of(a)) {
-            // Of two as large the second, as with dual numbers on the processor.
-            (MathFunction::Max, Some(b), None, _) => {
-                let first = self.binary(BinaryOperator::Greater, a, b);
-                Ok(self.chosen(first, a, b))
-            }
-            (MathFunction::Min, Some(b), None, _) => {
-                let first = self.binary(BinaryOperator::Less, a, b);
-                Ok(self.chosen(first, a, b))
-            }
+            (MathFunction::Max, Some(b), None, _) => self.extreme(value, BinaryOperator::Greater, a, b),
+            (MathFunction::Min, Some(b), None, _) => self.extreme(value, BinaryOperator::Less, a, b),
             (MathFunction::Sqrt, None, None, Some(change)) => {
                 let half = self.literal(value, 0.5)?;
                 let slope = self.binary(BinaryOperator::Divide, half, value);
                 Ok(Some(self.binary(BinaryOperator::Multiply, change, slope)))
             }
-            // Between marks that are still.
+            // Between bounds that do not change: the maximum with the lower one, then the minimum with the upper one.
             (MathFunction::Clamp, Some(low), Some(high), Some(change)) if self.of(low).or(self.of(high)).is_none() => {
-                let zero = self.zero(value);
-                let above = self.binary(BinaryOperator::Greater, a, low);
-                let below = self.binary(BinaryOperator::Less, a, high);
-                let within = self.select(above, change, zero);
-                Ok(Some(self.select(below, within, zero)))
+                let above = self.half_at_equal(value, BinaryOperator::Greater, [a, low], change)?;
+                Ok(Some(self.half_at_equal(value, BinaryOperator::Less, [a, high], above)?))
             }
             _ => Err(self.no_rule(value)),
         }
+    }
+
+    /// The minimum or maximum of two values, given the comparison by which it is the first: of equal ones the mean of
+    /// both changes, as with dual numbers on the processor.
+    fn extreme(&mut self, value: Value, first: BinaryOperator, a: Value, b: Value) -> Result<Option<Value>, String> {
+        let (change_a, change_b) = (self.of(a), self.of(b));
+        let Some(sum) = self.sum(BinaryOperator::Add, change_a, change_b) else { return Ok(None) };
+        let half = self.literal(value, 0.5)?;
+        let mean = self.binary(BinaryOperator::Multiply, sum, half);
+        let (is_first, is_second) = (self.binary(first, a, b), self.binary(first, b, a));
+        let (change_a, change_b) = (self.change_or_zero(a), self.change_or_zero(b));
+        let others = self.select(is_second, change_b, mean);
+        Ok(Some(self.select(is_first, change_a, others)))
+    }
+
+    /// The change of the minimum or maximum of a value and a constant, given the comparison by which it is the value.
+    fn half_at_equal(
+        &mut self,
+        value: Value,
+        first: BinaryOperator,
+        [a, bound]: [Value; 2],
+        change: Value,
+    ) -> Result<Value, String> {
+        let (zero, half) = (self.zero(value), self.literal(value, 0.5)?);
+        let mean = self.binary(BinaryOperator::Multiply, change, half);
+        let (is_first, is_second) = (self.binary(first, a, bound), self.binary(first, bound, a));
+        let others = self.select(is_second, zero, mean);
+        Ok(self.select(is_first, change, others))
     }
 
     /// The change of one of two values.

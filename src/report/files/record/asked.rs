@@ -46,6 +46,8 @@ struct CheckRecord {
     failed: usize,
     held: Counted,
     is_borne_out: Option<bool>,
+    /// The shares between which `held` lies in 95 of 100 sizings: thickness and check both scatter.
+    expected: Option<(f64, f64)>,
     nominal_peak_k: f64,
     /// Percentiles 2.5, 50, 97.5.
     peaks_k: [f64; 3],
@@ -108,6 +110,7 @@ impl<'a> SizingRecord<'a> {
                 failed: check.failed,
                 held: Counted::of(check.held),
                 is_borne_out: outcome.is_borne_out(),
+                expected: outcome.expected_95().map(|(low, high)| (low.share(), high.share())),
                 nominal_peak_k: check.nominal_k,
                 peaks_k: check.percentiles_k,
             }),

@@ -30,6 +30,10 @@ pub(super) struct EstimatedRecord<'a> {
     profiles: Option<Named<'a, Ends>>,
     samples: usize,
     autocorrelation: f64,
+    /// Of the most probable noise model.
+    correlation_time_s: f64,
+    white_share: f64,
+    noise_variance: f64,
     effective_samples: f64,
     shortfall: f64,
 }
@@ -38,6 +42,9 @@ pub(super) struct EstimatedRecord<'a> {
 struct FactorRecord<'a> {
     value: f64,
     standard_error: f64,
+    independent_standard_error: f64,
+    numerical_error: f64,
+    has_effect: bool,
     low: f64,
     high: f64,
     /// In which cases, where there are several.
@@ -109,6 +116,9 @@ impl<'a> EstimatedRecord<'a> {
             profiles: profiles(outcome),
             samples: outcome.samples,
             autocorrelation: outcome.autocorrelation,
+            correlation_time_s: outcome.correlation_time_s,
+            white_share: outcome.white_share,
+            noise_variance: outcome.noise_variance,
             effective_samples: outcome.effective_samples,
             shortfall: outcome.shortfall,
         }
@@ -124,6 +134,9 @@ fn factors<'a>(story: &Story<'a>, outcome: &'a Estimated) -> Named<'a, FactorRec
         let record = FactorRecord {
             value: outcome.values[index],
             standard_error: outcome.standard_errors[index],
+            independent_standard_error: outcome.independent_errors[index],
+            numerical_error: outcome.numerical_errors[index],
+            has_effect: outcome.has_effect[index],
             low: outcome.intervals[index].0,
             high: outcome.intervals[index].1,
             cases: cases(&estimand.places),

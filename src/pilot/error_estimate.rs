@@ -1,0 +1,118 @@
+//! The discretisation error of every output, of the difference to finer marches.
+
+use crate::plan::{GaugeError, Reached};
+use crate::traces::{Arrival, Gauge, Traces};
+
+/// The error of a march, each output's beside its tolerance.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Estimate {
+    tolerance_k: f64,
+    pub(super) temperature_k: f64,
+    /// Of the residual of the energy balance.
+    balance: f64,
+    pub(super) gauges: Vec<GaugeError>,
+}
+
+impl Estimate {
+    /// Of the difference to a march with all cells and steps cut in two.
+    pub(super) fn twofold(base: &Traces, finer: &Traces, tolerance_k: f64) -> Self {
+        Self::difference(base, finer, tolerance_k).times(TWOFOLD)
+    }
+
+    /// Of the difference to a march with all cells and steps cut in four.
+    pub(super) fn fourfold(base: &Traces, finest: &Traces, tolerance_k: f64) -> Self {
+        Self::difference(base, finest, tolerance_k).times(FOURFOLD)
+    }
+
+    fn times(mut self, factor: f64) -> Self {
+        self.temperature_k *= factor;
+        self.balance *= factor;
+        self.gauges.iter_mut().for_each(|gauge| gauge.error *= factor);
+        self
+    }
+
+    /// The larger error of two estimates, output by output.
+    pub(super) fn larger(mut self, other: &Self) -> Self {
+        self.temperature_k = self.temperature_k.max(other.temperature_k);
+        self.balance = self.balance.max(other.balance);
+        for (gauge, other) in self.gauges.iter_mut().zip(&other.gauges) {
+            gauge.error = gauge.error.max(other.error);
+        }
+        self
+    }
+
+    /// The difference of two marches, without end where either member did not arrive, as a maximum would pass over what is no number.
+    fn difference(base: &Traces, finer: &Traces, tolerance_k: f64) -> Self {
+        let member = 0;
+        let gauge = |gauge: Gauge| {
+            let (base, finer) = (base.gauge(member, gauge)?, finer.gauge(member, gauge)?);
+            let peak = finer.iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
+            let apart = gauges_apart(gauge, base, finer);
+            Some(match gauge.is_front() {
+                true => GaugeError { gauge, error: apart, tolerance: FRONT_M },
+                false => GaugeError { gauge, error: apart / peak.max(f64::MIN_POSITIVE), tolerance: GAUGE_SHARE },
+            })
+        };
+        Self {
+            tolerance_k,
+            temperature_k: worst_k(base, finer, member),
+            balance: (base.balances[member].residual() - finer.balances[member].residual()).abs(),
+            gauges: Gauge::ALL.into_iter().filter_map(gauge).collect(),
+        }
+    }
+
+    /// The largest error, as a share of its tolerance.
+    pub(super) fn relative(&self) -> f64 {
+        let gauges = self.gauges.iter().map(|gauge| gauge.error / gauge.tolerance);
+        gauges.fold((self.temperature_k / self.tolerance_k).max(self.balance / BALANCE), f64::max)
+    }
+}
+
+/// An error below this share of its tolerance is not told from rounding.
+const ROUNDING: f64 = 1e-3;
+
+impl Reached {
+    /// How often a true error holds the reported one: of temperatures, then of each gauge. The true error is that against a march of the same
+    /// member that is much finer.
+    pub fn ratios(&self, given: &Traces, truth: &Traces) -> Vec<f64> {
+        let found = Estimate::difference(given, truth, self.tolerance_k);
+        let ratio = |error: f64, reported: f64, tolerance: f64| error / reported.max(ROUNDING * tolerance);
+        let gauges = found.gauges.iter().zip(&self.gauges);
+        std::iter::once(ratio(found.temperature_k, self.nominal_k, self.tolerance_k))
+            .chain(gauges.map(|(found, reported)| ratio(found.error, reported.error, reported.tolerance)))
+            .collect()
+    }
+}
+
+/// The error over the difference to twice the cells and steps: 4/3 where it falls by the second order. Extrapolated marches fall by the third as a
+/// rule, which leaves 8/7, and by less where plans are coarse.
+pub(super) const TWOFOLD: f64 = 4.0 / 3.0;
+/// The error over the difference to four times the cells and steps, where it falls by the second order.
+const FOURFOLD: f64 = 16.0 / 15.0;
+/// Tolerance of the energy balance, of the heat moved.
+const BALANCE: f64 = 2e-4;
+/// Tolerances of gas flux, mass lost and pressure, as a share of the peak.
+pub const GAUGE_SHARE: f64 = 5e-3;
+/// Tolerance of fronts, m.
+pub const FRONT_M: f64 = 0.1e-3;
+/// The share of instants at which a front is within its error: between plies it jumps, and may do so earlier or later.
+const FRONT_INSTANTS: f64 = 0.95;
+
+/// The difference between two readings of a gauge: of a front the one that 95 % of the instants do not exceed, else the largest.
+fn gauges_apart(gauge: Gauge, one: &[f64], other: &[f64]) -> f64 {
+    let mut apart: Vec<f64> = one.iter().zip(other).map(|(one, other)| (one - other).abs()).collect();
+    apart.sort_by(f64::total_cmp);
+    let share = if gauge.is_front() { FRONT_INSTANTS } else { 1.0 };
+    let place = (share * apart.len() as f64).ceil() as usize;
+    place.checked_sub(1).map_or(0.0, |place| apart[place])
+}
+
+/// The largest difference between two marches of a member at any sensor and any instant after the start, whose temperatures are given, K; without end
+/// where either did not arrive, as a maximum would pass over what is no number.
+pub(super) fn worst_k(one: &Traces, other: &Traces, member: usize) -> f64 {
+    if [one, other].iter().any(|traces| traces.arrivals[member] != Arrival::Done) {
+        return f64::INFINITY;
+    }
+    let traces = (0..one.sensors).map(|sensor| [one, other].map(|traces| &traces.trace(member, sensor)[1..]));
+    traces.flat_map(|[one, other]| one.iter().zip(other)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}

@@ -1,0 +1,44 @@
+//! The committed synthetic observations are those that scripts/observations.sh makes.
+
+use super::say;
+use crate::support::{FILE_K, Scratch, root, text};
+
+/// A column of a table of numbers, by the end of its name.
+fn column(table: &str, name: &str) -> Vec<f64> {
+    let mut lines = table.lines().filter(|line| !line.starts_with('#'));
+    let place = lines.next().and_then(|head| head.split(',').position(|cell| cell == name));
+    let place = place.unwrap_or_else(|| panic!("no {name}"));
+    lines.map(|line| line.split(',').nth(place).expect("a cell").parse().expect("a number")).collect()
+}
+
+#[track_caller]
+fn same(made: &str, committed: &str, names: &[(&str, &str)]) {
+    for (of_made, of_committed) in names {
+        let (made, known) = (column(made, of_made), column(&text(committed), of_committed));
+        assert_eq!(made.len(), known.len(), "{committed}");
+        let worst = made.iter().zip(&known).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(worst <= FILE_K, "{committed}, {of_committed}: {worst} K; run scripts/observations.sh");
+        assert!(made.windows(2).any(|pair| (pair[1] - pair[0]).abs() > FILE_K), "a constant would pass");
+    }
+}
+
+#[test]
+fn committed_synthetic_observations_are_those_of_the_script() {
+    let scratch = Scratch::new("observations");
+    let made = |case: &str, options: &str| {
+        let path = root().join(case);
+        say(&scratch, &format!("twin {} --out made.csv --force --quiet {options}", path.display())).done();
+        scratch.read("made.csv")
+    };
+    for run in ["2259", "2330"] {
+        let table = made(&format!("cases/lcat-{run}/truth.toml"), &format!("--noise 2K --seed {run}"));
+        let names = ["TC1_K", "TC2_K", "TC3_K", "TC4_K"].map(|name| (name, name));
+        same(&table, &format!("cases/lcat-{run}/measured.csv"), &names);
+        if run == "2259" {
+            same(&table, "cases/lcat-2259-tc3/driver.csv", &[("TC3_K", "TC3_K")]);
+            same(&table, "cases/lcat-2259-tc3/measured.csv", &[("TC4_K", "TC4_K")]);
+        }
+    }
+    same(&made("cases/lcat-2259", ""), "cases/twin-tc3/driver.csv", &[("TC3_K", "TC3_K")]);
+    same(&made("cases/twin-tc3", ""), "cases/twin-tc3/measured.csv", &[("TC4_K", "TC4_K")]);
+}

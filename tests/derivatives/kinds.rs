@@ -1,0 +1,140 @@
+//! Generated cases, one of each kind that the program can march, with every factor that the kind has a property for.
+
+mod inert;
+mod porous;
+
+use crate::support::{Scratch, Uniform};
+use bondline::Case;
+use bondline::case::Property;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// A substance that decomposes in a chain, of orders that have no closed form without a logarithm.
+const CHAIN: &str = include_str!("chain.toml");
+
+/// Every property that a factor can scale. A property that is new fails to compile here until it has a word.
+pub(super) const PROPERTIES: [(Property, &str); 18] = [
+    (Property::Conductivity, "conductivity"),
+    (Property::ConductivitySolid, "conductivity.solid"),
+    (Property::ConductivityGas, "conductivity.gas"),
+    (Property::ConductivityRadiative, "conductivity.radiative"),
+    (Property::HeatCapacity, "heat_capacity"),
+    (Property::Density, "density"),
+    (Property::Emissivity, "emissivity"),
+    (Property::Thickness, "thickness"),
+    (Property::Kinetics, "kinetics"),
+    (Property::ActivationEnergy, "activation_energy"),
+    (Property::PyrolysisHeat, "pyrolysis_heat"),
+    (Property::CharYield, "char_yield"),
+    (Property::Permeability, "permeability"),
+    (Property::Heating, "heating"),
+    (Property::Contact, "contact"),
+    (Property::Loss, "loss"),
+    (Property::Holder, "holder"),
+    (Property::Depth, "depth"),
+];
+
+/// The place of a property in [`PROPERTIES`]; exhaustive, so that none is forgotten.
+pub(super) fn place(property: Property) -> usize {
+    match property {
+        Property::Conductivity => 0,
+        Property::ConductivitySolid => 1,
+        Property::ConductivityGas => 2,
+        Property::ConductivityRadiative => 3,
+        Property::HeatCapacity => 4,
+        Property::Density => 5,
+        Property::Emissivity => 6,
+        Property::Thickness => 7,
+        Property::Kinetics => 8,
+        Property::ActivationEnergy => 9,
+        Property::PyrolysisHeat => 10,
+        Property::CharYield => 11,
+        Property::Permeability => 12,
+        Property::Heating => 13,
+        Property::Contact => 14,
+        Property::Loss => 15,
+        Property::Holder => 16,
+        Property::Depth => 17,
+    }
+}
+
+/// Layers: name, which is their group too, material, and thickness, mm.
+type Plies<'a> = &'a [(&'a str, &'a str, f64)];
+
+/// A case file as it grows.
+#[derive(Clone)]
+struct Text(String);
+
+impl Text {
+    /// A layup with a sensor under each ply but the last.
+    fn new(name: &str, plies: Plies<'_>) -> Self {
+        let mut text = Self(format!("name = \"{name}\"\n"));
+        text.top("duration = \"60 s\"\ninitial_temperature = \"300 K\"");
+        for (ply, material, thickness_mm) in plies {
+            text.add(&format!(
+                "[[ply]]\nname = \"{ply}\"\nmaterial = \"{material}\"\nthickness = \"{thickness_mm:.4} mm\""
+            ));
+        }
+        for (ply, _, _) in &plies[..plies.len() - 1] {
+            text.add(&format!("[[sensor]]\nname = \"under-{ply}\"\nbelow = \"{ply}\""));
+        }
+        text
+    }
+
+    fn top(&mut self, lines: &str) {
+        self.0.insert_str(0, &format!("{lines}\n"));
+    }
+
+    fn add(&mut self, lines: &str) {
+        self.0.push_str(lines);
+        self.0.push('\n');
+    }
+
+    fn sensor(&mut self, name: &str, depth_mm: f64, more: &str) {
+        self.add(&format!("[[sensor]]\nname = \"{name}\"\ndepth = \"{depth_mm:.4} mm\"\n{more}"));
+    }
+
+    /// Factors of one group, or of none where it is empty, by the words of their properties.
+    fn factors(&mut self, group: &str, properties: &[&str]) {
+        let group_line = if group.is_empty() { String::new() } else { format!("group = \"{group}\"\n") };
+        for property in properties {
+            // Bounds that no char yield and no sensor of these cases forbids.
+            self.add(&format!(
+                "[[factor]]\nname = \"f_{group}_{}\"\nproperty = \"{property}\"\n{group_line}small = [0.9, 1.1]",
+                property.replace('.', "_")
+            ));
+        }
+    }
+}
+
+const RESOLUTION: &str = "[resolution]\ncells = 28\nfirst_step = \"20 ms\"\ngrowth = 0.1\nlargest_step = \"0.5 s\"\n\
+                          every = \"2 s\"";
+
+/// A flux that comes in a second, stays and goes, W/cm².
+fn flux(key: &str, w_cm2: f64) -> String {
+    format!(
+        "{key} = [[\"0 s\", \"0 W/cm^2\"], [\"1 s\", \"{w_cm2:.3} W/cm^2\"], [\"30 s\", \"{w_cm2:.3} W/cm^2\"], \
+         [\"31 s\", \"0 W/cm^2\"]]"
+    )
+}
+
+const SOLID: [&str; 3] = ["conductivity", "heat_capacity", "thickness"];
+const KINETICS: [&str; 4] = ["kinetics", "activation_energy", "pyrolysis_heat", "char_yield"];
+const PARTS: [&str; 3] = ["conductivity.solid", "conductivity.gas", "conductivity.radiative"];
+
+/// The cases of a seed, each named by its kind.
+pub(super) fn cases(seed: u64) -> Vec<Case> {
+    // Tests run side by side, each with files of its own.
+    static FOLDERS: AtomicUsize = AtomicUsize::new(0);
+    let folder = Scratch::new(&format!("derivatives-{}", FOLDERS.fetch_add(1, Ordering::Relaxed)));
+    folder.write("materials/chain.toml", CHAIN);
+    let mut uniform = Uniform(seed);
+    let load = |(i, Text(text)): (usize, Text)| {
+        let path = folder.write(&format!("kind-{i}.toml"), format!("{text}{RESOLUTION}\n"));
+        Case::load(&path).unwrap_or_else(|error| panic!("{error}\n{text}"))
+    };
+    texts(&mut uniform).into_iter().enumerate().map(load).collect()
+}
+
+fn texts(uniform: &mut Uniform) -> Vec<Text> {
+    [inert::kinds(uniform), porous::kinds(uniform)].concat()
+}

@@ -1,0 +1,89 @@
+//! Optima and posterior quantiles against SciPy and emcee on the same data: scripts/peers.py made the figures.
+
+use super::{Problem, exact};
+use crate::support::{EMCEE_QUANTILES, SCIPY_OPTIMUM, text};
+use bondline::fit::{LeastSquares, Loss, Prior, Robust, WithPriors, minimize, walk};
+use nalgebra::{DMatrix, DVector};
+
+/// Cells of the rows of a kind.
+fn rows(kind: &str) -> Vec<Vec<String>> {
+    let text = text("data/verification/scipy_emcee.csv");
+    let cells = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<String>>());
+    cells.filter(|cells| cells[0] == kind).map(|cells| cells[1..].to_vec()).collect()
+}
+
+fn numbers(cells: &[String]) -> Vec<f64> {
+    cells.iter().map(|cell| cell.parse().expect("a number")).collect()
+}
+
+/// The plate of the script, between bounds.
+fn plate(highest: f64) -> Problem<impl Fn(&[f64]) -> Vec<f64>> {
+    let readings: Vec<Vec<f64>> = rows("reading").iter().map(|cells| numbers(cells)).collect();
+    let residuals = move |x: &[f64]| {
+        let predicted = |time: f64| 300.0 + 200.0 * x[0] * (1.0 - (-0.05 * x[1] * time).exp());
+        readings.iter().map(|reading| (predicted(reading[0]) - reading[1]) / 2.0).collect()
+    };
+    Problem { bounds: vec![(0.5, 1.5), (0.5, highest)], residuals, asked: 0 }
+}
+
+fn priors(deviation: f64) -> Vec<Prior> {
+    (0..2).map(|variable| Prior { variable, mean: 1.0, deviation }).collect()
+}
+
+fn optimum<P: LeastSquares>(mut problem: P) -> Vec<f64> {
+    let Ok(fit) = minimize(&mut problem, &DVector::from_element(2, 0.8), &exact()) else {
+        panic!("residuals are at hand")
+    };
+    assert!(fit.termination.converged(), "{:?}", fit.termination);
+    fit.point.iter().copied().collect()
+}
+
+#[test]
+fn optima_by_every_loss_with_priors_and_on_a_bound_are_those_of_scipy() {
+    let found = rows("optimum");
+    assert_eq!(found.len(), 5);
+    for cells in found {
+        let met = match cells[0].as_str() {
+            "prior" => optimum(WithPriors { problem: plate(1.5), priors: priors(0.05) }),
+            "bound" => optimum(plate(0.85)),
+            loss => optimum(Robust { problem: plate(1.5), loss: Loss::named(loss).expect("a loss") }),
+        };
+        let off = |to: &[f64]| met.iter().zip(to).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off(&numbers(&cells[1..])) < SCIPY_OPTIMUM, "{}: {met:?} for {cells:?}", cells[0]);
+        let other = optimum(Robust { problem: plate(1.5), loss: Loss::Huber { width: 1.0 } });
+        let apart = other.iter().zip(numbers(&cells[1..])).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart > SCIPY_OPTIMUM, "{}: another loss would pass", cells[0]);
+    }
+}
+
+/// Quantiles of the draws of a density, factor × share.
+fn quantiles<P: LeastSquares>(mut problem: P) -> Vec<[f64; 3]> {
+    let starts = DMatrix::from_fn(2, 200, |j, walker| 1.0 + 0.0002 * (walker * (j + 1) % 200) as f64 - 0.02);
+    let Ok(walked) = walk(&mut problem, &starts, 1500, 5) else { panic!("residuals are at hand") };
+    let sorted = |trail: &Vec<f64>| {
+        let mut kept = trail[300 * walked.walkers..].to_vec();
+        kept.sort_by(f64::total_cmp);
+        [0.025, 0.5, 0.975].map(|share| kept[(share * kept.len() as f64) as usize])
+    };
+    walked.trails.iter().map(sorted).collect()
+}
+
+#[test]
+fn quantiles_of_a_posterior_with_and_without_priors_are_those_of_emcee() {
+    let without = quantiles(plate(1.5));
+    let with = quantiles(WithPriors { problem: plate(1.5), priors: priors(0.05) });
+    let found = rows("quantile");
+    assert_eq!(found.len(), 4);
+    for cells in found {
+        let factor = usize::from(cells[1] == "b");
+        let (met, other) =
+            if cells[0] == "prior" { (with[factor], without[factor]) } else { (without[factor], with[factor]) };
+        let exact = numbers(&cells[2..]);
+        let off = |met: [f64; 3]| {
+            let each = met.iter().zip(&exact).map(|(a, b)| (a - b).abs() / (exact[2] - exact[0]));
+            each.fold(0.0, f64::max)
+        };
+        assert!(off(met) < EMCEE_QUANTILES, "{cells:?}: {met:?}");
+        assert!(off(other) > EMCEE_QUANTILES, "{cells:?}: {other:?} of another density would pass");
+    }
+}

@@ -1,0 +1,84 @@
+//! Readings belong to the instants that stand beside them, however times were rounded on their way there.
+
+use crate::support::{ROUNDING_K, case};
+use bondline::case::{Bounds, Case, Face, Resolution, Schedule, Sensor, Side};
+use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
+use bondline::march::{March, Precision, cpu::Cpu};
+use bondline::plan::Plan;
+
+/// Intervals between readings, many of whose multiples round to either side of the decimal that a person writes, s.
+const EVERY_S: [f64; 6] = [0.1, 0.3, 0.7, 0.06, 0.13, 1.0 / 3.0];
+
+/// A slab on stated cells and steps, read at its hot face every so often.
+fn slab(every_s: f64, largest_step_s: f64, hot_face: Face) -> Case {
+    let mut case = case("slab");
+    case.observations.clear();
+    case.sensors = vec![Sensor { name: "TC1".to_owned(), depth_m: 0.0, side: Side::Both, lag_s: 0.0 }];
+    case.exposure.duration_s = 12.0;
+    case.exposure.initial_k = vec![(0.0, 300.0)];
+    case.exposure.hot_face = hot_face;
+    let resolution = Resolution { tolerance_k: None, cells: 16, every_s, largest_step_s, ..Resolution::default() };
+    Case { resolution, ..case }
+}
+
+fn trace_k(case: &Case) -> (Vec<f64>, Vec<f64>) {
+    let plan = Plan::new(case);
+    let traces = Cpu::new(Precision::F64).march(&plan, &Ensemble::nominal(&case.factors), 0..1);
+    let traces = traces.expect("the processor does not fail");
+    (plan.instants_s, traces.trace(0, 0).to_vec())
+}
+
+/// A decimal with two places, as a file would hold it.
+fn decimal_s(number: f64, from_s: f64, to_s: f64) -> f64 {
+    (100.0 * (from_s + (to_s - from_s) * number)).round() / 100.0
+}
+
+#[test]
+fn a_held_face_reads_its_schedule_at_every_instant() {
+    let factors = case("lcat-2259").factors;
+    let sampling = Sampling { kind: SamplingKind::Uniform, seed: 7 };
+    let drawn = Ensemble::sample(&factors, Bounds::Small, &sampling, 60);
+    let mut held = 0;
+    for member in 0..drawn.len() {
+        // Uniform numbers from zero to one, of a seed.
+        let mut numbers = drawn.member(member).into_iter().zip(&factors).map(|(value, factor)| {
+            let (low, high) = factor.bounds(Bounds::Small);
+            ((value - low) / (high - low)).clamp(0.0, 0.999_999)
+        });
+        let mut number = || numbers.next().expect("fewer numbers than factors are used");
+        let every_s = EVERY_S[(number() * EVERY_S.len() as f64) as usize];
+        // A corner at a multiple as a person writes it, another anywhere.
+        let multiple_s = decimal_s(((1.0 + 20.0 * number()).floor() * every_s - 0.1) / 10.0, 0.1, 10.1);
+        let later_s = multiple_s + decimal_s(number(), 0.05, 1.5);
+        let schedule =
+            Schedule { times_s: vec![0.0, multiple_s, later_s], values: vec![300.0, 300.0, 400.0 + 300.0 * number()] };
+        let case = slab(every_s, 0.02 + number(), Face::Held(schedule.clone()));
+        let (instants_s, trace_k) = trace_k(&case);
+        for (&instant_s, &reading_k) in instants_s.iter().zip(&trace_k) {
+            let off_k = (reading_k - schedule.after(instant_s)).abs();
+            assert!(off_k < 1e-5, "{reading_k} K at {instant_s} s, every {every_s} s, corners {:?}", schedule.times_s);
+            held += 1;
+        }
+    }
+    assert!(held > 1000, "only {held} readings");
+}
+
+#[test]
+fn a_flux_that_starts_at_a_jump_is_whole_from_its_first_step_however_the_time_was_rounded() {
+    let of = |start_s: f64| {
+        let times_s = vec![0.0, start_s, start_s];
+        let flux_w_m2 = Schedule { times_s, values: vec![0.0, 0.0, 2e5] };
+        let Face::Open(open) = case("slab").exposure.hot_face else { panic!("the face of the slab is open") };
+        let case = slab(0.1, 0.1, Face::Open(bondline::case::OpenFace { flux_w_m2, ..open }));
+        trace_k(&case).1
+    };
+    let exact_k = of(0.3);
+    assert_eq!(exact_k[3], 300.0, "the face is cold until its heating begins");
+    assert!(exact_k[4] > 310.0, "and hot after it");
+    for rounded_s in [0.1 * 3.0, 0.3 - 1e-16 * 3.0, 0.3 + 1e-11, 0.3 - 1e-11] {
+        let apart_k = exact_k.iter().zip(of(rounded_s)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart_k < 1e3 * ROUNDING_K, "{apart_k} K apart for a start at {rounded_s:?} s");
+    }
+    let late_k = of(0.301);
+    assert!(exact_k[4] - late_k[4] > 0.1, "a millisecond shows");
+}
