@@ -33,7 +33,8 @@ pub fn screen(story: &Story) -> String {
         format!("{}: {}", story.command, story.name()),
         format!("{}{}, {} s", members, backend_words(story.backend), words::significant(elapsed_s, 2)),
     ];
-    lines.extend(story.nominal_march().and_then(|march| march.reached.as_ref()).map(words::reached));
+    let reached = story.nominal_march().and_then(|march| march.reached.as_ref()).map(words::reached);
+    lines.extend(reached.into_iter().flat_map(|reached| wrapped("", &reached)));
     if story.sizing.is_none() {
         lines.extend(observed::apart(story).map_or(Vec::new(), |said| wrapped("", &said)));
     }

@@ -105,14 +105,14 @@ pub(super) fn profiled((low, high): (Option<f64>, Option<f64>), (least, most): (
 pub(super) fn reached(reached: &Reached) -> String {
     let corners = reached
         .corners_k
-        .map_or(String::new(), |off_k| format!(", {} at the corners of the factor bounds", misfit(off_k)));
+        .map_or(String::new(), |off_k| format!(", at the corners of the factor bounds {}", misfit(off_k)));
     let gauges: Vec<String> = reached
         .gauges
         .iter()
         .map(|gauge| format!("{} {}", gauge_word(gauge.gauge), gauge_error(gauge.gauge, gauge.error)))
         .collect();
     let gauges = if gauges.is_empty() { String::new() } else { format!("; {}", listed(&gauges)) };
-    format!("discretisation error: {} nominal{corners}{gauges}", misfit(reached.nominal_k))
+    format!("discretisation error: {}{corners}{gauges}", misfit(reached.nominal_k))
 }
 
 /// An error of a gauge in its unit, or as a share of its peak.
