@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
-"""Reference figures of SciPy and emcee for tests/fit/peers.rs: writes data/verification/scipy_emcee.csv.
+"""Reference figures of SciPy, emcee and SALib for tests/fit/peers.rs: writes data/verification/peers.csv.
 
-Needs NumPy, SciPy and emcee (pip install numpy scipy emcee). The suite needs none of them: it reads the file.
+Needs NumPy, SciPy, emcee and SALib (pip install numpy scipy emcee SALib). The suite needs none of them: it reads the file.
 The model is a plate that is heated and cooled, T = 300 + 200 a (1 - exp(-0.05 b t)) in K, read with 2 K noise.
 """
 
 import emcee
 import numpy as np
 import scipy
+from importlib.metadata import version
+from SALib.analyze import sobol as analysis
+from SALib.sample import sobol as sampling
 from scipy.optimize import least_squares
 
-OUT = "data/verification/scipy_emcee.csv"
+OUT = "data/verification/peers.csv"
 LOW, HIGH = np.array([0.5, 0.5]), np.array([1.5, 1.5])
 PRIOR = 0.05  # standard deviation of a and b about one
 
@@ -47,11 +50,20 @@ def quantiles(function):
     return np.quantile(draws, [0.025, 0.5, 0.975], axis=0).T
 
 
+def indices():
+    """First-order and total Sobol indices of the plate at 20 s, its start scaled by a third factor, all evenly drawn."""
+    bounds = [[0.5, 1.5], [0.5, 1.5], [0.9, 1.1]]
+    problem = dict(num_vars=3, names=list("abc"), bounds=bounds)
+    a, b, c = sampling.sample(problem, 2**18, calc_second_order=False, seed=1).T
+    found = analysis.analyze(problem, 300 * c + 200 * a * (1 - np.exp(-b)), calc_second_order=False, seed=1)
+    return zip("abc", found["S1"], found["ST"])
+
+
 rows = [("squares", best()), ("soft-l1=1", best(loss="soft_l1")), ("huber=1.345", best(loss="huber", f_scale=1.345))]
 rows += [("prior", best(with_prior)), ("bound", best(high=np.array([1.5, 0.85])))]
 with open(OUT, "w") as file:
-    print(f"# scripts/peers.py: SciPy {scipy.__version__}, emcee {emcee.__version__}; reading: time s, K", file=file)
-    print("# optimum: objective, a, b; quantile: objective, factor, 2.5 %, 50 %, 97.5 %", file=file)
+    print(f"# scripts/peers.py: SciPy {scipy.__version__}, emcee {emcee.__version__}, SALib {version('SALib')}; reading: time s, K", file=file)
+    print("# optimum: objective, a, b; quantile: objective, factor, 2.5 %, 50 %, 97.5 %; index: factor, first order, total", file=file)
     for time, reading in zip(times, readings):
         print(f"reading,{time:.0f},{reading:.6f}", file=file)
     for name, (a, b) in rows:
@@ -59,3 +71,5 @@ with open(OUT, "w") as file:
     for name, function in [("squares", residuals), ("prior", with_prior)]:
         for factor, (low, middle, high) in zip("ab", quantiles(function)):
             print(f"quantile,{name},{factor},{low:.6f},{middle:.6f},{high:.6f}", file=file)
+    for factor, first, total in indices():
+        print(f"index,{factor},{first:.6f},{total:.6f}", file=file)

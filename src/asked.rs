@@ -17,8 +17,15 @@ use bondline::study::sensitivity::difference_step;
 use bondline::study::size::Demand;
 use std::ops::Range;
 
-pub(crate) fn choice(on: &On) -> Choice {
-    Choice {
+/// # Errors
+/// A device is named for a march on the processor.
+pub(crate) fn choice(on: &On) -> Result<Choice, Failure> {
+    if let (BackendKind::Cpu, Some(device)) = (on.backend, &on.device) {
+        return Err(input(format!(
+            "--device {device:?} names a Vulkan device and --backend cpu takes none: leave one of them out"
+        )));
+    }
+    Ok(Choice {
         kind: match on.backend {
             BackendKind::Auto => Kind::Auto,
             BackendKind::Cpu => Kind::Cpu,
@@ -29,7 +36,7 @@ pub(crate) fn choice(on: &On) -> Choice {
             PrecisionKind::F64 => Precision::F64,
         }),
         device: on.device.clone(),
-    }
+    })
 }
 
 pub(crate) fn bounds(bounds: BoundsKind) -> Bounds {

@@ -14,7 +14,7 @@ use bondline::report::files::OutputFolder;
 use bondline::report::files::piece::{CaseMark, Draw, Piece, fingerprint};
 use bondline::report::{self, Seconds, Story, summary};
 use bondline::study::beside::{Beside, BesideError, beside};
-use bondline::study::estimate::{EstimateError, Estimated, estimate};
+use bondline::study::estimate::{EstimateError, Estimated, estimate, no_factors};
 use bondline::study::history::History;
 use bondline::study::nominal::{Nominal, nominal};
 use bondline::study::posterior::{Posterior, PosteriorError, Walkers, posterior};
@@ -97,7 +97,7 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
                     return Ok(());
                 }
                 if desk.case.estimate.factors.is_empty() {
-                    desk.remark("no estimation: the case names no factors to estimate; give --factors");
+                    desk.remark(&format!("no estimation: {}", no_factors(&[&desk.case])));
                     return Ok(());
                 }
                 desk.fit(&fit, walkers)
@@ -157,7 +157,7 @@ impl Desk {
         let plan = pilot(&case)?;
         let other_plans = others.iter().map(pilot).collect::<Result<_, _>>()?;
         let plan_s = began.elapsed().as_secs_f64();
-        let march = Watched::new(choose::open_extrapolated(&asked::choice(&ask.on), &plan, members)?, ask.on.quiet);
+        let march = Watched::new(choose::open_extrapolated(&asked::choice(&ask.on)?, &plan, members)?, ask.on.quiet);
         let path = ask.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&id).join(command));
         let folder = OutputFolder::open(&path, &id, ask.force)?;
         Ok(Self {

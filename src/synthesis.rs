@@ -35,7 +35,7 @@ pub(crate) fn make(asked: &Twin, data: &Trusted, fit: &Fit) -> Result<Ending, Fa
         return Err(input(format!("{} exists already; give --force to overwrite it", out.display())));
     }
     let plan = pilot(&case)?;
-    let mut choice = asked::choice(&asked.on);
+    let mut choice = asked::choice(&asked.on)?;
     choice.precision = choice.precision.or(Some(Precision::F64));
     let mut march = Watched::new(choose::open_extrapolated(&choice, &plan, 1)?, asked.on.quiet);
     let made = twin(&case, &plan, &mut march, row, noise_k, &noise).map_err(|error| match error {

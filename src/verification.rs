@@ -29,7 +29,7 @@ pub(crate) fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Endin
     if !on.sets.is_empty() {
         return Err(input("--set changes a case, and verify has its own"));
     }
-    let mut choice = asked::choice(on);
+    let mut choice = asked::choice(on)?;
     if choice.kind == Kind::Auto {
         choice.kind = Kind::Cpu;
     }

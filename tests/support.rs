@@ -54,6 +54,8 @@ pub(crate) const ANOTHER_CODE_K: f64 = 1.5;
 
 /// A factor at an optimum beside SciPy's on the same data: both stop where a reduction is rounding, which is worth a millionth.
 pub(crate) const SCIPY_OPTIMUM: f64 = 5e-6;
+/// A Sobol index beside SALib's of a quarter of a million draws, which are off by some millionths.
+pub(crate) const SALIB_INDEX: f64 = 1e-4;
 /// Quantiles of a posterior beside emcee's, in widths of the 95 % interval: chance of some ten thousand independent draws of each.
 pub(crate) const EMCEE_QUANTILES: f64 = 0.02;
 /// A factor found from noise-free data made by the same march, in double and in single precision.

@@ -1,6 +1,6 @@
 //! Quantities as written, `"26.7 W/cm^2"`, turned into SI once, their dimension checked.
 //!
-//! A unit is read left to right as factors joined by `/`, `*` or `·`, with parentheses and powers
+//! A unit is read left to right as factors joined by `/`, `*`, `·` or a space, with parentheses and powers
 //! (`cm^2`, `cm2` and `cm²` are one). Conversion factors are exact by definition (SI brochure, 9th edition; NIST
 //! SP 811 for inch, pound, BTU (IT), calorie (thermochemical) and torr) or rounded to twelve digits.
 
@@ -13,6 +13,8 @@ pub enum Dimension {
     Time,
     /// K, on the absolute scale: `20 degC` is 293.15 K.
     Temperature,
+    /// K, on the absolute scale: what a face radiates to, which may be space at 0 K.
+    Surroundings,
     /// K: `2 degC` is 2 K.
     TemperatureDifference,
     /// Pa
@@ -61,6 +63,7 @@ impl Dimension {
             Self::Length => "a length such as \"0.51 mm\"",
             Self::Time => "a time such as \"41 s\"",
             Self::Temperature => "a temperature such as \"300 K\"",
+            Self::Surroundings => "a temperature such as \"300 K\", or \"0 K\" for space",
             Self::TemperatureDifference => "a temperature difference such as \"2 K\"",
             Self::Pressure => "a pressure such as \"8.01 kPa\"",
             Self::HeatFlux => "a heat flux such as \"26.7 W/cm^2\"",
@@ -86,7 +89,7 @@ impl Dimension {
         match self {
             Self::Length => [0, 1, 0, 0, 0],
             Self::Time => [0, 0, 1, 0, 0],
-            Self::Temperature | Self::TemperatureDifference => [0, 0, 0, 1, 0],
+            Self::Temperature | Self::Surroundings | Self::TemperatureDifference => [0, 0, 0, 1, 0],
             Self::Pressure => [1, -1, -2, 0, 0],
             Self::HeatFlux => [1, 0, -3, 0, 0],
             Self::Conductance => [1, 0, -3, -1, 0],
@@ -105,6 +108,20 @@ impl Dimension {
             Self::Viscosity => [1, -1, -1, 0, 0],
             Self::Fraction => [0, 0, 0, 0, 0],
         }
+    }
+
+    /// Whether a value in SI is one that a quantity of this kind can have.
+    pub fn is_allowed(self, value: f64) -> bool {
+        match self {
+            Self::Temperature => value > 0.0,
+            Self::Surroundings => value >= 0.0,
+            _ => true,
+        }
+    }
+
+    /// What a value that is not allowed is.
+    pub fn limit(self) -> &'static str {
+        if self == Self::Surroundings { "below absolute zero" } else { "not above absolute zero" }
     }
 
     /// The noun that these powers would be: `a length`.
@@ -217,8 +234,8 @@ pub fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
     if !value.is_finite() {
         return Err(format!("not a finite number in SI: expected {expected}, found {text:?}"));
     }
-    if dimension == Dimension::Temperature && value <= 0.0 {
-        return Err(format!("not above absolute zero: expected {expected}, found {text:?}"));
+    if !dimension.is_allowed(value) {
+        return Err(format!("{}: expected {expected}, found {text:?}", dimension.limit()));
     }
     Ok(value)
 }
@@ -235,8 +252,8 @@ pub fn conversion(unit: &str, dimension: Dimension) -> Result<(f64, f64), String
         return Err(format!("wrong dimension: expected {expected}, not {}", Dimension::noun_of(powers)));
     }
     let offset = match (dimension, unit) {
-        (Dimension::Temperature, "degC" | "°C") => 273.15,
-        (Dimension::Temperature, "degF" | "°F") => 459.67 / 1.8,
+        (Dimension::Temperature | Dimension::Surroundings, "degC" | "°C") => 273.15,
+        (Dimension::Temperature | Dimension::Surroundings, "degF" | "°F") => 459.67 / 1.8,
         _ => 0.0,
     };
     Ok((scale, offset))
@@ -267,17 +284,25 @@ fn compound(unit: &str) -> Result<(f64, Powers), String> {
     if rest.is_empty() { Ok(found) } else { Err(format!("unit {unit:?} is not understood at {rest:?}")) }
 }
 
-/// Factors joined by `/`, `*` and `·`, up to the end or a closing parenthesis.
+/// Factors joined by `/`, `*`, `·` and spaces, up to the end or a closing parenthesis.
 fn product(rest: &mut &str, whole: &str) -> Result<(f64, Powers), String> {
     let (mut scale, mut powers) = power(rest, whole)?;
     loop {
         let trimmed = rest.trim_start();
-        let Some(joint) = trimmed.chars().next().filter(|joint| "/*·".contains(*joint)) else {
-            *rest = trimmed;
-            return Ok((scale, powers));
+        let sign = match trimmed.chars().next() {
+            Some(joint) if "/*·".contains(joint) => {
+                *rest = trimmed[joint.len_utf8()..].trim_start();
+                if joint == '/' { -1 } else { 1 }
+            }
+            Some(next) if next != ')' && trimmed.len() < rest.len() => {
+                *rest = trimmed;
+                1
+            }
+            _ => {
+                *rest = trimmed;
+                return Ok((scale, powers));
+            }
         };
-        *rest = trimmed[joint.len_utf8()..].trim_start();
-        let sign = if joint == '/' { -1 } else { 1 };
         let (factor, more) = power(rest, whole)?;
         scale *= factor.powi(sign);
         powers = std::array::from_fn(|i| powers[i] + sign * more[i]);
@@ -333,10 +358,14 @@ mod tests {
             ("12 MJ/kg", Dimension::SpecificEnthalpy, 12e6),
             ("500 W/m^2/K", Dimension::Conductance, 500.0),
             ("500 W/(m^2*K)", Dimension::Conductance, 500.0),
+            ("500 W/(m^2 K)", Dimension::Conductance, 500.0),
+            ("1.8e-5 Pa s", Dimension::Viscosity, 1.8e-5),
             ("20 kW/m^3/K", Dimension::VolumeConductance, 20e3),
             ("300 K", Dimension::Temperature, 300.0),
             ("20 degC", Dimension::Temperature, 293.15),
             ("68 degF", Dimension::Temperature, 293.15),
+            ("0 K", Dimension::Surroundings, 0.0),
+            ("-273.15 degC", Dimension::Surroundings, 0.0),
             ("2 degC", Dimension::TemperatureDifference, 2.0),
             ("-1.5e1 s", Dimension::Time, -15.0),
             ("2 min", Dimension::Time, 120.0),
@@ -368,7 +397,8 @@ mod tests {
                 Dimension::MolarEnergy,
                 "expected an activation energy such as \"150 kJ/mol\", not an enthalpy",
             ),
-            ("3 W/m^2 K", Dimension::Conductance, "is not understood at \"K\""),
+            ("3 W/m^2 K", Dimension::Conductance, "wrong dimension: expected a heat transfer coefficient"),
+            ("3 W/m^2 )", Dimension::Conductance, "is not understood at \")\""),
             ("3 furlong", Dimension::Length, "unknown unit \"furlong\""),
             ("3 (m", Dimension::Length, "lacks a closing parenthesis"),
             ("3 ((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((m", Dimension::Length, "too long"),
@@ -378,6 +408,8 @@ mod tests {
             ("inf s", Dimension::Time, "not a finite number"),
             ("1e308 km", Dimension::Length, "not a finite number in SI"),
             ("-300 degC", Dimension::Temperature, "not above absolute zero"),
+            ("0 K", Dimension::Temperature, "not above absolute zero"),
+            ("-1 K", Dimension::Surroundings, "below absolute zero"),
         ];
         for &(text, dimension, fragment) in wrong {
             let message = quantity(text, dimension).expect_err(text);

@@ -130,8 +130,8 @@ pub struct End {
 /// Why nothing was estimated.
 #[derive(Debug, thiserror::Error)]
 pub enum EstimateError {
-    #[error("nothing to estimate: the case names no factors; give --factors")]
-    NoFactors,
+    #[error("nothing to estimate: {0}")]
+    NoFactors(String),
     #[error("nothing to estimate in {0:?}: it has none of the factors of the others")]
     NothingShared(String),
     #[error("nothing to estimate from: the sensors chosen of {case:?} have no samples between {from_s} s and {to_s} s")]
@@ -317,10 +317,26 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     })
 }
 
+impl EstimateError {
+    /// No factors were chosen of these cases, and which there are.
+    pub(super) fn no_factors(cases: &[&Case]) -> Self {
+        Self::NoFactors(no_factors(cases))
+    }
+}
+
+/// Why no factor of some cases is estimated, and which there are to choose.
+pub fn no_factors(cases: &[&Case]) -> String {
+    let names: Vec<&str> = cases.iter().flat_map(|case| &case.factors).map(|factor| factor.name.as_str()).collect();
+    match names.as_slice() {
+        [] => "the case has no [[factor]]".to_owned(),
+        names => format!("choose some of the factors {} with --factors, or in [estimate]", names.join(", ")),
+    }
+}
+
 /// The loss and the priors that all cases ask for.
 fn objective(cases: &[&Case]) -> Result<(Loss, Option<Bounds>), EstimateError> {
     let asked = |case: &Case| (case.estimate.loss, case.estimate.prior);
-    let first = cases.first().ok_or(EstimateError::NoFactors)?;
+    let first = cases.first().ok_or_else(|| EstimateError::no_factors(cases))?;
     match cases.iter().find(|case| asked(case) != asked(first)) {
         Some(case) => Err(EstimateError::OtherObjective { first: first.id.clone(), case: case.id.clone() }),
         None => Ok(asked(first)),
@@ -330,7 +346,7 @@ fn objective(cases: &[&Case]) -> Result<(Loss, Option<Bounds>), EstimateError> {
 /// That every case has something to estimate and to estimate it from.
 fn check(cases: &[&Case], factors: &[Estimand], observed: &[Vec<Vec<Sample>>]) -> Result<(), EstimateError> {
     if factors.is_empty() {
-        return Err(EstimateError::NoFactors);
+        return Err(EstimateError::no_factors(cases));
     }
     for (which, (case, observed)) in cases.iter().zip(observed).enumerate() {
         if factors.iter().all(|factor| factor.places[which].is_none()) {

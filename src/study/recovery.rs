@@ -100,7 +100,7 @@ pub fn recovery(
 ) -> Result<Recovery, EstimateError> {
     let estimated = &case.estimate.factors;
     if estimated.is_empty() {
-        return Err(EstimateError::NoFactors);
+        return Err(EstimateError::no_factors(&[case]));
     }
     let sampling = Sampling { kind: SamplingKind::Normal, seed: noise.seed };
     let ensemble = Ensemble::sample(&case.factors, drawn, &sampling, twins);

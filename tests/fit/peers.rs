@@ -1,13 +1,16 @@
-//! Optima and posterior quantiles against SciPy and emcee on the same data: scripts/peers.py made the figures.
+//! Optima, posterior quantiles and Sobol indices against SciPy, emcee and SALib on the same data: scripts/peers.py made the figures.
 
 use super::{Problem, exact};
-use crate::support::{EMCEE_QUANTILES, SCIPY_OPTIMUM, text};
+use crate::support::{EMCEE_QUANTILES, SALIB_INDEX, SCIPY_OPTIMUM, case, text};
+use bondline::case::{Bounds, Factor};
+use bondline::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
 use bondline::fit::{LeastSquares, Loss, Prior, Robust, WithPriors, minimize, walk};
+use bondline::study::statistics::Tally;
 use nalgebra::{DMatrix, DVector};
 
 /// Cells of the rows of a kind.
 fn rows(kind: &str) -> Vec<Vec<String>> {
-    let text = text("data/verification/scipy_emcee.csv");
+    let text = text("data/verification/peers.csv");
     let cells = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<String>>());
     cells.filter(|cells| cells[0] == kind).map(|cells| cells[1..].to_vec()).collect()
 }
@@ -86,4 +89,31 @@ fn quantiles_of_a_posterior_with_and_without_priors_are_those_of_emcee() {
         assert!(off(met) < EMCEE_QUANTILES, "{cells:?}: {met:?}");
         assert!(off(other) > EMCEE_QUANTILES, "{cells:?}: {other:?} of another density would pass");
     }
+}
+
+#[test]
+fn sobol_indices_of_a_sweep_are_those_of_salib() {
+    const MEMBERS: usize = 4_096;
+    const RANGES: [(f64, f64); 3] = [(0.5, 1.5), (0.5, 1.5), (0.9, 1.1)];
+    let reference = rows("index");
+    assert_eq!(reference.len(), RANGES.len());
+    let factor = case("slab").factors.remove(0);
+    let drawn: Vec<Factor> = RANGES.iter().map(|&small| Factor { small, ..factor.clone() }).collect();
+    let sampling = Sampling { kind: SamplingKind::Uniform, seed: 1 };
+    let ensemble = Ensemble::sample(&drawn, Bounds::Small, &sampling, MEMBERS);
+    let marginals = RANGES.map(|range| Marginal::new(1.0, range, SamplingKind::Uniform));
+    let mut tally = Tally::new(&[300.0], &marginals);
+    for member in 0..MEMBERS {
+        let factors = ensemble.member(member);
+        let kelvin = 300.0 * factors[2] + 200.0 * factors[0] * (1.0 - (-factors[1]).exp());
+        tally.add(&[kelvin], &factors);
+    }
+    let found = tally.causes(true).remove(0);
+    for (factor, cells) in reference.iter().enumerate() {
+        let [first, total] = [&cells[1], &cells[2]].map(|cell| cell.parse::<f64>().expect("a number"));
+        assert!((found.first[factor].value - first).abs() < SALIB_INDEX, "{:?}, not {first}", found.first[factor]);
+        assert!((found.total[factor].value - total).abs() < SALIB_INDEX, "{:?}, not {total}", found.total[factor]);
+    }
+    let [first, total] = [1, 2].map(|cell| reference[0][cell].parse::<f64>().expect("a number"));
+    assert!(total - first > 10.0 * SALIB_INDEX, "an interaction left out would pass");
 }

@@ -155,7 +155,7 @@ fn blowing(written: Written<'_>, corrected: bool) -> Read<f64> {
 /// What a face radiates to; a room where the file is silent.
 fn surroundings(section: &Section<'_>, folder: &Folder<'_>) -> Read<Schedule> {
     let room = || Ok(Schedule::constant(ROOM_K));
-    section.optional("surroundings").map_or_else(room, |written| schedule(written, Dimension::Temperature, folder))
+    section.optional("surroundings").map_or_else(room, |written| schedule(written, Dimension::Surroundings, folder))
 }
 
 fn convective(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
@@ -181,7 +181,7 @@ fn cooled(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
     let gas_k = ambient.and_then(|written| schedule(written, Dimension::Temperature, folder));
     let emissivity = emissivity(section);
     let surroundings = section.optional("surroundings");
-    let surroundings = surroundings.map(|written| schedule(written, Dimension::Temperature, folder));
+    let surroundings = surroundings.map(|written| schedule(written, Dimension::Surroundings, folder));
     let (gas_k, surroundings) = (gas_k?, surroundings.transpose()?);
     Ok(OpenFace {
         film_w_m2_k: film_w_m2_k?,

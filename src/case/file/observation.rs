@@ -132,6 +132,13 @@ fn measured(
     let sheet = folder.sheet(file)?;
     let columns: Vec<(usize, &str)> = sheet.stems().collect();
     let traces = columns.iter().filter(|(_, stem)| !stem.ends_with("_sigma"));
+    if traces.clone().next().is_none() {
+        let names: Vec<String> =
+            sensors.unwrap_or_default().iter().map(|sensor| format!("{}_K", sensor.name)).collect();
+        let names = if names.is_empty() { "\"TC1_K\"".to_owned() } else { format!("some of {}", names.join(", ")) };
+        let message = format!("no column of a sensor beside the first one, the time: expected {names}");
+        return Err(sheet.heading_fault(faults, message));
+    }
     let unmatched = columns.iter().filter_map(|&(column, stem)| Some((column, stem.strip_suffix("_sigma")?)));
     let unmatched = all(unmatched.map(|(column, stem)| {
         let matched = columns.iter().any(|(_, other)| *other == stem);

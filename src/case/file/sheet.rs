@@ -1,7 +1,7 @@
-//! CSV as written: a heading line `time_s,flux_w_cm2,TC1_K`, then numbers; the unit of a column ends its heading.
+//! Tables as written: a heading line `time_s,flux_w_cm2,TC1_K`, then numbers; the unit of a column ends its heading.
 //!
-//! Cells are never quoted, blank lines and lines that begin with `#` are passed over, and a missing value is empty.
-//! Parsed by hand: the grammar is a split at commas, and every fault names its line and column.
+//! Values are separated by commas, semicolons or tabs, whichever the heading has; with the latter two a decimal comma is taken
+//! too. Cells may be quoted, blank lines and lines that begin with `#` are passed over. A missing value is empty, `NaN` or `NA`.
 
 use super::nearest::suggestion;
 use super::source;
@@ -37,6 +37,7 @@ pub(super) struct Sheet {
     file: Arc<str>,
     columns: Vec<Column>,
     rows: Vec<Row>,
+    has_decimal_commas: bool,
 }
 
 /// A column's heading: `TC1_K` is the stem `TC1` in the unit `K`.
@@ -61,11 +62,10 @@ impl Sheet {
     pub(super) fn read(path: &Path, faults: &Faults) -> Read<Self> {
         let text = source::read(path, faults)?;
         let file: Arc<str> = path.display().to_string().into();
-        let mut rows = text
-            .lines()
-            .enumerate()
-            .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'))
-            .map(|(index, line)| Row { line: index + 1, cells: cells(line) });
+        let separator = separator(&text);
+        let mut rows = rows(&text, separator)
+            .map_err(|(line, message)| faults.record(&Place { file: file.clone(), at: Some((line, 1)) }, message))?
+            .into_iter();
         let Some(heading) = rows.next() else {
             return Err(faults.record(&Place::whole(file), "no heading: expected a line such as \"time_s,TC1_K\""));
         };
@@ -78,7 +78,7 @@ impl Sheet {
                 Column { heading: text.clone(), stem: stem.to_owned(), unit, place }
             })
             .collect();
-        let sheet = Self { file, rows: rows.collect(), columns };
+        let sheet = Self { file, rows: rows.collect(), columns, has_decimal_commas: separator != b',' };
         sheet.check(faults)?;
         Ok(sheet)
     }
@@ -102,6 +102,11 @@ impl Sheet {
 
     fn place(&self, row: &Row, column: usize) -> Place {
         Place { file: self.file.clone(), at: Some((row.line, row.cells.get(column).map_or(1, |cell| cell.0))) }
+    }
+
+    /// Where the heading stands.
+    pub(super) fn heading_fault(&self, faults: &Faults, message: String) -> Faulty {
+        faults.record(&self.columns[0].place, message)
     }
 
     /// The headings but the time's: index and name less its unit.
@@ -148,7 +153,7 @@ impl Sheet {
         let si = scale(value, dimension, faults, &expected);
         let (seconds, si) = (seconds?, si?);
         let mut last_s = f64::NEG_INFINITY;
-        let rows = self.rows.iter().filter(|row| !row.cells[column].1.is_empty());
+        let rows = self.rows.iter().filter(|row| !is_missing(&row.cells[column].1));
         let read = rows.map(|row| {
             let time_s = self.number(row, 0, faults)? * seconds.0 + seconds.1;
             let value = self.number(row, column, faults)? * si.0 + si.1;
@@ -158,8 +163,9 @@ impl Sheet {
                 return Err(faults.record(&self.place(row, 0), message));
             }
             last_s = time_s;
-            if dimension == Dimension::Temperature && value <= 0.0 {
-                return Err(faults.record(&self.place(row, column), format!("{value} K is not above absolute zero")));
+            if !dimension.is_allowed(value) {
+                let message = format!("{value} K is {}", dimension.limit());
+                return Err(faults.record(&self.place(row, column), message));
             }
             Ok((time_s, value))
         });
@@ -176,7 +182,9 @@ impl Sheet {
 
     fn number(&self, row: &Row, column: usize, faults: &Faults) -> Read<f64> {
         let text = &row.cells[column].1;
-        match text.parse::<f64>() {
+        let with_point =
+            if self.has_decimal_commas && !text.contains('.') { text.replacen(',', ".", 1) } else { text.clone() };
+        match with_point.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
             _ => Err(faults.record(&self.place(row, column), format!("expected a finite number, found {text:?}"))),
         }
@@ -205,13 +213,60 @@ fn split(heading: &str) -> (&str, Option<&'static str>) {
     }
 }
 
-fn cells(line: &str) -> Vec<(usize, String)> {
+/// What separates values: a semicolon or a tab where the heading has one, else a comma.
+fn separator(text: &str) -> u8 {
+    let heading = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
+    [b';', b'\t'].into_iter().find(|&separator| heading.contains(char::from(separator))).unwrap_or(b',')
+}
+
+fn is_missing(text: &str) -> bool {
+    text.is_empty() || ["nan", "na", "n/a"].iter().any(|missing| text.eq_ignore_ascii_case(missing))
+}
+
+/// The rows that are not blank.
+///
+/// # Errors
+/// The line of a quote that is never closed, and what is wrong there.
+fn rows(text: &str, separator: u8) -> Result<Vec<Row>, (usize, String)> {
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(separator)
+        .comment(Some(b'#'))
+        .has_headers(false)
+        .flexible(true)
+        .from_reader(text.as_bytes());
+    let lines: Vec<&str> = text.lines().collect();
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record =
+            record.map_err(|error| (error.position().map_or(1, |at| at.line() as usize), error.to_string()))?;
+        let line = record.position().map_or(1, |at| at.line() as usize);
+        // The reader tells the line at which it began to look for a record: blank lines and comments may come first.
+        let skipped = |line: &&&str| line.trim().is_empty() || line.starts_with('#');
+        let line = line + lines.iter().skip(line - 1).take_while(skipped).count();
+        if record.iter().any(|cell| cell.contains('\n')) {
+            return Err((line, "a quoted value goes on over the end of its line".to_owned()));
+        }
+        if record.iter().all(|cell| cell.trim().is_empty()) && record.len() <= 1 {
+            continue;
+        }
+        rows.push(Row { line, cells: cells(&record, lines.get(line - 1).copied().unwrap_or_default()) });
+    }
+    Ok(rows)
+}
+
+/// Each value with the column, counted in characters, at which it stands in its line.
+fn cells(record: &csv::StringRecord, line: &str) -> Vec<(usize, String)> {
     let mut at = 1;
-    line.split(',')
+    let mut rest = line.chars();
+    record
+        .iter()
         .map(|cell| {
             let lead = cell.chars().take_while(|c| c.is_whitespace()).count();
             let start = at + lead;
-            at += cell.chars().count() + 1;
+            let quotes = if rest.clone().next() == Some('"') { 2 + cell.matches('"').count() } else { 0 };
+            let length = cell.chars().count() + quotes + 1;
+            at += length;
+            rest.by_ref().take(length).for_each(drop);
             (start, cell.trim().to_owned())
         })
         .collect()

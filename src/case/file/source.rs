@@ -8,7 +8,7 @@ use std::path::Path;
 /// Larger files than this are no case and no measured trace: a day at 10 Hz of ten thermocouples is half of it.
 const LARGEST_BYTES: u64 = 64 << 20;
 
-/// The text of a file, without a byte-order mark.
+/// The text of a file, without a byte-order mark: UTF-8, or UTF-16 where the mark says so.
 pub(super) fn read(path: &Path, faults: &Faults) -> Read<String> {
     let place = Place::whole(path.display().to_string());
     let mut bytes = Vec::new();
@@ -19,10 +19,7 @@ pub(super) fn read(path: &Path, faults: &Faults) -> Read<String> {
     if bytes.len() as u64 > LARGEST_BYTES {
         return Err(faults.record(&place, format!("too large: more than {} MiB", LARGEST_BYTES >> 20)));
     }
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        faults.record(&place, format!("not a text file: byte {at} is not UTF-8"))
-    })?;
+    let text = decoded(bytes).map_err(|message| faults.record(&place, format!("not a text file: {message}")))?;
     // A zero byte is valid UTF-8 and never text.
     if let Some(at) = text.find('\0') {
         return Err(faults.record(&place, format!("not a text file: byte {at} is zero")));
@@ -32,4 +29,25 @@ pub(super) fn read(path: &Path, faults: &Faults) -> Read<String> {
         return Err(faults.record(&place, "the file is empty"));
     }
     Ok(text.to_owned())
+}
+
+/// # Errors
+/// Which byte is not of the encoding.
+fn decoded(bytes: Vec<u8>) -> Result<String, String> {
+    let unit: fn([u8; 2]) -> u16 = match bytes.as_slice() {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => {
+            return String::from_utf8(bytes)
+                .map_err(|error| format!("byte {} is not UTF-8", error.utf8_error().valid_up_to()));
+        }
+    };
+    if bytes.len() % 2 == 1 {
+        return Err(format!("{} bytes are no whole number of UTF-16 units", bytes.len()));
+    }
+    let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    char::decode_utf16(units)
+        .enumerate()
+        .map(|(at, unit)| unit.map_err(|_| format!("character {at} is not UTF-16")))
+        .collect()
 }

@@ -295,7 +295,12 @@ fn a_file_that_is_no_case_says_so() {
 #[test]
 fn a_csv_that_is_wrong_is_told_by_its_own_line_and_column() {
     let broken = [
-        ("time_s,TC2_K\n0,300\n1,nan\n", "m.csv:3:3: expected a finite number, found \"nan\""),
+        ("time_s,TC2_K\n0,300\n1,inf\n", "m.csv:3:3: expected a finite number, found \"inf\""),
+        ("time_s;TC2_K\n0;300\n1;1.234,5\n", "m.csv:3:3: expected a finite number, found \"1.234,5\""),
+        ("time_s,TC2_K\n\n# note\n\"0\",\"3x0\"\n", "m.csv:4:5: expected a finite number, found \"3x0\""),
+        ("time_s\n0\n", "m.csv:1:1: no column of a sensor beside the first one, the time: expected some of"),
+        ("junk that is no table\nmore\n", "m.csv:1:1: no column of a sensor"),
+        ("time_s,TC2_K\n0,\"300\n1,301\n", "m.csv:2:1: a quoted value goes on over the end of its line"),
         ("time_s,TC2_K\n0,300\n5,301\n 4,302\n", "m.csv:4:2: time 4 s does not rise: the row before is at 5 s"),
         ("time_s,TC9_K\n0,300\n", "m.csv:1:8: no sensor \"TC9\" to observe: did you mean"),
         ("time_s,TC2\n0,300\n", "m.csv:1:8: missing unit in heading \"TC2\""),
@@ -330,6 +335,36 @@ fn a_missing_value_leaves_its_row_out_and_a_carriage_return_is_no_part_of_it() {
     assert_eq!(case.observations[0].times_s, [0.0, 90.0]);
     assert_eq!(case.observations[0].temperatures_k, [300.0, 310.0]);
     assert_eq!(case.observations[1].times_s, [60.0, 90.0]);
+}
+
+#[test]
+fn a_table_reads_the_same_however_it_is_separated_quoted_and_encoded() {
+    let scratch = Scratch::new("dialects");
+    let case = WHOLE.replace("TC2 = [[\"0 s\", \"300 K\"], [\"10 s\", \"320 K\"]]", "file = \"m.csv\"");
+    let path = scratch.write("case.toml", case);
+    let plain = "time_s,TC2_K\n0,300.5\n1,\n2,302.25\n";
+    let read = |bytes: &[u8]| {
+        std::fs::write(scratch.0.join("m.csv"), bytes).expect("a file is written");
+        let case = Case::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        (case.observations[0].times_s.clone(), case.observations[0].temperatures_k.clone())
+    };
+    let expected = (vec![0.0, 2.0], vec![300.5, 302.25]);
+    let wide = |order: fn(u16) -> [u8; 2], mark: u16| {
+        [mark].into_iter().chain(plain.encode_utf16()).flat_map(order).collect::<Vec<u8>>()
+    };
+    let dialects: [Vec<u8>; 8] = [
+        plain.into(),
+        plain.replace(',', "\t").into(),
+        plain.replace(',', ";").into(),
+        plain.replace(',', ";").replace('.', ",").into(),
+        plain.replace('\n', "\r\n").replace("1,", "1,NaN").into(),
+        "\u{feff}\"time_s\",\"TC2_K\"\n\"0\",\"300.5\"\n\n1,NA\n2,302.25".into(),
+        wide(u16::to_le_bytes, 0xfeff),
+        wide(u16::to_be_bytes, 0xfeff),
+    ];
+    for dialect in dialects {
+        assert_eq!(read(&dialect), expected, "{}", String::from_utf8_lossy(&dialect));
+    }
 }
 
 #[test]
