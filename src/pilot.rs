@@ -12,7 +12,7 @@ use crate::ensemble::Ensemble;
 use crate::march::cpu::Cpu;
 use crate::march::extrapolated::march_both;
 use crate::march::{MarchError, Precision};
-use crate::plan::clock::{Clock, GRADING, Growth, Pace, Slice};
+use crate::plan::clock::{GRADING, Growth, Pace, Slice};
 use crate::plan::grid::Density;
 use crate::plan::{Discretisation, Plan, Reached};
 use crate::traces::{Arrival, Traces};
@@ -53,9 +53,9 @@ const CONFIRMED_MOST: f64 = 4e7;
 const CORNERS: usize = 8;
 
 impl Discretisation {
-    /// Few cells, and few steps.
-    fn first(case: &Case) -> Self {
-        let times_s = |pace: &Pace| Clock::new(case, pace, 1).times_s;
+    /// Few cells, and few steps, for the case of a plan.
+    fn first(case: &Case, plan: &Plan) -> Self {
+        let times_s = |pace: &Pace| plan.clock(case, pace, 1).times_s;
         let steps = |pace: &Pace| times_s(pace).len() - 1;
         let paced = |coefficient| Pace { growth: Growth::Graded { coefficient }, slices: Vec::new() };
         let mut coefficient = case.exposure.duration_s.powf(1.0 / GRADING) / FINEST;
@@ -135,7 +135,7 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
         return Ok(stated);
     };
     let nominal = Ensemble::nominal(&case.factors);
-    let mut cut = Discretisation::first(case);
+    let mut cut = Discretisation::first(case, &stated);
     let mut best: Option<(Discretisation, Estimate, f64)> = None;
     for _ in 0..ROUNDS {
         let plan = stated.recut(case, cut.clone());
@@ -229,7 +229,8 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
     }
     let corners_k = corners_k(case, &plan, &stated.recut(case, cut.refined(2)))?;
     let reached = Reached { tolerance_k, nominal_k: estimate.temperature_k, corners_k, gauges: estimate.gauges };
-    Ok(Plan { reached: Some(reached), ..plan })
+    plan.reached = Some(reached);
+    Ok(plan)
 }
 
 /// The largest error of members at corners of the factors' small bounds that arrive: all factors low, all high, and in turns.

@@ -51,9 +51,6 @@ const HOMES: &[(&str, &[&str])] = &[
 /// Names that say nothing of what a type is.
 const EMPTY_NAMES: &[&str] = &["solver", "model", "simulation", "manager", "context", "util", "helper", "data"];
 
-/// Past this a file holds two things.
-const LINES_MAX: usize = 400;
-
 /// A file's path and its text without comments and unit tests.
 struct Source {
     path: String,
@@ -240,22 +237,10 @@ fn every_type_is_named_for_what_it_is() {
     assert_eq!(empty_names(&[Source::new("src/a.rs", "pub struct HeatSolver<R> {}")]), ["src/a.rs: HeatSolver"]);
 }
 
-fn long(files: &[(String, String)]) -> Vec<String> {
-    let lines = files.iter().map(|(path, text)| (path, text.lines().count()));
-    lines.filter(|(_, lines)| *lines > LINES_MAX).map(|(path, lines)| format!("{path}: {lines} lines")).collect()
-}
-
 /// Files with their texts, whole.
 fn whole(folders: &[(&str, &str)]) -> Vec<(String, String)> {
     let paths = folders.iter().flat_map(|(folder, ending)| files(folder, ending));
     paths.map(|path| (path.clone(), text(&path))).collect()
-}
-
-#[test]
-fn no_file_is_long() {
-    assert_eq!(long(&whole(&[("src", ".rs"), ("shaders", ".wgsl"), ("tests", ".rs")])), Vec::<String>::new());
-    assert_eq!(long(&[("src/a.rs".to_owned(), "\n".repeat(LINES_MAX + 1))]).len(), 1);
-    assert!(long(&[("src/a.rs".to_owned(), "\n".repeat(LINES_MAX))]).is_empty());
 }
 
 fn put_off(files: &[(String, String)]) -> Vec<String> {

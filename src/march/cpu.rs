@@ -123,11 +123,12 @@ impl March for Cpu {
         } else {
             self.vectors.march(self.precision, plan, ensemble, members)
         };
-        Ok(read_out(records, plan))
+        Ok(read_out(records, plan, 1))
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
-        Ok(Some(read_out(self.vectors.tangents(self.precision, plan, points, factors), plan)))
+        let records = self.vectors.tangents(self.precision, plan, points, factors);
+        Ok(Some(read_out(records, plan, 1 + factors.len())))
     }
 
     /// The plans over threads.
@@ -155,11 +156,12 @@ impl March for Reference {
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        Ok(read_out(one_by_one(self.0, plan, ensemble, members), plan))
+        Ok(read_out(one_by_one(self.0, plan, ensemble, members), plan, 1))
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
-        Ok(Some(read_out(Vectors::None.tangents(self.0, plan, points, factors), plan)))
+        let records = Vectors::None.tangents(self.0, plan, points, factors);
+        Ok(Some(read_out(records, plan, 1 + factors.len())))
     }
 }
 

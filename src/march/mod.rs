@@ -141,20 +141,31 @@ pub fn march_some(
     before.map_or(Ok(()), |last| march.finish(last).map(take))
 }
 
-/// Readings at the instants of a plan, from records at its steps.
-fn read_out(records: Traces, plan: &Plan) -> Traces {
-    let Some(readout) = &plan.readout else { return records };
-    let read = |records_of: &[f64]| {
-        let mut readings = Vec::with_capacity(records_of.len() / plan.records * readout.len());
-        records_of.chunks_exact(plan.records).for_each(|records| readout.read(records, &mut readings));
-        readings
+/// Readings at the instants of a plan, from records at its steps. Every so many rows there is a member; those between are derivatives.
+fn read_out(records: Traces, plan: &Plan, rows_per_member: usize) -> Traces {
+    let mut readings = match &plan.readout {
+        None => records,
+        Some(readout) => {
+            let read = |records_of: &[f64]| {
+                let mut readings = Vec::with_capacity(records_of.len() / plan.records * readout.len());
+                records_of.chunks_exact(plan.records).for_each(|records| readout.read(records, &mut readings));
+                readings
+            };
+            Traces {
+                instants: readout.len(),
+                temperatures_k: read(&records.temperatures_k),
+                gauges: read(&records.gauges),
+                ..records
+            }
+        }
     };
-    Traces {
-        instants: readout.len(),
-        temperatures_k: read(&records.temperatures_k),
-        gauges: read(&records.gauges),
-        ..records
+    let (sensors, instants) = (readings.sensors, readings.instants);
+    for held in &plan.held_readings {
+        let Some(held_k) = &held.temperatures_k else { continue };
+        let rows = readings.temperatures_k.chunks_exact_mut((sensors * instants).max(1));
+        rows.step_by(rows_per_member).for_each(|row| row[held.sensor * instants..][..instants].copy_from_slice(held_k));
     }
+    readings
 }
 
 /// How a member arrived, from the step on which it strayed and from where its plies have been.

@@ -1,10 +1,10 @@
 //! Steps and sampling instants through time.
 //!
-//! A step ends on every corner of every schedule, so no kink falls inside one, and where a pace asks for it on every instant too. Every member of an ensemble shares the clock, which keeps
-//! differences between members free of the noise of choosing steps.
+//! A step ends on every corner that carries the shape of a schedule, and where a pace asks for it on every instant too. Every member
+//! of an ensemble shares the clock, which keeps differences between members free of the noise of choosing steps.
 
 use super::readout::Readout;
-use crate::case::{Case, Face, Resolution};
+use crate::case::{Case, Resolution};
 
 /// Steps through time.
 #[derive(Clone, Debug)]
@@ -121,10 +121,10 @@ impl Growth {
 const WALK_MOST: f64 = 4096.0;
 
 impl Clock {
-    /// The steps of a pace, each cut into so many.
-    pub fn new(case: &Case, pace: &Pace, cuts: usize) -> Self {
+    /// The steps of a pace, each cut into so many, which end on the corners of schedules that are to be landed on.
+    pub(super) fn new(case: &Case, corners_s: &[f64], pace: &Pace, cuts: usize) -> Self {
         let duration_s = case.exposure.duration_s;
-        let corners_s = corners(case);
+        let corners_s = settle(corners_s.to_vec(), duration_s);
         let mut instants_s: Vec<f64> =
             (0..).map(|i| f64::from(i) * case.resolution.every_s).take_while(|&t| t < duration_s).collect();
         instants_s.extend(case.observations.iter().flat_map(|seen| seen.times_s.iter().copied()));
@@ -163,25 +163,6 @@ fn settle(mut times_s: Vec<f64>, duration_s: f64) -> Vec<f64> {
     times_s.sort_by(f64::total_cmp);
     times_s.dedup_by(|later, earlier| *later - *earlier <= same_instant_s(duration_s));
     times_s
-}
-
-/// Where the exposure has a kink or a jump.
-fn corners(case: &Case) -> Vec<f64> {
-    let mut corners_s = vec![0.0];
-    corners_s.extend(&case.exposure.pressure_pa.times_s);
-    corners_s.extend(case.exposure.back_pressure_pa.iter().flat_map(|pressure_pa| &pressure_pa.times_s));
-    corners_s.extend(case.exposure.holder.iter().flat_map(|holder| &holder.temperature_k.times_s));
-    for face in [&case.exposure.hot_face, &case.exposure.back_face] {
-        match face {
-            Face::Held(temperature_k) => corners_s.extend(&temperature_k.times_s),
-            Face::Open(open) => {
-                for schedule in [&open.flux_w_m2, &open.radiant_w_m2, &open.gas_k, &open.surroundings_k] {
-                    corners_s.extend(&schedule.times_s);
-                }
-            }
-        }
-    }
-    settle(corners_s, case.exposure.duration_s)
 }
 
 /// Append the steps from one landing to the next, each cut into so many.

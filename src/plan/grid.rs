@@ -187,6 +187,11 @@ fn join(cells: &mut [Cell<f64>], case: &Case, faces_m: &[f64]) {
     }
 }
 
+/// Two depths are one when they lie no further apart than this, m.
+pub(super) fn same_depth_m(case: &Case) -> f64 {
+    1e-6 * (case.layup.back_m() - case.layup.origin_m)
+}
+
 /// The face nearest a sensor's depth, and how to read it: a node on an outer face, else one side of the face or both.
 fn place(
     cells: &[Cell<f64>],
@@ -196,7 +201,7 @@ fn place(
     case: &Case,
 ) -> (Place<u32>, Sensor<f64>) {
     let depth_m = sensor.depth_m;
-    let close_m = 1e-6 * (case.layup.back_m() - case.layup.origin_m);
+    let close_m = same_depth_m(case);
     let face = faces_m
         .iter()
         .enumerate()

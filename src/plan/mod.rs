@@ -5,6 +5,7 @@
 //! quantity points at a column of the ensemble, and what nobody scales points at column 0, which is one.
 
 pub mod clock;
+mod forcing;
 pub mod grid;
 pub mod layout;
 pub mod readout;
@@ -17,6 +18,7 @@ use crate::case::air::air_enthalpy_j_kg;
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutOfRange, Property, Table};
 use crate::traces::Gauge;
 use clock::{Clock, Pace, Slice};
+use forcing::Forcing;
 use grid::{Density, Grid};
 use layout::{
     Bead, Bulk, Cell, Conduction, Drive, FACE_COLUMNS, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
@@ -24,7 +26,7 @@ use layout::{
 };
 use readout::Readout;
 use std::sync::Arc;
-use steps::{beads, drives, instants};
+use steps::{beads, instants};
 use substances::{bulk, conductions, paths, plies, reactions, states, substances};
 use tables::Tables;
 
@@ -90,6 +92,8 @@ pub struct Plan {
     pub records: usize,
     /// What instants are read from; `None` where they are the records.
     pub readout: Option<Readout>,
+    /// Sensors on faces whose temperature is prescribed.
+    pub held_readings: Vec<HeldReading>,
     pub plies: Vec<Ply<u32>>,
     /// Ply × state.
     pub conductions: Vec<Conduction<u32>>,
@@ -126,6 +130,18 @@ pub struct Plan {
     /// Where a ply refuses to leave its tables: the range of temperatures it allows, K.
     pub allowed_k: Vec<(f64, f64)>,
     pub rows: Rows<f64>,
+    /// The schedules of the exposure, which plans of one case share.
+    forcing: Arc<Forcing>,
+}
+
+/// A sensor without lag on a face whose temperature is prescribed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldReading {
+    pub sensor: usize,
+    /// Hot 0, back 1.
+    pub face: usize,
+    /// The prescribed temperature at every instant, K, where steps smooth it; otherwise the node of the face has it.
+    pub temperatures_k: Option<Vec<f64>>,
 }
 
 /// The real-valued rows of a plan, in the scalar of a march.
@@ -185,7 +201,7 @@ impl Plan {
         let mut stated = Self::stated(case);
         stated.density.cuts.fill(2 * cells);
         stated.pace.slices = vec![Slice { from_s: 0.0, density: 1.0, cuts: 2 * steps }];
-        Self::of(case, &stated, 1, &Tables::new(case))
+        Self::of(case, &stated, 1, &Tables::new(case), &Arc::new(Forcing::new(case)))
     }
 
     fn stated(case: &Case) -> Discretisation {
@@ -195,25 +211,31 @@ impl Plan {
 
     /// A case at a discretisation, and with each cell and step cut into two.
     pub fn cut(case: &Case, discretisation: Discretisation) -> Self {
-        Self::with_tables(case, discretisation, &Tables::new(case))
+        Self::sharing(case, discretisation, &Tables::new(case), &Arc::new(Forcing::new(case)))
     }
 
-    /// The case of this plan at other cells and steps. Tables depend on neither and are shared: to make them takes about as long as
-    /// to march a member, and a pilot tries a hundred plans.
+    /// The steps of a pace for the case of this plan, each cut into so many.
+    pub fn clock(&self, case: &Case, pace: &Pace, cuts: usize) -> Clock {
+        Clock::new(case, &self.forcing.landings_s, pace, cuts)
+    }
+
+    /// The case of this plan at other cells and steps. Tables and schedules depend on neither and are shared: to make the tables takes
+    /// about as long as to march a member, and a pilot tries a hundred plans.
     pub fn recut(&self, case: &Case, discretisation: Discretisation) -> Self {
         let places = self.plies.iter().map(|ply| ply.table as usize).collect();
-        let plan = Self::with_tables(case, discretisation, &Tables { words: Arc::clone(&self.rows.tables), places });
+        let tables = Tables { words: Arc::clone(&self.rows.tables), places };
+        let plan = Self::sharing(case, discretisation, &tables, &self.forcing);
         if self.has_gauges { plan } else { plan.without_gauges() }
     }
 
-    fn with_tables(case: &Case, discretisation: Discretisation, tables: &Tables) -> Self {
-        let [coarse, fine] = [1, 2].map(|cuts| Self::of(case, &discretisation, cuts, tables));
+    fn sharing(case: &Case, discretisation: Discretisation, tables: &Tables, forcing: &Arc<Forcing>) -> Self {
+        let [coarse, fine] = [1, 2].map(|cuts| Self::of(case, &discretisation, cuts, tables, forcing));
         Self { coarse: Some(Box::new(coarse)), ..fine }
     }
 
-    fn of(case: &Case, discretisation: &Discretisation, cuts: usize, tables: &Tables) -> Self {
+    fn of(case: &Case, discretisation: &Discretisation, cuts: usize, tables: &Tables, forcing: &Arc<Forcing>) -> Self {
         let grid = Grid::new(case, &discretisation.density, cuts);
-        let clock = Clock::new(case, &discretisation.pace, cuts);
+        let clock = Clock::new(case, &forcing.landings_s, &discretisation.pace, cuts);
         let (instants, records) = match &clock.readout {
             None => (instants(&clock), clock.instants_s.len()),
             Some(_) => ((0..clock.times_s.len() as u32).collect(), clock.times_s.len()),
@@ -231,7 +253,7 @@ impl Plan {
             reactions: case.layup.plies.iter().flat_map(|ply| reactions(&ply.material, duration_s)).collect(),
             contacts_m2_k_w: case.layup.contacts_w_m2_k.iter().map(|h| h.map_or(0.0, |h| 1.0 / h)).collect(),
             faces: [face(&case.exposure.hot_face), face(&case.exposure.back_face)],
-            drives: drives(&case.exposure, &clock.times_s),
+            drives: forcing.drives(&clock.times_s),
             lengths_s: clock.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
             tables: Arc::clone(&tables.words),
             sensors,
@@ -245,6 +267,7 @@ impl Plan {
             instants,
             records,
             readout: clock.readout,
+            held_readings: held_readings(case, &places, forcing, &clock.times_s, &clock.instants_s),
             plies: plies(case, &grid.plies, &tables.places, parts),
             conductions,
             scalings: scalings(case),
@@ -267,6 +290,7 @@ impl Plan {
             factors: case.factors.len(),
             allowed_k: case.layup.plies.iter().map(|ply| allowed(&ply.material)).collect(),
             rows,
+            forcing: Arc::clone(forcing),
             instants_s: clock.instants_s,
             times_s: clock.times_s,
         }
@@ -301,6 +325,30 @@ impl Plan {
         let coarse = self.coarse.map(|coarse| Box::new(coarse.without_gauges()));
         Self { has_gauges: false, coarse, ..self }
     }
+}
+
+fn held_readings(
+    case: &Case,
+    places: &[Place<u32>],
+    forcing: &Forcing,
+    times_s: &[f64],
+    instants_s: &[f64],
+) -> Vec<HeldReading> {
+    let faces = [(&case.exposure.hot_face, case.layup.origin_m), (&case.exposure.back_face, case.layup.back_m())];
+    let close_m = grid::same_depth_m(case);
+    let held = faces.into_iter().enumerate().filter(|(_, (face, _))| matches!(face, Face::Held(_)));
+    held.flat_map(|(face, (_, depth_m))| {
+        let sensors = case.sensors.iter().zip(places).enumerate();
+        let here = sensors.filter(move |(_, (sensor, place))| {
+            sensor.lag_s == 0.0 && place.depth == 0 && (sensor.depth_m - depth_m).abs() <= close_m
+        });
+        here.map(move |(sensor, _)| HeldReading {
+            sensor,
+            face,
+            temperatures_k: forcing.held_k(face, times_s, instants_s),
+        })
+    })
+    .collect()
 }
 
 /// The ensemble column of the factor on a property of a ply (by its group or name, or of all plies), 0 where there is none.

@@ -1,9 +1,11 @@
 //! What of a plan goes step by step, and so ends with it.
 
 use super::clock::{Clock, same_instant_s};
-use super::layout::{Bead, Drive, NO_INSTANT};
-use super::{Plan, Rows};
-use crate::case::{Case, Exposure, Face, Holder, Schedule};
+use super::forcing::{Forcing, last_drives};
+use super::layout::{Bead, NO_INSTANT};
+use super::{HeldReading, Plan, Rows};
+use crate::case::{Case, Exposure};
+use std::sync::Arc;
 
 impl Plan {
     /// The same cells, steps and tables up to one of the instants, and so at half of both. Planning a shorter case anew would share
@@ -25,6 +27,7 @@ impl Plan {
             instants: self.instants[..=steps].to_vec(),
             records: last + 1,
             readout,
+            held_readings: self.held_readings.iter().map(|reading| reading.until(instant)).collect(),
             rows: Rows {
                 lengths_s: self.rows.lengths_s[..steps].to_vec(),
                 beads: self.rows.beads[..steps * self.places.len()].to_vec(),
@@ -35,14 +38,31 @@ impl Plan {
         }
     }
 
-    /// The same cells, steps and tables under another exposure, and so at half of both. Its corners should be those that the plan was
-    /// made for, as steps land on no others; and a face that is held must have been held.
+    /// The same cells, steps and tables under another exposure, and so at half of both. Steps land on the corners of the exposure that
+    /// the plan was made for; a face that is held must have been held.
     pub fn driven(&self, exposure: &Exposure) -> Self {
+        self.forced(&Arc::new(self.forcing.of(exposure)))
+    }
+
+    fn forced(&self, forcing: &Arc<Forcing>) -> Self {
+        let held = |reading: &HeldReading| HeldReading {
+            temperatures_k: forcing.held_k(reading.face, &self.times_s, &self.instants_s),
+            ..*reading
+        };
         Self {
-            coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.driven(exposure))),
-            rows: Rows { drives: drives(exposure, &self.times_s), ..self.rows.clone() },
+            coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.forced(forcing))),
+            held_readings: self.held_readings.iter().map(held).collect(),
+            forcing: Arc::clone(forcing),
+            rows: Rows { drives: forcing.drives(&self.times_s), ..self.rows.clone() },
             ..self.clone()
         }
+    }
+}
+
+impl HeldReading {
+    fn until(&self, instant: usize) -> Self {
+        let temperatures_k = self.temperatures_k.as_ref().map(|temperatures_k| temperatures_k[..=instant].to_vec());
+        Self { temperatures_k, ..*self }
     }
 }
 
@@ -62,54 +82,6 @@ pub(super) fn instants(clock: &Clock) -> Vec<u32> {
             }
         })
         .collect()
-}
-
-pub(super) fn drives(exposure: &Exposure, times_s: &[f64]) -> Vec<Drive<f64>> {
-    let mut drives = Vec::with_capacity(4 * times_s.len());
-    let back_pressure_pa = exposure.back_pressure_pa.as_ref().unwrap_or(&exposure.pressure_pa);
-    // A step ends on the first of the times that are one instant, which need not be the one that a schedule has.
-    let close_s = same_instant_s(exposure.duration_s);
-    let sides = [(&exposure.hot_face, &exposure.pressure_pa), (&exposure.back_face, back_pressure_pa)];
-    for step in times_s.windows(2) {
-        for (face, pressure_pa) in sides {
-            let holder = exposure.holder.as_ref();
-            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.after_within(step[0], close_s)));
-            drives.push(drive(face, holder, pressure_pa, |schedule| schedule.before_within(step[1], close_s)));
-        }
-    }
-    drives.extend(last_drives(&drives));
-    drives
-}
-
-/// The drives of the end of a march: those at the end of its last step.
-fn last_drives(drives: &[Drive<f64>]) -> [Drive<f64>; 4] {
-    let [hot, back] = [drives[drives.len() - 3], drives[drives.len() - 1]];
-    [hot, hot, back, back]
-}
-
-fn drive(face: &Face, holder: Option<&Holder>, pressure_pa: &Schedule, read: impl Fn(&Schedule) -> f64) -> Drive<f64> {
-    let holder_k = holder.map_or(0.0, |holder| read(&holder.temperature_k));
-    let pressure_pa = read(pressure_pa);
-    match face {
-        Face::Held(temperature_k) => Drive {
-            flux_w_m2: 0.0,
-            radiant_w_m2: 0.0,
-            gas_k: 0.0,
-            surroundings_k: 0.0,
-            pressure_pa,
-            held_k: read(temperature_k),
-            holder_k,
-        },
-        Face::Open(open) => Drive {
-            flux_w_m2: read(&open.flux_w_m2),
-            radiant_w_m2: read(&open.radiant_w_m2),
-            gas_k: read(&open.gas_k),
-            surroundings_k: read(&open.surroundings_k),
-            pressure_pa,
-            held_k: 0.0,
-            holder_k,
-        },
-    }
 }
 
 /// Exact weights of a first-order lag under a reading that moves in a straight line over the step.

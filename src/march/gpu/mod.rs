@@ -136,7 +136,7 @@ impl Gpu {
         let carried = members.map(|member| Carried { member, along: None }).collect();
         let lanes = self.lanes(plan, ensemble.len());
         let batch = Batch::begin::<W>(&device, self.pipeline(plan, lanes, false)?, plan, ensemble, carried)?;
-        Ok(Box::new(move || Ok(read_out(batch.finish::<W>(&device, plan)?.0, plan))))
+        Ok(Box::new(move || Ok(read_out(batch.finish::<W>(&device, plan)?.0, plan, 1))))
     }
 
     fn tangents_in<W: Word>(
@@ -165,7 +165,7 @@ impl Gpu {
                 }
             }
         }
-        Ok(read_out(told, plan))
+        Ok(read_out(told, plan, 1 + factors.len()))
     }
 }
 
