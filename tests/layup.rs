@@ -329,8 +329,8 @@ fn refused(more: &str, reason: &str) {
 
 #[test]
 fn a_holder_is_read_with_its_units_and_one_that_cannot_be_is_refused() {
-    const HOLDER: &str =
-        "[holder]\nconductance = \"20 kW/m^3/K\"\ntemperature = [[\"0 s\", \"300 K\"], [\"9 s\", \"310 K\"]]\n";
+    const HOLDER: &str = "[holder]\nconductance = \"20 kW/m^3/K\"\ntemperature.outside = \"hold\"\n\
+         temperature.points = [[\"0 s\", \"300 K\"], [\"9 s\", \"310 K\"]]\n";
     const FACTOR: &str = "[[factor]]\nname = \"f_g\"\nproperty = \"holder\"\nsmall = [0.5, 2.0]\n";
     let case = written(&format!("{HOLDER}{FACTOR}")).expect("nothing is wrong");
     let holder = case.exposure.holder.as_ref().expect("it is written");

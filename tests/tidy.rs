@@ -41,7 +41,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("rand_chacha", &["src/chance.rs"]),
     ("sobol_burley", &["src/ensemble/"]),
     ("toml", &["src/case/file/"]),
-    ("csv", &["src/report/files/"]),
+    ("csv", &["src/case/file/sheet", "src/report/files/"]),
     ("parquet", &["src/report/files/"]),
     ("plotly", &["src/report/html/"]),
     ("plotters", &["src/report/svg/"]),

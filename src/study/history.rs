@@ -212,15 +212,19 @@ pub fn history(case: &Case, march: &mut dyn March, wanted: &Wanted) -> Result<Hi
     })
 }
 
-/// A schedule up to its end, and another from there on.
+/// A schedule up to its end, and another from there to the end of the run, with its jumps.
 fn gone_on(found: &Schedule, own: &Schedule, end_s: f64, duration_s: f64) -> Schedule {
-    let later = own.times_s.iter().copied().filter(|time_s| (end_s..duration_s).contains(time_s) && *time_s > end_s);
-    let rest: Vec<f64> = if end_s < duration_s { std::iter::once(end_s).chain(later).collect() } else { Vec::new() };
-    let values = rest.iter().map(|&time_s| own.after(time_s));
-    Schedule {
-        values: found.values.iter().copied().chain(values).collect(),
-        times_s: found.times_s.iter().chain(&rest).copied().collect(),
+    let mut whole = found.clone();
+    if end_s < duration_s {
+        let corners = own.times_s.iter().copied().zip(own.values.iter().copied());
+        let later = corners.filter(|&(time_s, _)| end_s < time_s && time_s < duration_s);
+        let ends = [(end_s, own.after(end_s)), (duration_s, own.before(duration_s))];
+        for (time_s, value) in ends[..1].iter().copied().chain(later).chain(ends[1..].iter().copied()) {
+            whole.times_s.push(time_s);
+            whole.values.push(value);
+        }
     }
+    whole
 }
 
 impl History {

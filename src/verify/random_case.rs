@@ -203,11 +203,11 @@ impl Text {
                 points.push((every_s * samples as f64, low));
             }
         }
-        let mut text = String::from("[");
+        let mut text = String::from("{ outside = \"hold\", points = [");
         for (time_s, value) in points {
             let _ = write!(text, "[\"{time_s:.4} s\", \"{value:.2} {unit}\"], ");
         }
-        text + "]"
+        text + "] }"
     }
 
     fn line(&mut self, line: &str) {

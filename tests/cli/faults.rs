@@ -6,10 +6,10 @@ use crate::support::Scratch;
 /// What is replaced in the case, with what, where the fault is, and what is said of it.
 const FAULTS: &[(&str, &str, &str, &str)] = &[
     ("thickness = \"3 mm\"", "thicknes = \"3 mm\"", ":16:1: ", "unknown key \"thicknes\": did you mean \"thickness\"?"),
-    ("\"5 W/cm^2\"", "\"5\"", ":28:38: ", "missing unit: expected a heat flux"),
-    ("\"5 W/cm^2\"", "\"5 mm\"", ":28:38: ", "wrong dimension: expected a heat flux"),
+    ("\"5 W/cm^2\"", "\"5\"", ":28:49: ", "missing unit: expected a heat flux"),
+    ("\"5 W/cm^2\"", "\"5 mm\"", ":28:49: ", "wrong dimension: expected a heat flux"),
     ("\"3 mm\"", "\"-3 mm\"", ":16:13: ", "\"-3 mm\" is not positive"),
-    ("\"1 s\"", "\"-1 s\"", ":28:31: ", "time -1 does not rise"),
+    ("\"1 s\"", "\"-1 s\"", ":28:42: ", "time -1 does not rise"),
     ("\"pyrogel3350\"", "\"pyrogel335\"", ":15:12: ", "unknown material \"pyrogel335\""),
     ("\"2 mm\"", "\"4 mm\"", ":24:9: ", "4 mm is off the layup, whose back face lies at 3.5 mm"),
     ("[0.8, 1.2]", "[1.2, 0.8]", ":34:9: ", "bounds reversed: 1.2 is not below 0.8"),
@@ -95,8 +95,8 @@ fn a_number_that_is_none_in_a_table_is_told_with_its_file_and_place() {
     let (_, after) = CASE.split_once("flux = ").expect("a flux");
     let flux = &after[..after.find('\n').expect("a line")];
     scratch.write("c/case.toml", CASE.replacen(flux, "{ file = \"flux.csv\" }", 1));
-    scratch.write("c/flux.csv", "time_s,flux_w_cm2\n0,0\n1,nan\n");
-    refused(&scratch, say(&scratch, "predict c"), 2, &["c/flux.csv:3:3: expected a finite number, found \"nan\""]);
+    scratch.write("c/flux.csv", "time_s,flux_w_cm2\n0,0\n1,inf\n");
+    refused(&scratch, say(&scratch, "predict c"), 2, &["c/flux.csv:3:3: expected a finite number, found \"inf\""]);
     scratch.write("c/flux.csv", "time_s,flux\n0,0\n");
     refused(&scratch, say(&scratch, "predict c"), 2, &["c/flux.csv:1:8: missing unit", "such as \"flux_w_cm2\""]);
 }

@@ -4,7 +4,7 @@ use super::{CASE, OBSERVED, say};
 use crate::support::{HISTORY_FLUENCE, Scratch};
 use serde_json::Value;
 
-const FLUX: &str = r#"flux = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]]"#;
+const FLUX: &str = r#"flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }"#;
 const MEASURED: &str = "\n[observations]\nfile = \"measured.csv\"\nsigma = \"1 K\"\n";
 
 /// A case heated by a tenth more than it says, and what its thermocouples show.
@@ -39,7 +39,9 @@ fn a_flux_is_told_in_words_numbers_and_a_file_that_a_case_is_heated_by() {
         page.contains("<section id=\"history\">") && page.contains("Cold-wall heat flux at the hot face at the knots")
     );
 
-    // What was found heats a case that is told of nothing else.
+    // What was found heats a case that is told of nothing else, over the whole run, as the window ends before it.
+    let found = scratch.read("out/history.csv");
+    assert!(found.lines().last().is_some_and(|row| row.starts_with("40,")), "{found}");
     scratch.write("again/history.csv", scratch.read("out/history.csv"));
     scratch.write("again/measured.csv", scratch.read("measured.csv"));
     let told = (CASE.to_owned() + MEASURED).replace(FLUX, r#"flux = { file = "history.csv" }"#);
@@ -57,11 +59,12 @@ fn the_temperature_of_a_gas_is_told_in_kelvin_and_read_by_a_case() {
         CASE.replace("\"heated\"", "\"convective\"")
             .replace(FLUX, &format!("coefficient = \"60 W/m^2/K\"\ngas = {gas}"))
     };
-    let hotter = r#"[["0 s", "300 K"], ["1 s", "1430 K"]]"#;
-    scratch.write("truth/case.toml", convective(hotter));
+    let through = |points: &str| format!("{{ points = [{points}], outside = \"hold\" }}");
+    let hotter = through(r#"["0 s", "300 K"], ["1 s", "1430 K"]"#);
+    scratch.write("truth/case.toml", convective(&hotter));
     say(&scratch, "twin truth --noise 1K --seed 3 --out measured.csv --quiet").done();
     scratch.write("c/measured.csv", scratch.read("measured.csv"));
-    scratch.write("c/case.toml", convective(r#"[["0 s", "300 K"], ["1 s", "1300 K"]]"#) + MEASURED);
+    scratch.write("c/case.toml", convective(&through(r#"["0 s", "300 K"], ["1 s", "1300 K"]"#)) + MEASURED);
     let ran = say(&scratch, "history c --sensors TC1 --knots 4 --out out --quiet").done();
     for said in ["Gas, K", "the gas was at", "K on average"] {
         assert!(ran.stdout.contains(said), "no {said:?} in:\n{}", ran.stdout);

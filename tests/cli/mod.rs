@@ -42,7 +42,7 @@ depth = "2 mm"
 
 [hot_face]
 kind = "heated"
-flux = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]]
+flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }
 
 [[factor]]
 name = "f_k"

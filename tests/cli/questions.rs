@@ -31,8 +31,10 @@ fn a_case_beside_explains_what_its_physics_does_and_other_observations_are_refus
     let scratch = with_case("beside");
     scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
     // Of the same case with a face that is heated for ten seconds alone: there is a cool-down.
-    let short = r#"flux = [["0 s", "5 W/cm^2"], ["10 s", "5 W/cm^2"], ["10 s", "0 W/cm^2"]]"#;
-    let cooled = CASE.replace(r#"flux = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]]"#, short) + OBSERVED;
+    let short = r#"flux = { points = [["0 s", "5 W/cm^2"], ["10 s", "5 W/cm^2"]], outside = "zero" }"#;
+    let cooled = CASE
+        .replace(r#"flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }"#, short)
+        + OBSERVED;
     assert!(cooled.contains(short));
     scratch.write("same/case.toml", &cooled);
     scratch.write("hotter/case.toml", cooled.replace("5 W/cm^2", "8 W/cm^2"));

@@ -112,8 +112,8 @@ const RESOLUTION: &str = "[resolution]\ncells = 28\nfirst_step = \"20 ms\"\ngrow
 /// A flux that comes in a second, stays and goes, W/cm².
 fn flux(key: &str, w_cm2: f64) -> String {
     format!(
-        "{key} = [[\"0 s\", \"0 W/cm^2\"], [\"1 s\", \"{w_cm2:.3} W/cm^2\"], [\"30 s\", \"{w_cm2:.3} W/cm^2\"], \
-         [\"31 s\", \"0 W/cm^2\"]]"
+        "{key}.points = [[\"0 s\", \"0 W/cm^2\"], [\"1 s\", \"{w_cm2:.3} W/cm^2\"], [\"30 s\", \"{w_cm2:.3} W/cm^2\"], \
+         [\"31 s\", \"0 W/cm^2\"]]\n{key}.outside = \"zero\""
     )
 }
 

@@ -1,9 +1,9 @@
-//! `[hot_face]`, `[back_face]` and `[holder]`, and what runs through time: a value, a list of corners or a column of a CSV.
+//! `[hot_face]`, `[back_face]` and `[holder]`.
 
-use super::Folder;
 use super::layup::held_at;
 use super::nearest::suggestion;
-use super::written::{Section, Written, all};
+use super::schedule::Schedules;
+use super::written::{Section, Written};
 use crate::case::error::Read;
 use crate::case::unit::Dimension;
 use crate::case::{Emissivity, Face, Holder, Layup, OpenFace, Schedule, Sensor};
@@ -25,17 +25,17 @@ pub(super) struct BackFace<'a> {
 
 pub(super) fn hot_face<'a>(
     case: &Section<'a>,
-    folder: &Folder<'_>,
+    schedules: &Schedules<'_>,
     layup: Option<&Layup>,
     sensors: Option<&[Sensor]>,
 ) -> Read<HotFace<'a>> {
     let section = case.required("hot_face", "a table [hot_face]")?.section()?;
     let open = |face: Read<OpenFace>| face.map(|face| HotFace { face: Face::Open(face), held: None });
     let face = match kind(&section, &["heated", "convective", "held"])? {
-        "heated" => open(heated(&section, folder)),
-        "convective" => open(convective(&section, folder)),
+        "heated" => open(heated(&section, schedules)),
+        "convective" => open(convective(&section, schedules)),
         _ => {
-            let temperature = held(&section, folder);
+            let temperature = held(&section, schedules);
             let at = match (section.optional("at"), layup, sensors) {
                 (Some(at), Some(layup), Some(sensors)) => {
                     held_at(at, layup, sensors).map(|depth_m| Some((depth_m, at)))
@@ -49,25 +49,25 @@ pub(super) fn hot_face<'a>(
     face
 }
 
-pub(super) fn back_face<'a>(case: &Section<'a>, folder: &Folder<'_>) -> Read<BackFace<'a>> {
+pub(super) fn back_face<'a>(case: &Section<'a>, schedules: &Schedules<'_>) -> Read<BackFace<'a>> {
     let Some(written) = case.optional("back_face") else {
         return Ok(BackFace { face: Face::Open(OpenFace::insulated()), pressure: None });
     };
     let section = written.section()?;
     let face = match kind(&section, &["insulated", "cooled", "holder", "held"])? {
         "insulated" => Ok(Face::Open(OpenFace::insulated())),
-        "cooled" => cooled(&section, folder).map(Face::Open),
-        "holder" => holder(&section, folder).map(Face::Open),
-        _ => held(&section, folder),
+        "cooled" => cooled(&section, schedules).map(Face::Open),
+        "holder" => holder(&section, schedules).map(Face::Open),
+        _ => held(&section, schedules),
     };
-    let pressure = section.optional("pressure").map(|written| Ok((pressure(written, folder)?, written))).transpose();
+    let pressure = section.optional("pressure").map(|written| Ok((pressure(written, schedules)?, written))).transpose();
     section.close();
     Ok(BackFace { face: face?, pressure: pressure? })
 }
 
 /// A pressure through time, above zero.
-pub(super) fn pressure(written: Written<'_>, folder: &Folder<'_>) -> Read<Schedule> {
-    let schedule = schedule(written, Dimension::Pressure, folder)?;
+pub(super) fn pressure(written: Written<'_>, schedules: &Schedules<'_>) -> Read<Schedule> {
+    let schedule = schedules.read(written, Dimension::Pressure)?;
     match schedule.values.iter().find(|value| **value <= 0.0) {
         Some(value) => Err(written.fault(format!("a pressure of {value} Pa is not positive"))),
         None => Ok(schedule),
@@ -75,14 +75,14 @@ pub(super) fn pressure(written: Written<'_>, folder: &Folder<'_>) -> Read<Schedu
 }
 
 /// What the layup loses sideways, where the file says.
-pub(super) fn around(case: &Section<'_>, folder: &Folder<'_>) -> Read<Option<Holder>> {
+pub(super) fn around(case: &Section<'_>, schedules: &Schedules<'_>) -> Read<Option<Holder>> {
     let Some(written) = case.optional("holder") else {
         return Ok(None);
     };
     let section = written.section()?;
     let conductance_w_m3_k = section.positive("conductance", Dimension::VolumeConductance);
     let temperature = section.required("temperature", Dimension::Temperature.expectation());
-    let temperature_k = temperature.and_then(|written| schedule(written, Dimension::Temperature, folder));
+    let temperature_k = temperature.and_then(|written| schedules.read(written, Dimension::Temperature));
     section.close();
     Ok(Some(Holder { conductance_w_m3_k: conductance_w_m3_k?, temperature_k: temperature_k? }))
 }
@@ -97,7 +97,7 @@ fn kind<'a>(section: &Section<'a>, known: &[&str]) -> Read<&'a str> {
     Err(written.fault(format!("unknown kind {kind:?}{}", suggestion(kind, known.iter().copied()))))
 }
 
-fn heated(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
+fn heated(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
     let nothing = || Ok(Schedule::constant(0.0));
     let flux = section.optional("flux");
     let radiant = section.optional("radiant_flux");
@@ -109,21 +109,21 @@ fn heated(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
     } else {
         Ok(())
     };
-    let flux_w_m2 = flux.map_or_else(nothing, |written| schedule(written, Dimension::HeatFlux, folder));
-    let radiant_w_m2 = radiant.map_or_else(nothing, |written| schedule(written, Dimension::HeatFlux, folder));
+    let flux_w_m2 = flux.map_or_else(nothing, |written| schedules.read(written, Dimension::HeatFlux));
+    let radiant_w_m2 = radiant.map_or_else(nothing, |written| schedules.read(written, Dimension::HeatFlux));
     let recovery_enthalpy_j_kg = recovery.map(|written| written.positive(Dimension::SpecificEnthalpy)).transpose();
     let film = match (section.optional("coefficient"), section.optional("gas")) {
         (None, None) => Ok((0.0, Schedule::constant(ROOM_K))),
         (Some(film), Some(gas)) => {
             let film = film.not_negative(Dimension::Conductance);
-            let gas = schedule(gas, Dimension::Temperature, folder);
+            let gas = schedules.read(gas, Dimension::Temperature);
             film.and_then(|film| Ok((film, gas?)))
         }
         (Some(film), None) => Err(film.fault("a coefficient needs the temperature of its `gas`")),
         (None, Some(gas)) => Err(gas.fault("a gas needs a `coefficient`")),
     };
     let emissivity = emissivity(section);
-    let surroundings_k = surroundings(section, folder);
+    let surroundings_k = surroundings(section, schedules);
     let blowing = section.optional("blowing").map_or(Ok(0.0), |written| blowing(written, recovery.is_some()));
     lacks?;
     let (film_w_m2_k, gas_k) = film?;
@@ -153,17 +153,17 @@ fn blowing(written: Written<'_>, corrected: bool) -> Read<f64> {
 }
 
 /// What a face radiates to; a room where the file is silent.
-fn surroundings(section: &Section<'_>, folder: &Folder<'_>) -> Read<Schedule> {
+fn surroundings(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<Schedule> {
     let room = || Ok(Schedule::constant(ROOM_K));
-    section.optional("surroundings").map_or_else(room, |written| schedule(written, Dimension::Surroundings, folder))
+    section.optional("surroundings").map_or_else(room, |written| schedules.read(written, Dimension::Surroundings))
 }
 
-fn convective(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
+fn convective(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
     let film_w_m2_k = section.positive("coefficient", Dimension::Conductance);
     let gas = section.required("gas", Dimension::Temperature.expectation());
-    let gas_k = gas.and_then(|written| schedule(written, Dimension::Temperature, folder));
+    let gas_k = gas.and_then(|written| schedules.read(written, Dimension::Temperature));
     let emissivity = emissivity(section);
-    let surroundings_k = surroundings(section, folder);
+    let surroundings_k = surroundings(section, schedules);
     Ok(OpenFace {
         film_w_m2_k: film_w_m2_k?,
         film_heats: true,
@@ -174,14 +174,14 @@ fn convective(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
     })
 }
 
-fn cooled(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
+fn cooled(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
     let film = section.required("coefficient", Dimension::Conductance.expectation());
     let film_w_m2_k = film.and_then(|written| written.not_negative(Dimension::Conductance));
     let ambient = section.required("ambient", Dimension::Temperature.expectation());
-    let gas_k = ambient.and_then(|written| schedule(written, Dimension::Temperature, folder));
+    let gas_k = ambient.and_then(|written| schedules.read(written, Dimension::Temperature));
     let emissivity = emissivity(section);
     let surroundings = section.optional("surroundings");
-    let surroundings = surroundings.map(|written| schedule(written, Dimension::Surroundings, folder));
+    let surroundings = surroundings.map(|written| schedules.read(written, Dimension::Surroundings));
     let (gas_k, surroundings) = (gas_k?, surroundings.transpose()?);
     Ok(OpenFace {
         film_w_m2_k: film_w_m2_k?,
@@ -192,16 +192,16 @@ fn cooled(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
     })
 }
 
-fn holder(section: &Section<'_>, folder: &Folder<'_>) -> Read<OpenFace> {
+fn holder(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
     let film_w_m2_k = section.positive("conductance", Dimension::Conductance);
     let temperature = section.required("temperature", Dimension::Temperature.expectation());
-    let gas_k = temperature.and_then(|written| schedule(written, Dimension::Temperature, folder));
+    let gas_k = temperature.and_then(|written| schedules.read(written, Dimension::Temperature));
     Ok(OpenFace { film_w_m2_k: film_w_m2_k?, gas_k: gas_k?, ..OpenFace::insulated() })
 }
 
-fn held(section: &Section<'_>, folder: &Folder<'_>) -> Read<Face> {
+fn held(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<Face> {
     let temperature = section.required("temperature", Dimension::Temperature.expectation())?;
-    schedule(temperature, Dimension::Temperature, folder).map(Face::Held)
+    schedules.read(temperature, Dimension::Temperature).map(Face::Held)
 }
 
 /// The material's own unless the case says otherwise.
@@ -214,45 +214,4 @@ fn emissivity(section: &Section<'_>) -> Read<Emissivity> {
         return Ok(Emissivity::Constant(value));
     }
     Err(written.fault(format!("emissivity {value} lies outside 0 to 1")))
-}
-
-/// A value for all time, a list of corners `["41 s", "26.7 W/cm^2"]`, or `{ file = "flux.csv", column = "flux_w_cm2" }`.
-fn schedule(written: Written<'_>, dimension: Dimension, folder: &Folder<'_>) -> Read<Schedule> {
-    let series = if written.is_table() {
-        folder.series(written, dimension)?
-    } else if written.is_list() {
-        corners(written, dimension, true)?
-    } else {
-        return written.quantity(dimension).map(Schedule::constant);
-    };
-    let (times_s, values) = series.into_iter().unzip();
-    Ok(Schedule { times_s, values })
-}
-
-/// Pairs of a time and a value, the times rising; `jumps` lets one stand twice in a row.
-pub(super) fn corners(written: Written<'_>, dimension: Dimension, jumps: bool) -> Read<Vec<(f64, f64)>> {
-    rising(written, Dimension::Time, dimension, jumps)
-}
-
-/// Temperature at the start: a value, or pairs of a depth and a value.
-pub(super) fn initial(written: Written<'_>) -> Read<Vec<(f64, f64)>> {
-    if written.is_list() {
-        return rising(written, Dimension::Length, Dimension::Temperature, false);
-    }
-    Ok(vec![(0.0, written.quantity(Dimension::Temperature)?)])
-}
-
-fn rising(written: Written<'_>, along: Dimension, dimension: Dimension, jumps: bool) -> Read<Vec<(f64, f64)>> {
-    let mut last = f64::NEG_INFINITY;
-    all(written.list()?.into_iter().map(|corner| {
-        let [at, value] = corner.pair()?;
-        let (place, value) = (at.quantity(along), value.quantity(dimension));
-        let place = place?;
-        if place < last || (place == last && !jumps) {
-            let noun = if along == Dimension::Time { "time" } else { "depth" };
-            return Err(at.fault(format!("{noun} {place} does not rise: the one before is {last}, in SI")));
-        }
-        last = place;
-        Ok((place, value?))
-    }))
 }

@@ -78,15 +78,11 @@ impl Folder<'_> {
         Sheet::read(&self.file(written)?, self.faults)
     }
 
-    /// `{ file = "flux.csv", column = "flux_w_cm2" }` over time; the column may be left out of a file of two.
-    pub(super) fn series(&self, written: Written<'_>, dimension: Dimension) -> Read<Series> {
-        let section = written.section()?;
-        let file = section.required("file", "a file such as \"flux.csv\"");
-        let column = section.optional("column");
-        section.close();
+    /// A column of a file over time; the column may be left out of a file of two.
+    pub(super) fn series(&self, file: Written<'_>, column: Option<Written<'_>>, dimension: Dimension) -> Read<Series> {
         let name = column.map(Written::text).transpose();
-        let sheet = self.sheet(file?)?;
-        let index = sheet.named(name?).map_err(|message| column.unwrap_or(written).fault(message))?;
+        let sheet = self.sheet(file)?;
+        let index = sheet.named(name?).map_err(|message| column.unwrap_or(file).fault(message))?;
         sheet.series(index, dimension, true, self.faults)
     }
 }

@@ -14,6 +14,7 @@ mod material;
 mod nearest;
 mod observation;
 mod property;
+mod schedule;
 mod sheet;
 mod source;
 #[cfg(test)]
@@ -26,6 +27,7 @@ use super::unit::Dimension;
 use super::{Case, Exposure, Face, Gas, Layup, Material, Resolution, Schedule, Sensor};
 use exposure::{BackFace, HotFace};
 use folder::{Folder, shipped, shipped_gas, unknown_gas, unknown_material};
+use schedule::{Initial, Schedules};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use written::{Node, Section};
@@ -178,18 +180,21 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let name = top.text_or("name", &id);
     let note = top.text_or("note", "");
     let duration_s = top.positive("duration", Dimension::Time);
+    let schedules = Schedules { folder, duration_s: duration_s.ok() };
     let atmosphere = || Ok(Schedule::constant(101_325.0));
     let pressure = top.optional("pressure");
-    let pressure_pa = pressure.map_or_else(atmosphere, |written| exposure::pressure(written, folder));
+    let pressure_pa = pressure.map_or_else(atmosphere, |written| exposure::pressure(written, &schedules));
     let initial = top.required("initial_temperature", Dimension::Temperature.expectation());
-    let initial_k = initial.and_then(exposure::initial);
+    let initial = initial.and_then(Initial::read);
     let layup = gas::reacting(top, layup::layup(top, folder));
     let sensors = layup::sensors(top, layup.as_ref().ok());
-    let hot_face = exposure::hot_face(top, folder, layup.as_ref().ok(), sensors.as_deref().ok());
-    let back_face = exposure::back_face(top, folder);
-    let holder = exposure::around(top, folder);
+    let hot_face = exposure::hot_face(top, &schedules, layup.as_ref().ok(), sensors.as_deref().ok());
+    let back_face = exposure::back_face(top, &schedules);
+    let holder = exposure::around(top, &schedules);
     let observations = observation::observations(top, folder, sensors.as_deref().ok(), duration_s);
     let marched = marched(layup, sensors.clone(), hot_face);
+    let covered = marched.as_ref().ok().zip(initial.as_ref().ok());
+    let covered = covered.map_or(Ok(()), |((layup, ..), initial)| initial.check(layup.origin_m, layup.back_m()));
     let gas = gas::flow(top, folder, marched.as_ref().ok().map(|(layup, ..)| layup), back_face.as_ref().ok());
     let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(gas.as_ref().ok().zip(holder.as_ref().ok()));
     let scaled = scaled.map(|(((layup, sensors, hot_face), BackFace { face: back_face, .. }), (gas, holder))| {
@@ -203,11 +208,12 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let resolution = resolution(top, plies, duration_s);
     top.close();
 
+    covered?;
     let (layup, sensors, hot_face) = marched?;
     let BackFace { face: back_face, pressure: back_pressure } = back_face?;
     let exposure = Exposure {
         duration_s: duration_s?,
-        initial_k: initial_k?,
+        initial_k: initial?.points,
         pressure_pa: pressure_pa?,
         back_pressure_pa: back_pressure.map(|(schedule, _)| schedule),
         holder: holder?,

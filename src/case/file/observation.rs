@@ -1,8 +1,8 @@
 //! `[observations]` and `[estimate]`.
 
 use super::Folder;
-use super::exposure::corners;
 use super::nearest::suggestion;
+use super::schedule::points;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
 use crate::case::unit::Dimension;
@@ -83,8 +83,7 @@ impl<'a> Own<'a> {
         };
         let sigma_k = self.sigma_k.or(sigma_k);
         let sigma_k = sigma_k.ok_or_else(|| samples.fault("observations written out need a `sigma`"))?;
-        let (times_s, temperatures_k): (Vec<f64>, _) =
-            corners(samples, Dimension::Temperature, false)?.into_iter().unzip();
+        let (times_s, temperatures_k) = points(samples, Dimension::Temperature, false)?;
         let sigma_k = vec![sigma_k; times_s.len()];
         Ok(Observation { sensor: self.sensor, times_s, temperatures_k, sigma_k, window_s: None })
     }
@@ -133,11 +132,10 @@ fn measured(
     let columns: Vec<(usize, &str)> = sheet.stems().collect();
     let traces = columns.iter().filter(|(_, stem)| !stem.ends_with("_sigma"));
     if traces.clone().next().is_none() {
-        let names: Vec<String> =
-            sensors.unwrap_or_default().iter().map(|sensor| format!("{}_K", sensor.name)).collect();
-        let names = if names.is_empty() { "\"TC1_K\"".to_owned() } else { format!("some of {}", names.join(", ")) };
-        let message = format!("no column of a sensor beside the first one, the time: expected {names}");
-        return Err(sheet.heading_fault(faults, message));
+        let names = sensors.unwrap_or_default().iter().map(|sensor| format!("{}_K", sensor.name));
+        let names = names.collect::<Vec<_>>().join(", ");
+        let message = format!("no column of a sensor after the first one, the time: expected some of {names}");
+        return Err(sheet.fault(0, faults, message));
     }
     let unmatched = columns.iter().filter_map(|&(column, stem)| Some((column, stem.strip_suffix("_sigma")?)));
     let unmatched = all(unmatched.map(|(column, stem)| {
@@ -146,24 +144,27 @@ fn measured(
         if matched { Ok(()) } else { Err(sheet.fault(column, faults, message)) }
     }));
     let read = all(traces.map(|&(column, stem)| {
+        if columns.iter().any(|&(other, name)| other < column && name == stem) {
+            return Err(sheet.fault(column, faults, format!("sensor {stem:?} has a column before this one")));
+        }
         let sensor = sensor(stem, sensors).map_err(|message| sheet.fault(column, faults, message))?;
-        let series = sheet.series(column, Dimension::Temperature, false, faults)?;
+        let (times_s, temperatures_k) = sheet.series(column, Dimension::Temperature, false, faults)?;
         let spread = columns.iter().find(|(_, other)| other.strip_suffix("_sigma") == Some(stem));
         let own_k = own.iter().find(|own| own.name == stem).and_then(|own| own.sigma_k);
         let sigma_k = match (own_k.or(sigma_k), spread) {
-            (Some(sigma_k), _) => vec![sigma_k; series.len()],
+            (Some(sigma_k), _) => vec![sigma_k; times_s.len()],
             (None, Some(&(spread, _))) => {
-                let sigmas = sheet.series(spread, Dimension::TemperatureDifference, false, faults)?;
-                let bad = sigmas.iter().find(|(_, sigma_k)| *sigma_k <= 0.0);
+                let (at_s, sigmas_k) = sheet.series(spread, Dimension::TemperatureDifference, false, faults)?;
+                let bad = at_s.iter().zip(&sigmas_k).find(|(_, sigma_k)| **sigma_k <= 0.0);
                 if let Some((time_s, sigma_k)) = bad {
                     let message = format!("standard deviation {sigma_k} K at {time_s} s is not positive");
                     return Err(sheet.fault(spread, faults, message));
                 }
-                if !sigmas.iter().map(|row| row.0).eq(series.iter().map(|row| row.0)) {
+                if at_s != times_s {
                     let message = format!("standard deviations of {stem:?} do not stand at the times of its samples");
                     return Err(sheet.fault(spread, faults, message));
                 }
-                sigmas.into_iter().map(|(_, sigma_k)| sigma_k).collect()
+                sigmas_k
             }
             (None, None) => {
                 let message =
@@ -171,7 +172,6 @@ fn measured(
                 return Err(sheet.fault(column, faults, message));
             }
         };
-        let (times_s, temperatures_k) = series.into_iter().unzip();
         Ok((stem.to_owned(), Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None }))
     }));
     unmatched.and(read)

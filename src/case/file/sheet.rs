@@ -1,17 +1,19 @@
 //! Tables as written: a heading line `time_s,flux_w_cm2,TC1_K`, then numbers; the unit of a column ends its heading.
 //!
-//! Values are separated by commas, semicolons or tabs, whichever the heading has; with the latter two a decimal comma is taken
-//! too. Cells may be quoted, blank lines and lines that begin with `#` are passed over. A missing value is empty, `NaN` or `NA`.
+//! The text is kept once and each cell is kept as a number, so that a million rows take no text of their own. A fault
+//! is rare: its line and column are found in the text when it is recorded.
+
+mod dialect;
 
 use super::nearest::suggestion;
 use super::source;
-use super::written::all;
 use crate::case::error::{Faults, Faulty, Place, Read};
 use crate::case::unit::{Dimension, conversion};
+use dialect::Dialect;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Faults recorded of one column before reading gives up on it.
+/// Faults recorded of one column, and of the lengths of rows, before reading gives up.
 const MOST_FAULTS: usize = 10;
 
 /// How a heading ends, and the unit it means; letters of either case.
@@ -35,9 +37,13 @@ const SUFFIXES: &[(&str, &str)] = &[
 #[derive(Debug)]
 pub(super) struct Sheet {
     file: Arc<str>,
+    text: String,
+    dialect: Dialect,
     columns: Vec<Column>,
-    rows: Vec<Row>,
-    has_decimal_commas: bool,
+    /// Where each row begins in the text, in bytes; blank lines and comments may stand before it.
+    starts: Vec<usize>,
+    /// Row after row, one number a column: NaN where the value is missing, infinite where the cell holds no finite number.
+    numbers: Vec<f64>,
 }
 
 /// A column's heading: `TC1_K` is the stem `TC1` in the unit `K`.
@@ -49,64 +55,89 @@ struct Column {
     place: Place,
 }
 
-#[derive(Debug)]
-struct Row {
-    line: usize,
-    /// Column counted in characters, and text.
-    cells: Vec<(usize, String)>,
-}
+/// Times (s) and values (SI) of a column.
+pub(super) type Series = (Vec<f64>, Vec<f64>);
 
 impl Sheet {
     /// # Errors
-    /// No such file; no heading; a row of another length than the heading; a heading that stands twice.
+    /// No such file; no heading; a heading that stands twice or is missing; no rows; a row of another length than the
+    /// heading; a quote that is not closed.
     pub(super) fn read(path: &Path, faults: &Faults) -> Read<Self> {
-        let text = source::read(path, faults)?;
+        let mut text = source::read(path, faults)?;
         let file: Arc<str> = path.display().to_string().into();
-        let separator = separator(&text);
-        let mut rows = rows(&text, separator)
-            .map_err(|(line, message)| faults.record(&Place { file: file.clone(), at: Some((line, 1)) }, message))?
-            .into_iter();
-        let Some(heading) = rows.next() else {
-            return Err(faults.record(&Place::whole(file), "no heading: expected a line such as \"time_s,TC1_K\""));
-        };
-        let columns: Vec<Column> = heading
-            .cells
-            .iter()
-            .map(|(at, text)| {
-                let (stem, unit) = split(text);
-                let place = Place { file: file.clone(), at: Some((heading.line, *at)) };
-                Column { heading: text.clone(), stem: stem.to_owned(), unit, place }
-            })
-            .collect();
-        let sheet = Self { file, rows: rows.collect(), columns, has_decimal_commas: separator != b',' };
-        sheet.check(faults)?;
-        Ok(sheet)
+        if text.contains('\r') {
+            text = text.replace("\r\n", "\n").replace('\r', "\n");
+        }
+        let dialect = Dialect::of(&text);
+        if let Some((line, column, message)) = dialect.quotes(&text) {
+            return Err(faults.record(&Place { file, at: Some((line, column)) }, message));
+        }
+        let mut sheet = Self { file, text, dialect, columns: Vec::new(), starts: Vec::new(), numbers: Vec::new() };
+        let text = std::mem::take(&mut sheet.text);
+        let read = sheet.rows(&text, faults);
+        sheet.text = text;
+        read.map(|()| sheet)
     }
 
-    fn check(&self, faults: &Faults) -> Read<()> {
-        for (index, column) in self.columns.iter().enumerate() {
-            if self.columns[..index].iter().any(|other| other.heading == column.heading) {
-                return Err(faults.record(&column.place, format!("column {:?} stands twice", column.heading)));
+    fn rows(&mut self, text: &str, faults: &Faults) -> Read<()> {
+        let mut reader = self.dialect.reader(text);
+        let mut record = csv::StringRecord::new();
+        let mut faulty = Ok(());
+        let mut met = 0;
+        let failed = |error: csv::Error, file: &Arc<str>| faults.record(&Place::whole(file.clone()), error.to_string());
+        while met < MOST_FAULTS && reader.read_record(&mut record).map_err(|error| failed(error, &self.file))? {
+            if record.iter().all(|cell| cell.trim().is_empty()) {
+                continue;
             }
+            let start = record.position().map_or(0, |at| at.byte() as usize);
+            if self.columns.is_empty() {
+                self.columns = self.headings(text, start, &record, faults)?;
+                continue;
+            }
+            let count = self.columns.len();
+            let has_more = record.iter().skip(count).any(|cell| !cell.trim().is_empty());
+            if record.len() < count || has_more {
+                let place = self.dialect.place(text, start, 0);
+                let message = format!("{} values under {count} headings{}", record.len(), self.dialect.commas());
+                faulty = Err(faults.record(&Place { file: self.file.clone(), at: Some(place) }, message));
+                met += 1;
+                continue;
+            }
+            self.starts.push(start);
+            self.numbers.extend(record.iter().take(count).map(|cell| self.dialect.number(cell)));
         }
-        let count = self.columns.len();
-        if let Some(row) = self.rows.iter().find(|row| row.cells.len() != count) {
-            let message = format!("{} values under {count} headings", row.cells.len());
-            return Err(faults.record(&self.place(row, 0), message));
-        }
-        if self.rows.is_empty() {
-            return Err(faults.record(&Place::whole(self.file.clone()), "no rows under the heading"));
+        faulty?;
+        let Some(time) = self.columns.first() else {
+            let message = "no heading: expected a line such as \"time_s,TC1_K\"";
+            return Err(faults.record(&Place::whole(self.file.clone()), message));
+        };
+        if self.starts.is_empty() {
+            return Err(faults.record(&time.place, "no rows under this heading"));
         }
         Ok(())
     }
 
-    fn place(&self, row: &Row, column: usize) -> Place {
-        Place { file: self.file.clone(), at: Some((row.line, row.cells.get(column).map_or(1, |cell| cell.0))) }
+    /// The columns that a heading names; separators at its end head none.
+    fn headings(&self, text: &str, start: usize, record: &csv::StringRecord, faults: &Faults) -> Read<Vec<Column>> {
+        let mut columns: Vec<Column> = Vec::new();
+        let trailing = (0..record.len()).rev().take_while(|&index| record[index].trim().is_empty()).count();
+        for (index, heading) in record.iter().take(record.len() - trailing).enumerate() {
+            let place = Place { file: self.file.clone(), at: Some(self.dialect.place(text, start, index)) };
+            let heading = heading.trim().to_owned();
+            if heading.is_empty() {
+                return Err(faults.record(&place, format!("column {} has no heading", index + 1)));
+            }
+            if columns.iter().any(|other| other.heading == heading) {
+                return Err(faults.record(&place, format!("column {heading:?} stands twice")));
+            }
+            let (stem, unit) = split(&heading);
+            columns.push(Column { stem: stem.to_owned(), unit, heading, place });
+        }
+        Ok(columns)
     }
 
-    /// Where the heading stands.
-    pub(super) fn heading_fault(&self, faults: &Faults, message: String) -> Faulty {
-        faults.record(&self.columns[0].place, message)
+    fn place(&self, row: usize, column: usize) -> Place {
+        Place { file: self.file.clone(), at: Some(self.dialect.place(&self.text, self.starts[row], column)) }
     }
 
     /// The headings but the time's: index and name less its unit.
@@ -114,6 +145,7 @@ impl Sheet {
         self.columns.iter().enumerate().skip(1).map(|(index, column)| (index, column.stem.as_str()))
     }
 
+    /// A fault at the heading of a column; the first is that of the time.
     pub(super) fn fault(&self, column: usize, faults: &Faults, message: String) -> Faulty {
         faults.record(&self.columns[column].place, message)
     }
@@ -123,23 +155,31 @@ impl Sheet {
     /// # Errors
     /// A message: no such column, or more than one to choose from.
     pub(super) fn named(&self, name: Option<&str>) -> Result<usize, String> {
+        let headings: Vec<&str> = self.columns.iter().skip(1).map(|column| column.heading.as_str()).collect();
         let Some(name) = name else {
-            return match self.columns.len() {
-                2 => Ok(1),
-                count => {
-                    Err(format!("{} has {count} columns: expected a time and one more, or a key `column`", self.file))
-                }
+            return match headings.as_slice() {
+                [] => Err(format!("{} has no column beside the first one, the time", self.file)),
+                [_] => Ok(1),
+                _ => Err(format!("{} has {} columns: choose one with a key `column`", self.file, self.columns.len())),
             };
         };
-        let found = self.columns.iter().position(|column| column.heading == name || column.stem == name);
-        let known = self.columns.iter().skip(1).map(|column| column.heading.as_str());
-        found
-            .filter(|&index| index > 0)
-            .ok_or_else(|| format!("{} has no column {name:?}{}", self.file, suggestion(name, known)))
+        let matches = |is: &dyn Fn(&Column) -> bool| -> Vec<usize> {
+            (1..self.columns.len()).filter(|&index| is(&self.columns[index])).collect()
+        };
+        let by_heading = matches(&|column| column.heading == name);
+        let found = if by_heading.is_empty() { matches(&|column| column.stem == name) } else { by_heading };
+        match found.as_slice() {
+            [index] => Ok(*index),
+            [] => Err(format!("{} has no column {name:?}{}", self.file, suggestion(name, headings))),
+            several => {
+                let several: Vec<&str> = several.iter().map(|&index| self.columns[index].heading.as_str()).collect();
+                Err(format!("{} has several columns {name:?}: choose one of {}", self.file, several.join(", ")))
+            }
+        }
     }
 
-    /// A column over the times of the first one: pairs of time (s) and value (SI); rows without the value are left out.
-    /// Times rise; `jumps` lets one stand twice in a row.
+    /// A column over the times of the first one; rows without the value are left out. Times rise; `jumps` lets one
+    /// stand twice in a row.
     pub(super) fn series(&self, column: usize, dimension: Dimension, jumps: bool, faults: &Faults) -> Read<Series> {
         let (time, value) = (&self.columns[0], &self.columns[column]);
         let expected = "expected a first column such as \"time_s\"";
@@ -152,47 +192,58 @@ impl Sheet {
         let expected = format!("expected a heading with a unit such as {example:?}");
         let si = scale(value, dimension, faults, &expected);
         let (seconds, si) = (seconds?, si?);
+        let (mut times_s, mut values) = (Vec::with_capacity(self.starts.len()), Vec::with_capacity(self.starts.len()));
         let mut last_s = f64::NEG_INFINITY;
-        let rows = self.rows.iter().filter(|row| !is_missing(&row.cells[column].1));
-        let read = rows.map(|row| {
-            let time_s = self.number(row, 0, faults)? * seconds.0 + seconds.1;
-            let value = self.number(row, column, faults)? * si.0 + si.1;
-            let back = if jumps { time_s < last_s } else { time_s <= last_s };
-            if back {
+        let (mut faulty, mut met) = (Ok(()), 0);
+        for (row, cells) in self.numbers.chunks_exact(self.columns.len()).enumerate() {
+            if cells[column].is_nan() {
+                continue;
+            }
+            let (time_s, si_value) = (cells[0] * seconds.0 + seconds.1, cells[column] * si.0 + si.1);
+            let fault = if !time_s.is_finite() {
+                self.no_number(row, 0, faults)
+            } else if !si_value.is_finite() {
+                self.no_number(row, column, faults)
+            } else if time_s < last_s || (time_s == last_s && !jumps) {
                 let message = format!("time {time_s} s does not rise: the row before is at {last_s} s");
-                return Err(faults.record(&self.place(row, 0), message));
+                faults.record(&self.place(row, 0), message)
+            } else if !dimension.is_allowed(si_value) {
+                faults.record(&self.place(row, column), format!("{si_value} K is {}", dimension.limit()))
+            } else {
+                last_s = time_s;
+                times_s.push(time_s);
+                values.push(si_value);
+                continue;
+            };
+            (faulty, met) = (Err(fault), met + 1);
+            if met == MOST_FAULTS {
+                break;
             }
-            last_s = time_s;
-            if !dimension.is_allowed(value) {
-                let message = format!("{value} K is {}", dimension.limit());
-                return Err(faults.record(&self.place(row, column), message));
-            }
-            Ok((time_s, value))
-        });
-        let mut met = 0;
-        let series = all(read.take_while(|row| {
-            met += usize::from(row.is_err());
-            met <= MOST_FAULTS
-        }))?;
-        if series.is_empty() {
-            return Err(faults.record(&value.place, format!("column {:?} is empty", value.heading)));
         }
-        Ok(series)
+        faulty?;
+        if values.is_empty() {
+            return Err(faults.record(&value.place, format!("column {:?} holds no value", value.heading)));
+        }
+        Ok((times_s, values))
     }
 
-    fn number(&self, row: &Row, column: usize, faults: &Faults) -> Read<f64> {
-        let text = &row.cells[column].1;
-        let with_point =
-            if self.has_decimal_commas && !text.contains('.') { text.replacen(',', ".", 1) } else { text.clone() };
-        match with_point.parse::<f64>() {
-            Ok(number) if number.is_finite() => Ok(number),
-            _ => Err(faults.record(&self.place(row, column), format!("expected a finite number, found {text:?}"))),
-        }
+    /// That a cell which is needed holds no number.
+    fn no_number(&self, row: usize, column: usize, faults: &Faults) -> Faulty {
+        let mut record = csv::StringRecord::new();
+        let mut reader = self.dialect.reader(&self.text[self.starts[row]..]);
+        // This text was read once already, so that it is read again.
+        let text = match reader.read_record(&mut record) {
+            Ok(true) => record.get(column).unwrap_or_default().trim(),
+            _ => "",
+        };
+        let message = if self.numbers[row * self.columns.len() + column].is_nan() {
+            format!("missing time: expected a number, found {text:?}")
+        } else {
+            format!("expected a finite number, found {text:?}{}", self.dialect.hint(text))
+        };
+        faults.record(&self.place(row, column), message)
     }
 }
-
-/// Pairs of time (s) and value (SI).
-pub(super) type Series = Vec<(f64, f64)>;
 
 fn scale(column: &Column, dimension: Dimension, faults: &Faults, expected: &str) -> Read<(f64, f64)> {
     let Some(unit) = column.unit else {
@@ -211,63 +262,4 @@ fn split(heading: &str) -> (&str, Option<&'static str>) {
         Some((suffix, unit)) => (&heading[..heading.len() - suffix.len()], Some(unit)),
         None => (heading, None),
     }
-}
-
-/// What separates values: a semicolon or a tab where the heading has one, else a comma.
-fn separator(text: &str) -> u8 {
-    let heading = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
-    [b';', b'\t'].into_iter().find(|&separator| heading.contains(char::from(separator))).unwrap_or(b',')
-}
-
-fn is_missing(text: &str) -> bool {
-    text.is_empty() || ["nan", "na", "n/a"].iter().any(|missing| text.eq_ignore_ascii_case(missing))
-}
-
-/// The rows that are not blank.
-///
-/// # Errors
-/// The line of a quote that is never closed, and what is wrong there.
-fn rows(text: &str, separator: u8) -> Result<Vec<Row>, (usize, String)> {
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(separator)
-        .comment(Some(b'#'))
-        .has_headers(false)
-        .flexible(true)
-        .from_reader(text.as_bytes());
-    let lines: Vec<&str> = text.lines().collect();
-    let mut rows = Vec::new();
-    for record in reader.records() {
-        let record =
-            record.map_err(|error| (error.position().map_or(1, |at| at.line() as usize), error.to_string()))?;
-        let line = record.position().map_or(1, |at| at.line() as usize);
-        // The reader tells the line at which it began to look for a record: blank lines and comments may come first.
-        let skipped = |line: &&&str| line.trim().is_empty() || line.starts_with('#');
-        let line = line + lines.iter().skip(line - 1).take_while(skipped).count();
-        if record.iter().any(|cell| cell.contains('\n')) {
-            return Err((line, "a quoted value goes on over the end of its line".to_owned()));
-        }
-        if record.iter().all(|cell| cell.trim().is_empty()) && record.len() <= 1 {
-            continue;
-        }
-        rows.push(Row { line, cells: cells(&record, lines.get(line - 1).copied().unwrap_or_default()) });
-    }
-    Ok(rows)
-}
-
-/// Each value with the column, counted in characters, at which it stands in its line.
-fn cells(record: &csv::StringRecord, line: &str) -> Vec<(usize, String)> {
-    let mut at = 1;
-    let mut rest = line.chars();
-    record
-        .iter()
-        .map(|cell| {
-            let lead = cell.chars().take_while(|c| c.is_whitespace()).count();
-            let start = at + lead;
-            let quotes = if rest.clone().next() == Some('"') { 2 + cell.matches('"').count() } else { 0 };
-            let length = cell.chars().count() + quotes + 1;
-            at += length;
-            rest.by_ref().take(length).for_each(drop);
-            (start, cell.trim().to_owned())
-        })
-        .collect()
 }

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-/// Larger files than this are no case and no measured trace: a day at 10 Hz of ten thermocouples is half of it.
+/// The largest file that is read: two million rows of a time and three values are half of it.
 const LARGEST_BYTES: u64 = 64 << 20;
 
 /// The text of a file, without a byte-order mark: UTF-8, or UTF-16 where the mark says so.
@@ -24,13 +24,14 @@ pub(super) fn read(path: &Path, faults: &Faults) -> Read<String> {
     if let Some(at) = text.find('\0') {
         return Err(faults.record(&place, format!("not a text file: byte {at} is zero")));
     }
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    if text.trim().is_empty() {
+    if text.trim_start().is_empty() {
         return Err(faults.record(&place, "the file is empty"));
     }
-    Ok(text.to_owned())
+    Ok(text)
 }
 
+/// The text of bytes, without a byte-order mark.
+///
 /// # Errors
 /// Which byte is not of the encoding.
 fn decoded(bytes: Vec<u8>) -> Result<String, String> {
@@ -38,16 +39,20 @@ fn decoded(bytes: Vec<u8>) -> Result<String, String> {
         [0xff, 0xfe, ..] => u16::from_le_bytes,
         [0xfe, 0xff, ..] => u16::from_be_bytes,
         _ => {
-            return String::from_utf8(bytes)
-                .map_err(|error| format!("byte {} is not UTF-8", error.utf8_error().valid_up_to()));
+            let text = String::from_utf8(bytes);
+            let mut text = text.map_err(|error| format!("byte {} is not UTF-8", error.utf8_error().valid_up_to()))?;
+            if text.starts_with('\u{feff}') {
+                text.remove(0);
+            }
+            return Ok(text);
         }
     };
     if bytes.len() % 2 == 1 {
-        return Err(format!("{} bytes are no whole number of UTF-16 units", bytes.len()));
+        return Err(format!("its mark says UTF-16, and {} bytes are an odd number", bytes.len()));
     }
-    let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    let units = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
     char::decode_utf16(units)
         .enumerate()
-        .map(|(at, unit)| unit.map_err(|_| format!("character {at} is not UTF-16")))
+        .map(|(at, unit)| unit.map_err(|_| format!("character {at} is half a pair of UTF-16")))
         .collect()
 }

@@ -3,6 +3,8 @@
 mod correlation;
 mod observed;
 mod reacting;
+mod schedules;
+mod sheets;
 mod states;
 
 use crate::case::{Bounds, Case, Emissivity, Face, Property};
@@ -67,7 +69,7 @@ depth = "2 mm"
 
 [hot_face]
 kind = "heated"
-flux = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]]
+flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }
 
 [[factor]]
 name = "f_k"
@@ -163,12 +165,12 @@ fn a_whole_case_has_no_fault() {
 /// A replacement in the whole case; line and column of the fault; what is said of it.
 const BROKEN: &[(&str, &str, &str, &str)] = &[
     ("thickness = \"3 mm\"", "thicknes = \"3 mm\"", ":16:1:", "unknown key \"thicknes\": did you mean \"thickness\"?"),
-    ("\"5 W/cm^2\"", "\"5\"", ":28:38:", "missing unit: expected a heat flux such as \"26.7 W/cm^2\", found \"5\""),
+    ("\"5 W/cm^2\"", "\"5\"", ":28:49:", "missing unit: expected a heat flux such as \"26.7 W/cm^2\", found \"5\""),
     ("\"100 s\"", "100", ":4:12:", "missing unit: expected a time"),
-    ("\"5 W/cm^2\"", "\"5 mm\"", ":28:38:", "wrong dimension: expected a heat flux"),
+    ("\"5 W/cm^2\"", "\"5 mm\"", ":28:49:", "wrong dimension: expected a heat flux"),
     ("\"3 mm\"", "\"-3 mm\"", ":16:13:", "\"-3 mm\" is not positive"),
     ("\"3 mm\"", "\"nan mm\"", ":16:13:", "not a finite number"),
-    ("\"1 s\"", "\"-1 s\"", ":28:31:", "time -1 does not rise"),
+    ("\"1 s\"", "\"-1 s\"", ":28:42:", "time -1 does not rise"),
     ("\"320 K\"", "\"NaN K\"", ":38:35:", "not a finite number"),
     ("[\"10 s\"", "[\"0 s\"", ":38:27:", "time 0 does not rise"),
     (
@@ -223,7 +225,7 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
         "start 2 lies outside the bounds 0.9 to 1.1",
     ),
     ("\"heated\"", "\"heatd\"", ":27:8:", "unknown kind \"heatd\": did you mean \"heated\"?"),
-    ("flux = [", "fux = [", ":26:1:", "a heated face needs a `flux` or a `radiant_flux`"),
+    ("flux = {", "fux = {", ":26:1:", "a heated face needs a `flux` or a `radiant_flux`"),
     ("sigma = \"2 K\"", "sigma = \"2 s\"", ":37:9:", "wrong dimension: expected a temperature difference"),
     ("\"500 W/m^2/K\"", "\"500 W/m^2\"", ":3:23:", "wrong dimension: expected a heat transfer coefficient"),
     ("duration = \"100 s\"\n", "", ": ", "missing key \"duration\": expected a time such as \"41 s\""),
@@ -293,81 +295,6 @@ fn a_file_that_is_no_case_says_so() {
 }
 
 #[test]
-fn a_csv_that_is_wrong_is_told_by_its_own_line_and_column() {
-    let broken = [
-        ("time_s,TC2_K\n0,300\n1,inf\n", "m.csv:3:3: expected a finite number, found \"inf\""),
-        ("time_s;TC2_K\n0;300\n1;1.234,5\n", "m.csv:3:3: expected a finite number, found \"1.234,5\""),
-        ("time_s,TC2_K\n\n# note\n\"0\",\"3x0\"\n", "m.csv:4:5: expected a finite number, found \"3x0\""),
-        ("time_s\n0\n", "m.csv:1:1: no column of a sensor beside the first one, the time: expected some of"),
-        ("junk that is no table\nmore\n", "m.csv:1:1: no column of a sensor"),
-        ("time_s,TC2_K\n0,\"300\n1,301\n", "m.csv:2:1: a quoted value goes on over the end of its line"),
-        ("time_s,TC2_K\n0,300\n5,301\n 4,302\n", "m.csv:4:2: time 4 s does not rise: the row before is at 5 s"),
-        ("time_s,TC9_K\n0,300\n", "m.csv:1:8: no sensor \"TC9\" to observe: did you mean"),
-        ("time_s,TC2\n0,300\n", "m.csv:1:8: missing unit in heading \"TC2\""),
-        ("time_K,TC2_K\n0,300\n", "m.csv:1:1: wrong dimension: expected a time"),
-        ("time_s,TC2_K\n0,300,1\n", "m.csv:2:1: 3 values under 2 headings"),
-        ("time_s,TC2_K\n0,-300\n", "m.csv:2:3: -300 K is not above absolute zero"),
-        ("time_s,TC2_K,TC2_K\n0,300,300\n", "m.csv:1:14: column \"TC2_K\" stands twice"),
-        ("time_s,TC2_K\n", "m.csv: no rows under the heading"),
-        ("time_s,TC2_K\n0,\n", "m.csv:1:8: column \"TC2_K\" is empty"),
-        ("time_s,TC2_K,TC1_sigma_K\n0,300,2\n", "m.csv:1:14: standard deviation of \"TC1\", which has no column"),
-    ];
-    let scratch = Scratch::new("csv");
-    let case = WHOLE.replace("TC2 = [[\"0 s\", \"300 K\"], [\"10 s\", \"320 K\"]]", "file = \"m.csv\"");
-    let path = scratch.write("case.toml", &case);
-    for (text, expected) in broken {
-        scratch.write("m.csv", text);
-        let said = Case::load(&path).expect_err(text).to_string();
-        assert!(said.contains(expected), "{expected}: {said}");
-    }
-    let bare = scratch.write("case.toml", case.replace("sigma = \"2 K\"\n", ""));
-    scratch.write("m.csv", "time_s,TC2_K\n0,300\n");
-    let said = Case::load(&bare).expect_err("no standard deviation").to_string();
-    assert!(said.contains("m.csv:1:8: missing standard deviation: expected a column \"TC2_sigma_K\""), "{said}");
-}
-
-#[test]
-fn a_missing_value_leaves_its_row_out_and_a_carriage_return_is_no_part_of_it() {
-    let scratch = Scratch::new("gaps");
-    let case = WHOLE.replace("TC2 = [[\"0 s\", \"300 K\"], [\"10 s\", \"320 K\"]]", "file = \"m.csv\"");
-    scratch.write("m.csv", "\u{feff}# measured\r\ntime_min,TC2_degC,TC1_K\r\n0,26.85,\r\n1,,305\r\n1.5,36.85,310\r\n");
-    let case = Case::load(&scratch.write("case.toml", case)).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(case.observations[0].times_s, [0.0, 90.0]);
-    assert_eq!(case.observations[0].temperatures_k, [300.0, 310.0]);
-    assert_eq!(case.observations[1].times_s, [60.0, 90.0]);
-}
-
-#[test]
-fn a_table_reads_the_same_however_it_is_separated_quoted_and_encoded() {
-    let scratch = Scratch::new("dialects");
-    let case = WHOLE.replace("TC2 = [[\"0 s\", \"300 K\"], [\"10 s\", \"320 K\"]]", "file = \"m.csv\"");
-    let path = scratch.write("case.toml", case);
-    let plain = "time_s,TC2_K\n0,300.5\n1,\n2,302.25\n";
-    let read = |bytes: &[u8]| {
-        std::fs::write(scratch.0.join("m.csv"), bytes).expect("a file is written");
-        let case = Case::load(&path).unwrap_or_else(|error| panic!("{error}"));
-        (case.observations[0].times_s.clone(), case.observations[0].temperatures_k.clone())
-    };
-    let expected = (vec![0.0, 2.0], vec![300.5, 302.25]);
-    let wide = |order: fn(u16) -> [u8; 2], mark: u16| {
-        [mark].into_iter().chain(plain.encode_utf16()).flat_map(order).collect::<Vec<u8>>()
-    };
-    let dialects: [Vec<u8>; 8] = [
-        plain.into(),
-        plain.replace(',', "\t").into(),
-        plain.replace(',', ";").into(),
-        plain.replace(',', ";").replace('.', ",").into(),
-        plain.replace('\n', "\r\n").replace("1,", "1,NaN").into(),
-        "\u{feff}\"time_s\",\"TC2_K\"\n\"0\",\"300.5\"\n\n1,NA\n2,302.25".into(),
-        wide(u16::to_le_bytes, 0xfeff),
-        wide(u16::to_be_bytes, 0xfeff),
-    ];
-    for dialect in dialects {
-        assert_eq!(read(&dialect), expected, "{}", String::from_utf8_lossy(&dialect));
-    }
-}
-
-#[test]
 fn an_override_reaches_any_key_and_its_fault_names_it() {
     let path = shipped("lcat-2259");
     let set = |name: &str, value: &str| Case::load_with(&path, &[(name.to_owned(), value.to_owned())]);
@@ -407,7 +334,11 @@ fn a_material_beside_the_case_comes_before_the_one_built_in() {
 #[test]
 fn a_sensor_above_a_held_face_is_refused() {
     let held = "kind = \"held\"\nat = \"TC2\"\ntemperature = \"400 K\"";
-    let found = faults("above", "kind = \"heated\"\nflux = [[\"0 s\", \"0 W/cm^2\"], [\"1 s\", \"5 W/cm^2\"]]", held);
+    let found = faults(
+        "above",
+        "kind = \"heated\"\nflux = { points = [[\"0 s\", \"0 W/cm^2\"], [\"1 s\", \"5 W/cm^2\"]], outside = \"hold\" }",
+        held,
+    );
     assert_eq!(found.len(), 1, "{found:?}");
     assert!(found[0].contains(":28:6: sensor \"TC1\" at 0.5 mm lies above the held face at 2 mm"), "{found:?}");
 }

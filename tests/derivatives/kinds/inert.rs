@@ -43,8 +43,8 @@ fn heated(u: &mut Uniform) -> Vec<Text> {
     let mut text = two("convective, cooled back", u);
     let (film, gas_k) = (u.between(50.0, 200.0), u.between(800.0, 1400.0));
     text.add(&format!(
-        "[hot_face]\nkind = \"convective\"\ncoefficient = \"{film:.2} W/m^2/K\"\ngas = [[\"0 s\", \"300 K\"], \
-         [\"5 s\", \"{gas_k:.2} K\"]]\n[back_face]\nkind = \"cooled\"\ncoefficient = \"20 W/m^2/K\"\n\
+        "[hot_face]\nkind = \"convective\"\ncoefficient = \"{film:.2} W/m^2/K\"\ngas = {{ points = [[\"0 s\", \"300 K\"], \
+         [\"5 s\", \"{gas_k:.2} K\"]], outside = \"hold\" }}\n[back_face]\nkind = \"cooled\"\ncoefficient = \"20 W/m^2/K\"\n\
          ambient = \"290 K\""
     ));
     text.factors("C", &["emissivity", "conductivity"]);
@@ -67,7 +67,8 @@ fn heated(u: &mut Uniform) -> Vec<Text> {
     text.top(&format!("pressure = \"{:.3} kPa\"", u.between(0.1, 100.0)));
     text.0 = text.0.replace("initial_temperature = \"300 K\"", &format!("initial_temperature = \"{from_k:.0} K\""));
     text.add(
-        "[hot_face]\nkind = \"convective\"\ncoefficient = \"10 W/m^2/K\"\ngas = [[\"0 s\", \"300 K\"], \
+        "[hot_face]\nkind = \"convective\"\ncoefficient = \"10 W/m^2/K\"\ngas.outside = \"hold\"\n\
+         gas.points = [[\"0 s\", \"300 K\"], \
               [\"20 s\", \"300 K\"], [\"20 s\", \"500 K\"]]",
     );
     text.factors("C", &["emissivity", "heat_capacity"]);

@@ -74,7 +74,8 @@ fn permeable(u: &mut Uniform) -> Vec<Text> {
         &[("C", "nextel440-bf20", 0.5), ("F", "saffil-96", u.between(5.0, 10.0))],
     );
     text.top(
-        "pressure = [[\"0 s\", \"3 kPa\"], [\"10 s\", \"3 kPa\"], [\"11 s\", \"4 kPa\"]]\n\
+        "pressure.points = [[\"0 s\", \"3 kPa\"], [\"10 s\", \"3 kPa\"], [\"11 s\", \"4 kPa\"]]\n\
+         pressure.outside = \"hold\"\n\
          contact_conductance = \"500 W/m^2/K\"",
     );
     text.add(&format!("[hot_face]\nkind = \"heated\"\n{}", flux("flux", u.between(4.0, 8.0))));

@@ -223,7 +223,8 @@ fn pressures_run_through_time_and_a_pressure_at_the_back_opens_it() {
     let scratch = Scratch::new("reacting-pressure");
     scratch.write("charring.toml", CHARRING);
     scratch.write("p.csv", "time_s,face_kPa\n0,1\n10,8.01\n");
-    let text = replaced(CASE, &[("decomposition", "pressure = { file = \"p.csv\" }\ndecomposition")]);
+    let text =
+        replaced(CASE, &[("decomposition", "pressure = { file = \"p.csv\", outside = \"hold\" }\ndecomposition")]);
     let case = Case::load(&scratch.write("case.toml", text)).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(case.exposure.pressure_pa.after(10.0), 8010.0);
 }

@@ -1,0 +1,151 @@
+//! The dialect of a table: what separates its values, which decimal mark its numbers have, where its cells stand.
+
+/// What stands for a cell that holds no finite number.
+pub(super) const OTHER: f64 = f64::INFINITY;
+
+/// Words for a value that is missing, in letters of either case; so does an empty cell.
+const MISSING: [&str; 3] = ["nan", "na", "n/a"];
+
+#[derive(Debug)]
+pub(super) struct Dialect {
+    separator: char,
+    /// The decimal mark of the numbers met so far; `None` before the first that has one.
+    mark: Option<char>,
+}
+
+impl Dialect {
+    /// The separator is a semicolon or a tab where the heading has one outside of quotes, else a comma.
+    pub(super) fn of(text: &str) -> Self {
+        let heading = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
+        let has = |separator: &char| outside_quotes(heading).any(|(_, c)| c == *separator);
+        Self { separator: [';', '\t'].into_iter().find(has).unwrap_or(','), mark: None }
+    }
+
+    pub(super) fn reader<'t>(&self, text: &'t str) -> csv::Reader<&'t [u8]> {
+        csv::ReaderBuilder::new()
+            // One of three ASCII characters.
+            .delimiter(self.separator as u8)
+            .comment(Some(b'#'))
+            .has_headers(false)
+            .flexible(true)
+            .from_reader(text.as_bytes())
+    }
+
+    /// Line, column and message of the first quote that is not closed on its line, or stands within a value. The
+    /// reader would join lines at the one and leave out the other.
+    pub(super) fn quotes(&self, text: &str) -> Option<(usize, usize, &'static str)> {
+        if !text.contains('"') {
+            return None;
+        }
+        let quoted = text.lines().enumerate().filter(|(_, line)| line.contains('"') && !line.starts_with('#'));
+        quoted.into_iter().find_map(|(index, line)| {
+            self.cells(line).into_iter().find_map(|(at, cell)| {
+                // Without the quotes around it, and with doubled ones taken for one that is meant.
+                let around = cell.len() > 1 && cell.starts_with('"') && cell.ends_with('"');
+                let inner = if around { &cell[1..cell.len() - 1] } else { cell };
+                let message = match (cell.contains('"'), is_open(cell)) {
+                    (false, _) => return None,
+                    (true, true) => "a quoted value is not closed on its line",
+                    _ if around && !inner.replace("\"\"", "").contains('"') => return None,
+                    _ => "a quote within a value: expected quotes around all of it",
+                };
+                Some((index + 1, column(line, at), message))
+            })
+        })
+    }
+
+    /// The cells of a line as written, each with the byte at which it begins.
+    fn cells<'l>(&self, line: &'l str) -> Vec<(usize, &'l str)> {
+        let mut ends: Vec<usize> =
+            outside_quotes(line).filter(|(_, c)| *c == self.separator).map(|(at, _)| at).collect();
+        ends.push(line.len());
+        let mut start = 0;
+        ends.into_iter()
+            .map(|end| {
+                let cell = (start, &line[start..end]);
+                start = end + 1;
+                cell
+            })
+            .collect()
+    }
+
+    /// Line and column, counted in characters from one, of a cell of the row that begins at a byte or after the blank
+    /// lines and comments there.
+    pub(super) fn place(&self, text: &str, start: usize, cell: usize) -> (usize, usize) {
+        let mut start = start;
+        let line = loop {
+            let line = text[start..].lines().next().unwrap_or_default();
+            if !(line.is_empty() || line.starts_with('#')) || start + line.len() >= text.len() {
+                break line;
+            }
+            start += line.len() + 1;
+        };
+        let number = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
+        let at = self.cells(line).get(cell).map_or(0, |(at, text)| at + (text.len() - text.trim_start().len()));
+        (number, column(line, at))
+    }
+
+    /// The number of a cell: NaN where it is missing, [`OTHER`] where it is no finite number, or has another decimal
+    /// mark than the numbers before it.
+    pub(super) fn number(&mut self, cell: &str) -> f64 {
+        let cell = cell.trim();
+        if cell.is_empty() || MISSING.iter().any(|missing| cell.eq_ignore_ascii_case(missing)) {
+            return f64::NAN;
+        }
+        let mark = if self.separator != ',' && cell.contains(',') { ',' } else { '.' };
+        let parsed = if mark == ',' { with_point(cell) } else { cell.parse().ok() };
+        let Some(number) = parsed.filter(|number: &f64| number.is_finite()) else { return OTHER };
+        if self.separator != ',' && cell.contains(mark) && *self.mark.get_or_insert(mark) != mark {
+            return OTHER;
+        }
+        number
+    }
+
+    /// Why a cell with digits may be no number.
+    pub(super) fn hint(&self, cell: &str) -> &'static str {
+        const MARKS: [char; 7] = [',', '.', '\'', '’', ' ', '\u{a0}', '\u{202f}'];
+        let is_number = |text: &str| text.parse().is_ok_and(f64::is_finite);
+        if self.separator == ',' && cell.contains(',') {
+            ": where commas separate values, a number has a decimal point and no thousands separator"
+        } else if is_number(cell) || with_point(cell).is_some_and(f64::is_finite) {
+            ": numbers before it have another decimal mark"
+        } else if cell.contains(MARKS) && is_number(&cell.replace(MARKS, "")) {
+            ": numbers have no thousands separators"
+        } else {
+            ""
+        }
+    }
+
+    /// What decimal commas do where commas separate values.
+    pub(super) fn commas(&self) -> &'static str {
+        if self.separator == ',' { "; decimal commas need semicolons or tabs between values" } else { "" }
+    }
+}
+
+/// A number with one decimal comma and no point.
+fn with_point(cell: &str) -> Option<f64> {
+    let (whole, rest) = cell.split_once(',')?;
+    let is_plain = !whole.contains('.') && !rest.contains([',', '.']);
+    if is_plain { format!("{whole}.{rest}").parse().ok() } else { None }
+}
+
+/// The characters of a line that are not within quotes, and the byte of each; a quote itself is within.
+fn outside_quotes(line: &str) -> impl Iterator<Item = (usize, char)> {
+    let mut is_quoted = false;
+    line.char_indices().filter(move |(_, c)| {
+        if *c == '"' {
+            is_quoted = !is_quoted;
+        }
+        *c != '"' && !is_quoted
+    })
+}
+
+/// Whether quotes that a text opens stay open.
+fn is_open(text: &str) -> bool {
+    text.matches('"').count() % 2 == 1
+}
+
+/// The column of a byte of a line, counted in characters from one.
+fn column(line: &str, at: usize) -> usize {
+    line[..at].chars().count() + 1
+}
