@@ -2,12 +2,14 @@
 
 mod combination;
 mod ends;
+mod error;
 mod estimand;
 mod landscape;
 mod likelihood;
 mod profile;
 
 pub use combination::Combination;
+pub use error::{EstimateError, no_factors};
 pub use estimand::Estimand;
 pub use landscape::Landscape;
 pub use profile::Profile;
@@ -19,7 +21,7 @@ use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 use crate::fit::interval::{NORMAL_95, lag_one, residual_variance};
 use crate::fit::{Loss, Options, Prior, Robust, Rules, Weighed, WithPriors, certainty, minimize_all};
-use crate::march::{March, MarchError, Precision};
+use crate::march::{March, Precision};
 use crate::plan::Plan;
 use crate::traces::Traces;
 use ends::{indistinct, lowest};
@@ -125,27 +127,6 @@ pub struct End {
     /// Whether no data tell this end from the estimate: its objective is higher by less than a hundredth of what one
     /// standard error adds, or than rounding and the tolerance of the last step account for.
     pub is_least: bool,
-}
-
-/// Why nothing was estimated.
-#[derive(Debug, thiserror::Error)]
-pub enum EstimateError {
-    #[error("nothing to estimate: {0}")]
-    NoFactors(String),
-    #[error("nothing to estimate in {0:?}: it has none of the factors of the others")]
-    NothingShared(String),
-    #[error("nothing to estimate from: the sensors chosen of {case:?} have no samples between {from_s} s and {to_s} s")]
-    NoSamples { case: String, from_s: f64, to_s: f64 },
-    #[error(
-        "factor {factor:?}: the cases allow no value in common; the highest low bound is {low}, the lowest high one {high}"
-    )]
-    NoRoom { factor: String, low: f64, high: f64 },
-    #[error("no profile of {name:?}: it is not estimated; there are {known}")]
-    NoProfile { name: String, known: String },
-    #[error("{case:?} asks for another loss or prior than {first:?}; give --loss and --prior for all")]
-    OtherObjective { first: String, case: String },
-    #[error(transparent)]
-    March(#[from] MarchError),
 }
 
 /// How to look for the least.
@@ -315,22 +296,6 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         values,
         factors,
     })
-}
-
-impl EstimateError {
-    /// No factors were chosen of these cases, and which there are.
-    pub(super) fn no_factors(cases: &[&Case]) -> Self {
-        Self::NoFactors(no_factors(cases))
-    }
-}
-
-/// Why no factor of some cases is estimated, and which there are to choose.
-pub fn no_factors(cases: &[&Case]) -> String {
-    let names: Vec<&str> = cases.iter().flat_map(|case| &case.factors).map(|factor| factor.name.as_str()).collect();
-    match names.as_slice() {
-        [] => "the case has no [[factor]]".to_owned(),
-        names => format!("choose some of the factors {} with --factors, or in [estimate]", names.join(", ")),
-    }
 }
 
 /// The loss and the priors that all cases ask for.

@@ -1,0 +1,46 @@
+//! Why nothing was estimated.
+
+use crate::case::Case;
+use crate::march::MarchError;
+
+/// Why nothing was estimated.
+#[derive(Debug, thiserror::Error)]
+pub enum EstimateError {
+    #[error("nothing to estimate: {0}")]
+    NoFactors(String),
+    #[error("nothing to estimate in {0:?}: it has none of the factors of the others")]
+    NothingShared(String),
+    #[error("nothing to estimate from: the sensors chosen of {case:?} have no samples between {from_s} s and {to_s} s")]
+    NoSamples { case: String, from_s: f64, to_s: f64 },
+    #[error(
+        "factor {factor:?}: the cases allow no value in common; the highest low bound is {low}, the lowest high one {high}"
+    )]
+    NoRoom { factor: String, low: f64, high: f64 },
+    #[error("no profile of {name:?}: it is not estimated; there are {known}")]
+    NoProfile { name: String, known: String },
+    #[error("{case:?} asks for another loss or prior than {first:?}; give --loss and --prior for all")]
+    OtherObjective { first: String, case: String },
+    #[error(transparent)]
+    March(#[from] MarchError),
+}
+
+impl EstimateError {
+    /// No factors were chosen of these cases, and which there are.
+    pub(in crate::study) fn no_factors(cases: &[&Case]) -> Self {
+        Self::NoFactors(no_factors(cases))
+    }
+}
+
+/// Why no factor of some cases is estimated, and which there are to choose.
+pub fn no_factors(cases: &[&Case]) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for factor in cases.iter().flat_map(|case| &case.factors) {
+        if !names.contains(&factor.name.as_str()) {
+            names.push(&factor.name);
+        }
+    }
+    match names.as_slice() {
+        [] => "the case has no [[factor]]".to_owned(),
+        names => format!("choose some of the factors {} with --factors, or in [estimate]", names.join(", ")),
+    }
+}
