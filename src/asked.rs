@@ -11,7 +11,7 @@ use bondline::ensemble::{self, Sampling};
 use bondline::fit::Loss;
 use bondline::march::Precision;
 use bondline::march::choose::{Choice, Kind};
-use bondline::study::estimate::{PAPER, Search};
+use bondline::study::estimate::{PAPER, Search, no_factors};
 use bondline::study::posterior::Walkers;
 use bondline::study::sensitivity::difference_step;
 use bondline::study::size::Demand;
@@ -95,7 +95,15 @@ fn halves<'a>(text: &'a str, option: &str) -> Result<(&'a str, &'a str), Failure
 }
 
 pub(crate) fn sets(sets: &[String]) -> Result<Vec<(String, String)>, Failure> {
-    sets.iter().map(|set| halves(set, "--set").map(|(name, value)| (name.to_owned(), value.to_owned()))).collect()
+    let mut pairs: Vec<(String, String)> = Vec::new();
+    for set in sets {
+        let (name, value) = halves(set, "--set")?;
+        if pairs.iter().any(|(earlier, _)| earlier == name) {
+            return Err(input(format!("--set names {name:?} twice")));
+        }
+        pairs.push((name.to_owned(), value.to_owned()));
+    }
+    Ok(pairs)
 }
 
 /// Factors by name, with their values.
@@ -149,6 +157,44 @@ pub(crate) fn trust(cases: &mut [Case], data: &Trusted) -> Result<(), Failure> {
         }
         if let Some(kind) = data.bounds {
             case.estimate.bounds = bounds(kind);
+        }
+        all_seen(case)?;
+    }
+    Ok(())
+}
+
+/// That either every sensor chosen has samples in its window, or none has, where all instants take their place.
+fn all_seen(case: &Case) -> Result<(), Failure> {
+    let is_seen = |sensor: usize| {
+        let (from_s, to_s) = case.window_s(sensor);
+        let mut times_s = case.observations.iter().filter(|seen| seen.sensor == sensor).flat_map(|seen| &seen.times_s);
+        times_s.any(|time_s| (from_s..=to_s).contains(time_s))
+    };
+    let (seen, unseen): (Vec<usize>, Vec<usize>) = case.estimate.sensors.iter().partition(|&&sensor| is_seen(sensor));
+    match (seen.is_empty(), unseen.first()) {
+        (false, Some(&sensor)) => {
+            let ((from_s, to_s), name) = (case.window_s(sensor), &case.sensors[sensor].name);
+            let id = &case.id;
+            Err(input(format!(
+                "{id}: {name:?} is chosen and has no samples between {from_s} s and {to_s} s; leave it out"
+            )))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// That every start of a case lies within the bounds that hold.
+pub(crate) fn begun(cases: &[Case]) -> Result<(), Failure> {
+    for case in cases {
+        for (&factor, &start) in case.estimate.factors.iter().zip(&case.estimate.start) {
+            let (factor, bounds) = (&case.factors[factor], case.estimate.bounds);
+            let (low, high) = factor.bounds(bounds);
+            if !(low..=high).contains(&start) {
+                let (id, name, bounds) = (&case.id, &factor.name, bounds.name());
+                return Err(input(format!(
+                    "{id}: the start {start} of {name:?} lies outside its {bounds} bounds {low} to {high}; give --start"
+                )));
+            }
         }
     }
     Ok(())
@@ -245,6 +291,22 @@ fn starts(cases: &mut [Case], texts: &[String]) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// Why a study estimates nothing of a case, where it does not.
+pub(crate) fn unfitted(case: &Case) -> Option<String> {
+    if case.observations.is_empty() {
+        return Some("the case has no observations".to_owned());
+    }
+    case.estimate.factors.is_empty().then(|| no_factors(&[case]))
+}
+
+/// That a case is fitted where what is typed says how.
+pub(crate) fn fitted(case: &Case, fit: &Fit, has_posterior: bool) -> Result<(), Failure> {
+    match (fit.typed().or(has_posterior.then_some("--posterior")), unfitted(case)) {
+        (Some(option), Some(why)) => Err(input(format!("{option}: nothing is estimated: {why}"))),
+        _ => Ok(()),
+    }
 }
 
 /// How to look for the least.

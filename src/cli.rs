@@ -1,7 +1,9 @@
 //! What can be typed.
 
+mod fit;
 mod trace;
 
+pub(crate) use fit::Fit;
 pub(crate) use trace::Trace;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -29,7 +31,7 @@ pub(crate) enum Command {
         #[arg(long, value_enum)]
         keep: Option<Keep>,
         /// March a piece, members A to B less one of the -n drawn, and leave its statistics for `merge`
-        #[arg(long = "members", value_name = "A..B", conflicts_with = "json")]
+        #[arg(long = "members", value_name = "A..B", conflicts_with_all = ["json", "max_failed"])]
         piece: Option<String>,
     },
     /// Put the pieces that `uncertainty --members` left together: the report of the whole sweep
@@ -256,9 +258,9 @@ pub(crate) struct Twin {
     /// Fit so many data sets, of truths drawn between the small side constraints, and tell how often intervals hold them
     #[arg(long, value_name = "N")]
     pub study: Option<usize>,
-    /// The same seed makes the same truths and noise
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// The same seed makes the same truths and noise [default: 1]
+    #[arg(long)]
+    pub seed: Option<u64>,
     /// CSV file to write, or folder for the report of a study [default: measured.csv, out/<case>/twin]
     #[arg(long)]
     pub out: Option<PathBuf>,
@@ -284,35 +286,6 @@ pub(crate) struct Trusted {
     /// Side constraints of the factors
     #[arg(long, value_enum)]
     pub bounds: Option<BoundsKind>,
-}
-
-/// What to fit; the case file says what is not given.
-#[derive(Debug, Args)]
-pub(crate) struct Fit {
-    /// Factors, as f_k_INS,f_cp_INS
-    #[arg(long, value_delimiter = ',')]
-    pub factors: Vec<String>,
-    /// Where to start, as NAME=VALUE,...; the others start nominal
-    #[arg(long, value_delimiter = ',')]
-    pub start: Vec<String>,
-    /// How samples count that are far off: squares, soft-l1 or huber, with a width in standard deviations as huber=1.345
-    #[arg(long)]
-    pub loss: Option<String>,
-    /// What is known beforehand: nominal values, with two standard deviations to these side constraints
-    #[arg(long, value_enum)]
-    pub prior: Option<PriorKind>,
-    /// By what rules the damping goes and the descent ends
-    #[arg(long, value_enum, default_value = "trust-region")]
-    pub minimiser: Minimiser,
-    /// Descents side by side, the first from the case's start, the others from anywhere between the bounds
-    #[arg(long, default_value_t = 1)]
-    pub starts: usize,
-    /// Profile likelihood of these factors: intervals with the shape that the data give them
-    #[arg(long, value_name = "FACTORS", value_delimiter = ',')]
-    pub profile: Vec<String>,
-    /// Iterations at most
-    #[arg(long, default_value_t = 50)]
-    pub patience: usize,
 }
 
 /// How likely the values of what is fitted are.

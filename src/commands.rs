@@ -14,7 +14,7 @@ use bondline::report::files::OutputFolder;
 use bondline::report::files::piece::{CaseMark, Draw, Piece, fingerprint};
 use bondline::report::{self, Seconds, Story, summary};
 use bondline::study::beside::{Beside, BesideError, beside};
-use bondline::study::estimate::{EstimateError, Estimated, estimate, no_factors};
+use bondline::study::estimate::{EstimateError, Estimated, estimate};
 use bondline::study::history::History;
 use bondline::study::nominal::{Nominal, nominal};
 use bondline::study::posterior::{Posterior, PosteriorError, Walkers, posterior};
@@ -46,7 +46,7 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
             Desk::open("twin", ask, &[], twins, |cases| prepare(cases, &data, &fit))?.answer(|desk| {
                 desk.predict()?;
                 let outcome = crate::synthesis::study(&desk.case, &desk.plan, &mut desk.march, &twin, &fit, twins)?;
-                (desk.recovery, desk.seed) = (Some(outcome), Some(twin.seed));
+                (desk.recovery, desk.seed) = (Some(outcome), Some(crate::synthesis::seed(&twin)));
                 Ok(())
             })
         }
@@ -88,16 +88,16 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
         }
         Command::Study { ask, sweep, data, fit, walk } => {
             let walkers = asked::walkers(&walk, sweep.seed)?;
-            Desk::open("study", ask, &[], sweep.members, |cases| prepare(cases, &data, &fit))?.answer(|desk| {
+            let prepared = |cases: &mut [Case]| {
+                prepare(cases, &data, &fit)?;
+                asked::fitted(&cases[0], &fit, walkers.is_some())
+            };
+            Desk::open("study", ask, &[], sweep.members, prepared)?.answer(|desk| {
                 desk.predict()?;
                 desk.doubt(&sweep, None)?;
                 desk.differentiate(None, None)?;
-                if desk.case.observations.is_empty() {
-                    desk.remark("no estimation: the case has no observations");
-                    return Ok(());
-                }
-                if desk.case.estimate.factors.is_empty() {
-                    desk.remark(&format!("no estimation: {}", no_factors(&[&desk.case])));
+                if let Some(why) = asked::unfitted(&desk.case) {
+                    desk.remark(&format!("no estimation: {why}"));
                     return Ok(());
                 }
                 desk.fit(&fit, walkers)
@@ -108,7 +108,12 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
 
 /// What is typed of data and fit takes the place of what the cases say.
 fn prepare(cases: &mut [Case], data: &Trusted, fit: &Fit) -> Result<(), Failure> {
-    if cases.is_empty() { Ok(()) } else { asked::trust(cases, data).and_then(|()| asked::fit(cases, fit)) }
+    if cases.is_empty() {
+        return Ok(());
+    }
+    asked::trust(cases, data)?;
+    asked::fit(cases, fit)?;
+    asked::begun(cases)
 }
 
 /// A question on the desk: the case, what marches it, and the answers so far.

@@ -18,10 +18,17 @@ use std::path::PathBuf;
 
 /// Make the observations of one truth.
 pub(crate) fn make(asked: &Twin, data: &Trusted, fit: &Fit) -> Result<Ending, Failure> {
-    let names = [&data.sensors, &fit.factors, &fit.start, &fit.profile];
-    let is_fit = names.iter().any(|names| !names.is_empty()) || data.window.is_some() || data.bounds.is_some();
-    if is_fit || fit.loss.is_some() || fit.prior.is_some() {
-        return Err(input("observations are made at every sensor and fitted to nothing; give --study N to fit twins"));
+    let typed = [
+        (!data.sensors.is_empty()).then_some("--sensors"),
+        data.window.as_ref().map(|_| "--window"),
+        data.bounds.map(|_| "--bounds"),
+        (!fit.factors.is_empty()).then_some("--factors"),
+        fit.typed(),
+    ];
+    if let Some(option) = typed.into_iter().flatten().next() {
+        return Err(input(format!(
+            "{option}: observations are made at every sensor and fitted to nothing; give --study N to fit twins"
+        )));
     }
     let case = load(&asked.case, &asked.on)?;
     let mut row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
@@ -30,6 +37,10 @@ pub(crate) fn make(asked: &Twin, data: &Trusted, fit: &Fit) -> Result<Ending, Fa
     }
     let noise_k = noise_k(asked)?.unwrap_or(0.0);
     let noise = noise(asked)?;
+    let idle = [asked.seed.map(|_| "--seed"), asked.correlation.as_ref().map(|_| "--correlation")];
+    if let (Some(option), true) = (idle.into_iter().flatten().next(), noise_k == 0.0) {
+        return Err(input(format!("{option} without noise changes nothing: give --noise, such as --noise \"2 K\"")));
+    }
     let out = asked.out.clone().unwrap_or_else(|| PathBuf::from("measured.csv"));
     if out.exists() && !asked.force {
         return Err(input(format!("{} exists already; give --force to overwrite it", out.display())));
@@ -87,8 +98,13 @@ fn noise_k(asked: &Twin) -> Result<Option<f64>, Failure> {
     asked.noise.as_deref().map(deviation).transpose()
 }
 
+/// The seed of truths and noise.
+pub(crate) fn seed(asked: &Twin) -> u64 {
+    asked.seed.unwrap_or(1)
+}
+
 fn noise(asked: &Twin) -> Result<Noise, Failure> {
     let time = |text| asked::none_or_more(text, Dimension::Time, "--correlation");
     let correlation_s = asked.correlation.as_deref().map_or(Ok(0.0), time)?;
-    Ok(Noise { correlation_s, seed: asked.seed })
+    Ok(Noise { correlation_s, seed: seed(asked) })
 }

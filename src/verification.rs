@@ -33,6 +33,11 @@ pub(crate) fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Endin
     if choice.kind == Kind::Auto {
         choice.kind = Kind::Cpu;
     }
+    if let (Some(device), Kind::Cpu, false) = (&choice.device, choice.kind, groups.contains(&Group::Twins)) {
+        return Err(input(format!(
+            "--device {device:?}: the processor marches these groups; give --backend gpu, or --group twins"
+        )));
+    }
     choice.precision = choice.precision.or(Some(Precision::F64));
     let mut march = choose::open(&choice, &Plan::new(&flexible::layup()), 1)?;
     let mut marches: Vec<Box<dyn March>> = vec![Box::new(Cpu::new(Precision::F32))];
@@ -45,6 +50,7 @@ pub(crate) fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Endin
                     marches.push(Box::new(Gpu::new(Device::open(adapter, false)?, Precision::F64)?));
                 }
             }
+            Err(error) if on.device.is_some() => return Err(error.into()),
             Err(error) => note = format!("no device was compared: {error}\n"),
         }
     }

@@ -56,11 +56,12 @@ impl Text {
         self.line(&format!("duration = \"{duration_s} s\""));
         self.line(&format!("pressure = \"{pressure_pa:.0} Pa\""));
         self.line(&format!("decomposition = {is_decomposing}"));
-        if self.chance(0.6) {
-            let conductance = self.log_between(100.0, 2000.0);
-            self.line(&format!("contact_conductance = \"{conductance:.0} W/m^2/K\""));
-        }
+        let contact = self.chance(0.6).then(|| self.log_between(100.0, 2000.0));
+        let top = self.toml.len();
         let depth_m = self.plies(is_decomposing, is_darcy);
+        if let Some(conductance) = contact.filter(|_| depth_m.len() > 1) {
+            self.toml.insert_str(top, &format!("contact_conductance = \"{conductance:.0} W/m^2/K\"\n"));
+        }
         self.sensors(depth_m.len(), depth_m.iter().sum());
         self.hot_face(duration_s, is_decomposing);
         self.back_face(duration_s);

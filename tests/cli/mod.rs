@@ -9,6 +9,7 @@ mod observations; // committed synthetic observations beside those made anew
 mod pieces; // a sweep cut into pieces and merged again; memory that does not grow
 mod questions; // predict, uncertainty, sensitivity, estimate, study, twin
 mod trusted; // what each thermocouple counts for: windows and standard deviations of their own
+mod unused; // options and keys that would change nothing
 
 use crate::support::Scratch;
 use std::ffi::OsStr;

@@ -15,6 +15,8 @@ const ROOM_K: f64 = 300.0;
 pub(super) struct HotFace<'a> {
     pub(super) face: Face,
     pub(super) held: Option<(f64, Written<'a>)>,
+    /// Where the file has gas that leaves reduce the flux.
+    pub(super) blowing: Option<Written<'a>>,
 }
 
 /// A back face, and the pressure there where it lets gas through.
@@ -30,7 +32,11 @@ pub(super) fn hot_face<'a>(
     sensors: Option<&[Sensor]>,
 ) -> Read<HotFace<'a>> {
     let section = case.required("hot_face", "a table [hot_face]")?.section()?;
-    let open = |face: Read<OpenFace>| face.map(|face| HotFace { face: Face::Open(face), held: None });
+    let open = |face: Read<OpenFace>| {
+        let face = face?;
+        let blowing = if face.blowing > 0.0 { section.optional("blowing") } else { None };
+        Ok(HotFace { face: Face::Open(face), held: None, blowing })
+    };
     let face = match kind(&section, &["heated", "convective", "held"])? {
         "heated" => open(heated(&section, schedules)),
         "convective" => open(convective(&section, schedules)),
@@ -42,7 +48,7 @@ pub(super) fn hot_face<'a>(
                 }
                 _ => Ok(None),
             };
-            at.and_then(|held| Ok(HotFace { face: temperature?, held }))
+            at.and_then(|held| Ok(HotFace { face: temperature?, held, blowing: None }))
         }
     };
     section.close();

@@ -19,17 +19,24 @@ struct Layer {
 
 /// The layup from its hot face down.
 pub(super) fn layup(case: &Section<'_>, folder: &Folder<'_>) -> Read<Layup> {
-    let everywhere = case.optional("contact_conductance").map_or(Ok(None), contact);
+    let written = case.optional("contact_conductance");
+    let everywhere = written.map_or(Ok(None), contact);
+    let reacts = case.optional("decomposition").is_some_and(|written| written.truth().unwrap_or(true));
     let sections = case.tables("ply")?;
     if sections.is_empty() {
         return Err(case.fault("no ply: expected at least one [[ply]]"));
     }
     let names = names(&sections, "ply");
-    let layers = all(sections.iter().map(|section| layer(section, folder)));
+    let layers = all(sections.iter().map(|section| layer(section, folder, reacts)));
     let (everywhere, layers, _) = (everywhere?, layers?, names?);
     let below = sections.last().and_then(|section| section.optional("contact_below"));
     if let Some(written) = below {
         return Err(written.fault("there is no ply below the last one to be in contact with"));
+    }
+    let is_taken = layers[..layers.len() - 1].iter().any(|layer| layer.contact_below.is_none());
+    if let (Some(written), Some(_), false) = (written, everywhere, is_taken) {
+        let why = if layers.len() == 1 { "there is no interface" } else { "every ply has its own `contact_below`" };
+        return Err(written.fault(format!("a contact conductance of no interface: {why}")));
     }
     let contacts = layers[..layers.len() - 1].iter().map(|layer| layer.contact_below.unwrap_or(everywhere));
     Ok(Layup {
@@ -39,19 +46,29 @@ pub(super) fn layup(case: &Section<'_>, folder: &Folder<'_>) -> Read<Layup> {
     })
 }
 
-fn layer(section: &Section<'_>, folder: &Folder<'_>) -> Read<Layer> {
+/// A ply; `reacts` where the case lets plies decompose.
+fn layer(section: &Section<'_>, folder: &Folder<'_>, reacts: bool) -> Read<Layer> {
     let name = section.required("name", "a name such as \"OF1\"").and_then(Written::text);
     let group = section.optional("group").map(Written::text).transpose();
     let thickness_m = section.positive("thickness", Dimension::Length);
     let material = section.required("material", "a material such as \"pyrogel3350\"").and_then(|w| folder.material(w));
     let contact_below = section.optional("contact_below").map(contact).transpose();
-    let reacts = section.optional("decomposition").map_or(Ok(true), Written::truth);
+    let decomposes = section.optional("decomposition");
+    let own = decomposes.map_or(Ok(true), Written::truth);
     section.close();
-    let (name, group, reacts) = (name?, group?, reacts?);
+    if let (Some(written), Ok(true), Ok(material)) = (decomposes, own, &material) {
+        if material.decomposition.is_none() {
+            return Err(written.fault(format!("{:?} has no [decomposition]", material.id)));
+        }
+        if !reacts {
+            return Err(written.fault("no ply decomposes without `decomposition = true` of the case"));
+        }
+    }
+    let (name, group, own) = (name?, group?, own?);
     let ply = Ply {
         name: name.to_owned(),
         group: group.unwrap_or(name).to_owned(),
-        material: if reacts { material? } else { as_made(&material?) },
+        material: if own { material? } else { as_made(&material?) },
         thickness_m: thickness_m?,
     };
     Ok(Layer { ply, contact_below: contact_below? })

@@ -167,6 +167,11 @@ fn set(root: &mut Node, name: &str, value: &str, faults: &Faults) -> Read<()> {
     let mut path: Vec<&str> = name.split('.').collect();
     let factors = root.get("factor").map_or(&[][..], Node::items);
     if factors.iter().any(|factor| factor.name() == Some(path[0])) {
+        if root.get(path[0]).is_some() {
+            let message =
+                format!("{0:?} is a factor and a key of the file: set factor.{0}.nominal, or rename it", path[0]);
+            return Err(faults.record(&Place::whole(shown), message));
+        }
         path.insert(0, "factor");
         if path.len() == 2 {
             path.push("nominal");
@@ -192,10 +197,15 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let back_face = exposure::back_face(top, &schedules);
     let holder = exposure::around(top, &schedules);
     let observations = observation::observations(top, folder, sensors.as_deref().ok(), duration_s);
+    let blowing = hot_face.as_ref().ok().and_then(|face| face.blowing);
     let marched = marched(layup, sensors.clone(), hot_face);
     let covered = marched.as_ref().ok().zip(initial.as_ref().ok());
     let covered = covered.map_or(Ok(()), |((layup, ..), initial)| initial.check(layup.origin_m, layup.back_m()));
     let gas = gas::flow(top, folder, marched.as_ref().ok().map(|(layup, ..)| layup), back_face.as_ref().ok());
+    let blown = match (blowing, &marched, &gas) {
+        (Some(written), Ok(_), Ok(None)) => Err(written.fault("no gas leaves the layup, which alone reduces a flux")),
+        _ => Ok(()),
+    };
     let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(gas.as_ref().ok().zip(holder.as_ref().ok()));
     let scaled = scaled.map(|(((layup, sensors, hot_face), BackFace { face: back_face, .. }), (gas, holder))| {
         let (gas_path, has_holder) = (gas.as_ref().map(|gas| gas.path), holder.is_some());
@@ -208,7 +218,7 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let resolution = resolution(top, plies, duration_s);
     top.close();
 
-    covered?;
+    covered.and(blown)?;
     let (layup, sensors, hot_face) = marched?;
     let BackFace { face: back_face, pressure: back_pressure } = back_face?;
     let exposure = Exposure {

@@ -21,7 +21,8 @@ pub(super) fn observations(
         return Ok(Vec::new());
     };
     let section = written.section()?;
-    let sigma_k = section.optional("sigma").map(sigma).transpose();
+    let of_all = section.optional("sigma");
+    let sigma_k = of_all.map(sigma).transpose();
     let file = section.optional("file");
     let named = section.others();
     if file.is_none() && named.is_empty() {
@@ -40,6 +41,10 @@ pub(super) fn observations(
         (false, _) => Some(own.observed(sigma_k, file.is_some()).map(|observation| (own.name.to_owned(), observation))),
     }))?;
     found.extend(more);
+    let has_own = |name: &str| own.iter().any(|own| own.name == name && own.sigma_k.is_some());
+    if let Some(written) = of_all.filter(|_| found.iter().all(|(name, _)| has_own(name))) {
+        return Err(written.fault("a `sigma` of no sensor: each that is observed has one of its own"));
+    }
     all(found.into_iter().map(|(name, observation)| {
         let observation = within(observation, duration_s.unwrap_or(f64::INFINITY), written)?;
         match own.iter().find(|own| own.name == name) {

@@ -6,6 +6,7 @@ mod reacting;
 mod schedules;
 mod sheets;
 mod states;
+mod unused;
 
 use crate::case::{Bounds, Case, Emissivity, Face, Property};
 use std::path::{Path, PathBuf};

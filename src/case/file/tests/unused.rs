@@ -1,0 +1,77 @@
+//! Keys that would change nothing are refused.
+
+use super::{Scratch, WHOLE, faults};
+use crate::case::Case;
+use std::path::Path;
+
+/// A replacement in the whole case; line and column of the fault; what is said of it.
+const IDLE: &[(&str, &str, &str, &str)] = &[
+    (
+        "thickness = \"3 mm\"",
+        "thickness = \"3 mm\"\ndecomposition = true",
+        ":17:17: ",
+        "no ply decomposes without `decomposition = true` of the case",
+    ),
+    (
+        "thickness = \"0.5 mm\"",
+        "thickness = \"0.5 mm\"\ndecomposition = true",
+        ":11:17: ",
+        "\"nextel440_bf20\" has no [decomposition]",
+    ),
+    (
+        "thickness = \"0.5 mm\"",
+        "thickness = \"0.5 mm\"\ncontact_below = \"300 W/m^2/K\"",
+        ":3:23: ",
+        "a contact conductance of no interface: every ply has its own `contact_below`",
+    ),
+    (
+        "TC2 = [[\"0 s\", \"300 K\"], [\"10 s\", \"320 K\"]]",
+        "TC2 = { samples = [[\"0 s\", \"300 K\"]], sigma = \"5 K\" }",
+        ":37:9: ",
+        "a `sigma` of no sensor: each that is observed has one of its own",
+    ),
+    (
+        "kind = \"heated\"",
+        "kind = \"heated\"\nrecovery_enthalpy = \"9 MJ/kg\"\nblowing = 0.5",
+        ":29:11: ",
+        "no gas leaves the layup, which alone reduces a flux",
+    ),
+    ("kind = \"heated\"", "kind = \"heated\"\nat = \"TC1\"", ":28:1: ", "unknown key \"at\""),
+];
+
+#[test]
+fn a_key_that_would_change_nothing_is_refused_at_its_place() {
+    for (index, &(from, to, place, fragment)) in IDLE.iter().enumerate() {
+        let found = faults(&format!("idle-{index}"), from, to);
+        assert!(found.len() == 1 && found[0].contains(place) && found[0].contains(fragment), "{fragment}: {found:#?}");
+    }
+    let found = faults("no-blowing", "kind = \"heated\"", "kind = \"heated\"\nblowing = 0");
+    assert_eq!(found, Vec::<String>::new(), "none is no correction");
+}
+
+#[test]
+fn a_contact_conductance_of_one_ply_is_refused_and_a_perfect_contact_is_no_claim() {
+    let of = |contact: &str| {
+        let text = format!(
+            "duration = \"9 s\"\ninitial_temperature = \"300 K\"\ncontact_conductance = {contact:?}\n\
+             [[ply]]\nname = \"A\"\nmaterial = \"akk\"\nthickness = \"1 mm\"\n[[sensor]]\nname = \"T\"\ndepth = \"0 mm\"\n\
+             [hot_face]\nkind = \"held\"\ntemperature = \"400 K\"\n"
+        );
+        Case::from_toml(&text, "one", Path::new(".")).map(|case| case.layup.plies.len())
+    };
+    let said = of("500 W/m^2/K").expect_err("no interface").to_string();
+    assert!(said.contains("one:3:23: a contact conductance of no interface: there is no interface"), "{said}");
+    assert_eq!(of("perfect").ok(), Some(1));
+}
+
+#[test]
+fn an_override_of_a_name_that_is_a_factor_and_a_key_is_refused() {
+    let scratch = Scratch::new("two-meanings");
+    let text = WHOLE.replace("f_k", "note").replacen("duration", "note = \"none\"\nduration", 1);
+    let path = scratch.write("case.toml", text);
+    let set = |name: &str| Case::load_with(&path, &[(name.to_owned(), "1.05".to_owned())]);
+    let said = set("note").expect_err("two meanings").to_string();
+    assert!(said.contains("\"note\" is a factor and a key of the file: set factor.note.nominal"), "{said}");
+    let case = set("factor.note.nominal").unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!((case.factors[0].nominal, case.note.as_str()), (1.05, "none"));
+}

@@ -1,0 +1,83 @@
+//! Options that would change nothing are refused, in words that say what is missing.
+
+use super::faults::refused;
+use super::{CASE, OBSERVED, say};
+use crate::support::Scratch;
+
+/// The estimate that the case states.
+const STATED: &str = "factors = [\"f_k\"]\n";
+
+#[test]
+fn an_option_that_would_change_nothing_is_refused() {
+    let scratch = Scratch::new("unused");
+    let observed = CASE.to_owned() + OBSERVED;
+    scratch.write("c/case.toml", &observed);
+    scratch.write("unseen/case.toml", CASE);
+    scratch.write("unasked/case.toml", observed.replacen(STATED, "", 1));
+    scratch.write("unasked-too/case.toml", scratch.read("unasked/case.toml"));
+    let begun = observed.replacen("small = [0.8, 1.2]", "small = [0.8, 1.2]\nlarge = [0.5, 1.5]", 1);
+    scratch.write(
+        "begun/case.toml",
+        begun.replacen(STATED, "factors = [\"f_k\"]\nbounds = \"large\"\nstart = { f_k = 1.4 }\n", 1),
+    );
+    let no_samples = "c: \"TC1\" is chosen and has no samples between 0 s and 30 s; leave it out";
+    for (line, said) in [
+        (
+            "predict c --backend cpu --device H200",
+            "--device \"H200\" names a Vulkan device and --backend cpu takes none",
+        ),
+        ("predict c --set f_k=1.1 --set f_k=0.9", "--set names \"f_k\" twice"),
+        ("uncertainty c -n 20 --members 0..10 --max-failed 3", "cannot be used with"),
+        ("study unseen --posterior", "--posterior: nothing is estimated: the case has no observations"),
+        ("study unseen --loss huber", "--loss: nothing is estimated: the case has no observations"),
+        (
+            "study unasked --profile f_k",
+            "--profile: nothing is estimated: choose some of the factors f_k, f_q with --factors, or in [estimate]",
+        ),
+        (
+            "estimate unasked",
+            "nothing to estimate: choose some of the factors f_k, f_q with --factors, or in [estimate]",
+        ),
+        ("estimate unasked unasked-too", "nothing to estimate: choose some of the factors f_k, f_q with"),
+        ("estimate c --sensors TC1,TC2", no_samples),
+        ("history c --sensors TC2,TC1", no_samples),
+        ("sensitivity c --sensors TC2,TC1", no_samples),
+        (
+            "estimate begun --bounds small",
+            "the start 1.4 of \"f_k\" lies outside its small bounds 0.8 to 1.2; give --start",
+        ),
+        ("twin c --starts 3", "--starts: observations are made at every sensor and fitted to nothing"),
+        ("twin c --patience 3", "--patience: observations are made"),
+        ("twin c --minimiser paper", "--minimiser: observations are made"),
+        ("twin c --seed 3", "--seed without noise changes nothing: give --noise"),
+        ("twin c --noise 0K --correlation 5s", "--correlation without noise changes nothing"),
+        ("verify --group exact --device H200", "--device \"H200\": the processor marches these groups"),
+    ] {
+        refused(&scratch, say(&scratch, line), 5, &[said]);
+    }
+}
+
+#[test]
+fn a_device_that_verify_names_and_that_is_not_there_is_exit_3() {
+    let scratch = Scratch::new("verify-device");
+    say(&scratch, "verify --group twins --device Voodoo2").ended(3).saying(&["none is called \"Voodoo2\""]);
+}
+
+#[test]
+fn a_table_of_observations_that_names_no_sensor_is_exit_2_and_not_a_case_without_observations() {
+    let scratch = Scratch::new("unread");
+    scratch.write("c/case.toml", CASE.to_owned() + "\n[observations]\nfile = \"m.csv\"\nsigma = \"2 K\"\n");
+    for (table, said) in [
+        ("time_s|TC2_K\n0|300\n10|320\n", "c/m.csv:1:1: no column of a sensor after the first one, the time"),
+        ("junk\n", "c/m.csv:1:1: no rows under this heading"),
+        ("time_s,TC2_K\n", "c/m.csv:1:1: no rows under this heading"),
+    ] {
+        scratch.write("c/m.csv", table);
+        for command in ["predict", "study"] {
+            refused(&scratch, say(&scratch, &format!("{command} c")), 2, &[said]);
+        }
+    }
+    scratch.write("c/m.csv", "time_s\tTC2_K\n0,0\t300\n10,5\t320,5\n");
+    let found = say(&scratch, "predict c --json --quiet").done().json();
+    assert_eq!(found["observed"]["c"]["TC2"]["samples"], 2, "{found:#}");
+}
