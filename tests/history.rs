@@ -41,17 +41,22 @@ fn twin(truth: &Schedule, noise_k: f64, seed: u64) -> Case {
 }
 
 /// A case with readings of TC1 up to 80 s as the same under its true heating shows them, with noise.
-fn observed(mut case: Case, made: Case, noise_k: f64, seed: u64) -> Case {
+fn observed(case: Case, made: Case, noise_k: f64, seed: u64) -> Case {
+    observed_by(0, case, made, noise_k, seed)
+}
+
+/// The same of another sensor.
+fn observed_by(sensor: usize, mut case: Case, made: Case, noise_k: f64, seed: u64) -> Case {
     case.observations.clear();
     case.estimate.sensors.clear();
     case.estimate.window_s = Some((0.0, 80.0));
     // Marched on a clock of its own: the fit must not owe its success to sharing the truth's steps.
     let made = nominal(&made, &pilot(&made).expect("a plan"), &mut march()).expect("a march");
     let noise = Noise { correlation_s: 0.0, seed }.at(&made.instants_s, 0, 0);
-    let readings = made.temperatures_k[0].iter().zip(noise).map(|(at_k, noise)| at_k + noise_k * noise).collect();
+    let readings = made.temperatures_k[sensor].iter().zip(noise).map(|(at_k, noise)| at_k + noise_k * noise).collect();
     let sigma_k = vec![noise_k.max(1e-3); made.instants_s.len()];
     case.observations =
-        vec![Observation { sensor: 0, times_s: made.instants_s, temperatures_k: readings, sigma_k, window_s: None }];
+        vec![Observation { sensor, times_s: made.instants_s, temperatures_k: readings, sigma_k, window_s: None }];
     case
 }
 
@@ -159,6 +164,25 @@ fn a_history_under_blowing_converges_and_its_integral_has_a_band_that_says_somet
         assert!(deviation < most, "seed {seed}: ± {deviation} of {}", found.integral);
         assert!(off.abs() < 4.0 * deviation, "seed {seed}: off by {off}, ± {deviation}");
     }
+}
+
+/// TC4 lies under six millimetres of felt, behind which half a second of heating cannot be told from the seconds after it; without
+/// smoothing nothing else holds the knots at the rise.
+#[test]
+fn knots_that_no_reading_determines_are_marked_and_left_out_of_the_band_of_the_integral() {
+    let case = case("lcat-2259");
+    let by = |sensor| found(&observed_by(sensor, case.clone(), case.clone(), 1.0, 1), 4, Smoothing::Stated(0.0));
+    let (deep, near) = (by(3), by(0));
+    let largest = deep.values.iter().copied().fold(0.0, f64::max);
+    for (knot, &is_undetermined) in deep.undetermined.iter().enumerate() {
+        assert_eq!(deep.deviations[knot] > largest, is_undetermined, "knot {knot}: {:?}", deep.deviations);
+    }
+    assert!(deep.undetermined[0] && !deep.undetermined[4..].contains(&true), "{:?}", deep.undetermined);
+    assert!(!near.undetermined[1..].contains(&true), "{:?}", near.undetermined);
+    assert!(deep.integral_deviation < 0.05 * deep.integral, "± {} of {}", deep.integral_deviation, deep.integral);
+    // The first of them alone, on the half second up to the next knot, would leave nothing of the integral.
+    let with_first = 0.5 * (deep.times_s[1] - deep.times_s[0]) * deep.deviations[0];
+    assert!(with_first > deep.integral, "± {with_first} of {}", deep.integral);
 }
 
 fn found(case: &Case, knots: usize, smoothing: Smoothing) -> History {
