@@ -1,17 +1,18 @@
 //! Cells and steps for an error that was asked for, and what two resolutions say of a third.
 
-use crate::support::{case, cases};
-use bondline::case::{Case, Conductivity, Resolution, Table};
+use crate::support::{BALANCE, case, cases};
+use bondline::case::{Case, Conductivity, Face, Resolution, Schedule, Sensor, Side, Table};
 use bondline::ensemble::Ensemble;
 use bondline::march::extrapolated::march_both;
 use bondline::march::{March, Precision, cpu::Cpu};
 use bondline::pilot::pilot;
-use bondline::plan::clock::Pace;
+use bondline::plan::clock::{Growth, Pace};
 use bondline::plan::grid::Density;
 use bondline::plan::{Discretisation, Plan};
-use bondline::traces::{Arrival, Traces};
+use bondline::traces::{Arrival, Gauge, Traces};
 use bondline::verify::problems::flexible;
 use bondline::verify::random_case::random_case;
+use std::path::Path;
 use std::sync::Arc;
 
 fn marched(plan: &Plan, case: &Case) -> Traces {
@@ -58,6 +59,78 @@ fn what_a_pilot_says_is_left_holds_and_falls_with_what_is_asked_for() {
         assert!(off_k < last.0 && work > last.1, "{off_k} K with {work} cell-steps, after {last:?}");
         last = (off_k, work);
     }
+}
+
+/// The felt of the paper's layup 0.3 mm below a face that jumps from 300 to 800 K at the start. The thermocouple next to the face shows
+/// the error of the first steps, which heat that is stored shows too.
+#[test]
+fn a_face_that_jumps_at_the_start_is_marched_within_the_reported_error_and_its_heat_is_accounted_for() {
+    let mut case = case("lcat-2259-tc3");
+    case.exposure.hot_face = Face::Held(Schedule { times_s: vec![0.0, 0.0], values: vec![300.0, 800.0] });
+    let depth_m = case.layup.origin_m + 0.3e-3;
+    case.sensors.push(Sensor { name: "NEAR".to_owned(), depth_m, side: Side::Both, lag_s: 0.0 });
+    let plan = pilot(&case).expect("the processor does not fail");
+    let reached = plan.reached.as_ref().expect("an adapted plan has an estimate");
+    let pace = Pace { growth: Growth::Graded { coefficient: 2e-3 }, slices: Vec::new() };
+    let finer = Plan::cut(&case, Discretisation { density: Density::shared(&case, 400.0), pace });
+    let (given, truth) = (marched(&plan, &case), marched(&finer, &case));
+    let off_k = apart_k(&given, &truth);
+    assert!(reached.nominal_k <= reached.tolerance_k && off_k <= reached.nominal_k, "{off_k} K off, {reached:?}");
+    let residual = given.balances[0].residual().abs();
+    assert!(residual <= BALANCE, "{residual} of the heat");
+    // Half of the cells and steps, not extrapolated: the jump shows in temperatures.
+    let coarse = marched(plan.coarse.as_deref().expect("a plan has a coarse one"), &case);
+    assert!(apart_k(&coarse, &truth) > 2.0 * reached.nominal_k, "a jump that no step could miss");
+}
+
+/// A thin felt between two faces that rise by 100 K/s: any step meets its temperatures, and no long one its mass.
+#[test]
+fn a_sample_that_is_heated_evenly_is_marched_for_its_mass_and_loses_no_more_than_it_can() {
+    let ramp = r#"kind = "held"
+temperature = [["0 s", "300 K"], ["10 s", "1300 K"]]"#;
+    let toml = format!(
+        r#"initial_temperature = "300 K"
+duration = "12 s"
+pressure = "10 kPa"
+decomposition = true
+[[ply]]
+name = "S"
+material = "pyrogel3350"
+thickness = "0.1 mm"
+[[sensor]]
+name = "TC"
+depth = "0.05 mm"
+[hot_face]
+{ramp}
+[back_face]
+{ramp}
+[resolution]
+every = "0.25 s"
+"#
+    );
+    let case = Case::from_toml(&toml, "sample", Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
+    let ply = &case.layup.plies[0];
+    let decomposition = ply.material.decomposition.as_ref().expect("it decomposes");
+    let losses: f64 = decomposition.reactions.iter().map(|reaction| reaction.loss).sum();
+    let possible_kg_m2 = ply.material.density_kg_m3 * ply.thickness_m * losses;
+
+    let plan = pilot(&case).expect("the processor does not fail");
+    let reached = plan.reached.as_ref().expect("an adapted plan has an estimate");
+    assert!(reached.gauges.iter().all(|gauge| gauge.error <= gauge.tolerance), "{reached:?}");
+    let (given, truth) = (marched(&plan, &case), marched(&fine(&case), &case));
+    let lost = |traces: &Traces| traces.gauge(0, Gauge::MassLost).expect("it loses mass").to_vec();
+    let (given, truth) = (lost(&given), lost(&truth));
+    let most = given.iter().copied().fold(0.0, f64::max);
+    assert!(most > 0.99 * possible_kg_m2 && most <= 1.001 * possible_kg_m2, "{most} of {possible_kg_m2} kg/m²");
+    let off = given.iter().zip(&truth).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / possible_kg_m2;
+    let error = reached.gauges.iter().find(|gauge| gauge.gauge == Gauge::MassLost).expect("a gauge").error;
+    assert!(off <= 2.0 * error, "mass is {off} of its peak off, reported {error}");
+    // A few steps meet the temperatures alone.
+    let pace = Pace { growth: Growth::Graded { coefficient: 2.4 }, slices: Vec::new() };
+    let few_plan = Plan::cut(&case, Discretisation { density: plan.discretisation.density.clone(), pace });
+    let few = lost(&marched(&few_plan, &case));
+    let few_off = few.iter().zip(&truth).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / possible_kg_m2;
+    assert!(few_off > 10.0 * error, "{} steps would do: {few_off}, {error}", few_plan.steps());
 }
 
 #[test]
