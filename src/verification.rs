@@ -68,7 +68,7 @@ pub(crate) fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Endin
                     "difference": row.difference,
                     "tolerance": row.tolerance,
                     "unit": row.unit,
-                    "source_of_tolerance": row.source_of_tolerance,
+                    "source_of_tolerance": row.source(),
                     "pass": row.pass(),
                 })
             })

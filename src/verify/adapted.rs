@@ -60,8 +60,9 @@ fn row(march: &mut dyn March, mut problem: Problem) -> Result<Row, MarchError> {
         difference: worst,
         tolerance: 1.0,
         unit: "of what is allowed".to_owned(),
-        source_of_tolerance: "the reference's and the adaptation's together; wide: some adapt to other outputs"
-            .to_owned(),
+        source_of_tolerance:
+            "the reference's and the adaptation's together; wide: an output that is not checked here is harder"
+                .to_owned(),
     })
 }
 

@@ -87,9 +87,22 @@ impl Row {
         self.difference <= self.tolerance
     }
 
+    /// Whether the tolerance is more than ten times the difference.
+    fn is_wide(&self) -> bool {
+        self.tolerance > 10.0 * self.difference.abs()
+    }
+
     /// Whether the tolerance is more than ten times the difference and its source gives no reason for it.
     pub fn is_wide_without_reason(&self) -> bool {
-        self.tolerance > 10.0 * self.difference.abs() && !self.source_of_tolerance.contains(WIDE)
+        self.is_wide() && !self.source_of_tolerance.contains(WIDE)
+    }
+
+    /// Where the tolerance comes from; why it is wide only if it is.
+    pub fn source(&self) -> &str {
+        match self.source_of_tolerance.split_once(WIDE) {
+            Some((source, _)) if !self.is_wide() => source,
+            _ => &self.source_of_tolerance,
+        }
     }
 }
 
@@ -136,7 +149,7 @@ pub fn table(rows: &[Row]) -> String {
             row.case, row.difference, row.tolerance, row.unit
         );
         let mut line = format!("        {} against {}", row.quantity, row.reference);
-        let tolerance = format!("tolerance: {}", row.source_of_tolerance);
+        let tolerance = format!("tolerance: {}", row.source());
         let joint = if line.chars().count() + tolerance.chars().count() + 2 <= COLUMNS { "; " } else { ";\n        " };
         line += joint;
         let _ = writeln!(text, "{line}{tolerance}");

@@ -78,6 +78,10 @@ fn a_tolerance_beyond_ten_times_what_is_met_needs_a_reason() {
     let explained =
         Row { source_of_tolerance: format!("{}{WIDE}the reference is printed so", wider.reference), ..wider };
     assert!(!explained.is_wide_without_reason());
+    // The reason is given where it is needed and nowhere else.
+    assert!(table(std::slice::from_ref(&explained)).contains("the reference is printed so"));
+    let near = Row { tolerance: 9.0 * explained.difference, ..explained };
+    assert!(!table(std::slice::from_ref(&near)).contains("the reference is printed so"));
 }
 
 /// A march whose traces are not what they should be.
