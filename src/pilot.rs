@@ -14,7 +14,7 @@ use crate::march::extrapolated::march_both;
 use crate::march::{MarchError, Precision};
 use crate::plan::clock::{GRADING, Growth, Pace, Slice};
 use crate::plan::grid::Density;
-use crate::plan::{Discretisation, Plan, Reached};
+use crate::plan::{Discretisation, Plan};
 use crate::traces::{Arrival, Traces};
 use error_estimate::{Estimate, TWOFOLD, worst_k};
 use rayon::prelude::*;
@@ -228,8 +228,7 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
         (cut, plan) = (denser, finer);
     }
     let corners_k = corners_k(case, &plan, &stated.recut(case, cut.refined(2)))?;
-    let reached = Reached { tolerance_k, nominal_k: estimate.temperature_k, corners_k, gauges: estimate.gauges };
-    plan.reached = Some(reached);
+    plan.reached = Some(estimate.reported(corners_k));
     Ok(plan)
 }
 

@@ -3,7 +3,9 @@
 use crate::support::{ROUNDING_K, case};
 use bondline::case::{Bounds, Case, Face, Resolution, Schedule, Sensor, Side};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
+use bondline::march::extrapolated::march_both;
 use bondline::march::{March, Precision, cpu::Cpu};
+use bondline::pilot::pilot;
 use bondline::plan::Plan;
 
 /// Intervals between readings, many of whose multiples round to either side of the decimal that a person writes, s.
@@ -81,4 +83,23 @@ fn a_flux_that_starts_at_a_jump_is_whole_from_its_first_step_however_the_time_wa
     }
     let late_k = of(0.301);
     assert!(exact_k[4] - late_k[4] > 0.1, "a millisecond shows");
+}
+
+/// Adapted steps do not end on instants. One that lies just before a jump lies within the step that ends on it.
+#[test]
+fn a_face_that_jumps_reads_what_it_jumps_from_until_then_on_adapted_steps() {
+    for jump_s in [3.01, 3.05, 3.2, 3.5] {
+        let schedule = Schedule { times_s: vec![0.0, jump_s, jump_s], values: vec![300.0, 430.0, 350.0] };
+        let mut case = slab(1.0, 1.0, Face::Held(schedule.clone()));
+        case.resolution.tolerance_k = Some(0.05);
+        let plan = pilot(&case).expect("the processor does not fail");
+        let nominal = Ensemble::nominal(&case.factors);
+        let traces = march_both(&mut Cpu::new(Precision::F64), &plan, &nominal, 0..1);
+        let traces = traces.expect("the processor does not fail");
+        for (&instant_s, reading_k) in plan.instants_s.iter().zip(traces.trace(0, 0)) {
+            let off_k = (reading_k - schedule.after(instant_s)).abs();
+            assert!(off_k < 1e-5, "{reading_k} K at {instant_s} s, {off_k} K off, for a jump at {jump_s} s");
+        }
+        assert!(plan.reached.expect("an adapted plan has an estimate").nominal_k < 0.05, "jump at {jump_s} s");
+    }
 }

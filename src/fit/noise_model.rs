@@ -20,7 +20,7 @@
 //!
 //! The likelihood of τ is flat over decades where a trace is a few τ long, so no single value of it can be inserted: intervals are
 //! quantiles of the mixture over (τ, η), weighted by L and a prior, of Student's t with n − p degrees of freedom. The prior
-//! gives 70 % to white noise, 20 % to the purely exponential process and 10 % to the sum of both with η uniform. τ has Jeffreys'
+//! gives 75 % to white noise, 17 % to the purely exponential process and 8 % to the sum of both with η uniform. τ has Jeffreys'
 //! prior of a first-order autoregression, `dρ/√(1 − ρ²)` with ρ = exp(−Δt/τ), which is proper (Berger & Yang, Econom. Theory 10,
 //! 1994; Berger, De Oliveira & Sansó, J. Am. Stat. Assoc. 96, 2001, derive the exact reference prior of such processes, which it
 //! approaches). The three shares were chosen by coverage: a larger one of the sum makes intervals of independent data of 20 to 60
@@ -35,8 +35,8 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Prior probabilities of white noise and of the purely exponential process; the rest is that of the sum.
-const WHITE: f64 = 0.7;
-const EXPONENTIAL: f64 = 0.2;
+const WHITE: f64 = 0.75;
+const EXPONENTIAL: f64 = 0.17;
 /// White shares of the grid, and the width of the interval of a uniform η that each stands for.
 const WHITE_SHARES: [(f64, f64); 8] =
     [(0.0, 0.025), (0.05, 0.075), (0.15, 0.125), (0.3, 0.175), (0.5, 0.2), (0.7, 0.175), (0.85, 0.125), (0.95, 0.1)];

@@ -31,6 +31,14 @@ impl Estimate {
         self
     }
 
+    /// What is reported of it, with the largest error of members at corners of the factors' bounds. Marches that agree better than any of them is
+    /// off say nothing of their error, so that of a gauge is no smaller than a given share of its tolerance.
+    pub(super) fn reported(self, corners_k: Option<f64>) -> Reached {
+        let least = |gauge: GaugeError| GaugeError { error: gauge.error.max(LEAST * gauge.tolerance), ..gauge };
+        let gauges = self.gauges.into_iter().map(least).collect();
+        Reached { tolerance_k: self.tolerance_k, nominal_k: self.temperature_k, corners_k, gauges }
+    }
+
     /// The larger error of two estimates, output by output.
     pub(super) fn larger(mut self, other: &Self) -> Self {
         self.temperature_k = self.temperature_k.max(other.temperature_k);
@@ -68,6 +76,8 @@ impl Estimate {
     }
 }
 
+/// The smallest error of a gauge that is reported, as a share of its tolerance: 1 µm of a front.
+const LEAST: f64 = 1e-2;
 /// An error below this share of its tolerance is not told from rounding.
 const ROUNDING: f64 = 1e-3;
 

@@ -3,6 +3,7 @@
 //! A step ends on every corner that carries the shape of a schedule, and where a pace asks for it on every instant too. Every member
 //! of an ensemble shares the clock, which keeps differences between members free of the noise of choosing steps.
 
+use super::forcing::Forcing;
 use super::readout::Readout;
 use crate::case::{Case, Resolution};
 
@@ -122,9 +123,9 @@ const WALK_MOST: f64 = 4096.0;
 
 impl Clock {
     /// The steps of a pace, each cut into so many, which end on the corners of schedules that are to be landed on.
-    pub(super) fn new(case: &Case, corners_s: &[f64], pace: &Pace, cuts: usize) -> Self {
+    pub(super) fn new(case: &Case, forcing: &Forcing, pace: &Pace, cuts: usize) -> Self {
         let duration_s = case.exposure.duration_s;
-        let corners_s = settle(corners_s.to_vec(), duration_s);
+        let corners_s = settle(forcing.landings_s.clone(), duration_s);
         let mut instants_s: Vec<f64> =
             (0..).map(|i| f64::from(i) * case.resolution.every_s).take_while(|&t| t < duration_s).collect();
         instants_s.extend(case.observations.iter().flat_map(|seen| seen.times_s.iter().copied()));
@@ -132,8 +133,15 @@ impl Clock {
         let instants_s = settle(instants_s, duration_s);
 
         let lands = matches!(pace.growth, Growth::Stated { .. });
+        // A record at a jump has what gauges read after it: an instant before is not to be interpolated towards that. So steps end on
+        // the last instant before such a jump, and readings do not look beyond it.
+        let before =
+            |jump_s: &f64| instants_s.iter().rfind(|&&at_s| at_s < jump_s - same_instant_s(duration_s)).copied();
+        let jumps_s = if case.gas.is_some() { forcing.pressure_jumps_s.as_slice() } else { &[] };
+        let before_jumps_s: Vec<f64> = jumps_s.iter().filter_map(before).collect();
+        let breaks_s = settle([corners_s.as_slice(), &before_jumps_s].concat(), duration_s);
         let mut landings_s = if lands { instants_s.clone() } else { vec![duration_s] };
-        landings_s.extend(&corners_s);
+        landings_s.extend(&breaks_s);
         let landings_s = settle(landings_s, duration_s);
 
         let mut times_s = vec![0.0];
@@ -144,7 +152,7 @@ impl Clock {
             }
             fill(&mut times_s, leg[0], leg[1], corner_s, pace, cuts);
         }
-        let readout = (!lands).then(|| Readout::new(&times_s, &corners_s, &instants_s));
+        let readout = (!lands).then(|| Readout::new(&times_s, &breaks_s, &instants_s));
         Self { times_s, instants_s, readout }
     }
 }

@@ -29,6 +29,8 @@ pub(super) struct Forcing {
     duration_s: f64,
     /// Zero, and every time at which steps end since a schedule has a corner there, s.
     pub landings_s: Vec<f64>,
+    /// Those of them at which a pressure outside jumps, and with it what gauges read.
+    pub pressure_jumps_s: Vec<f64>,
 }
 
 /// A schedule with the integrals of its blocks of rows.
@@ -36,6 +38,8 @@ pub(super) struct Forcing {
 struct Signal {
     schedule: Schedule,
     transform: Transform,
+    /// Its least and its largest value.
+    range: (f64, f64),
     blocks: Vec<Moments>,
 }
 
@@ -110,9 +114,18 @@ impl Forcing {
                 },
             }
         });
-        let mut landings_s = vec![0.0];
-        landings_s.extend(signals.iter().flat_map(|signal| corners(&signal.schedule, duration_s)));
-        Self { signals, faces, conductivities, duration_s, landings_s }
+        let corners_s: Vec<Vec<f64>> = signals.iter().map(|signal| corners(&signal.schedule, duration_s)).collect();
+        let pressures = [hot_pressure_pa, back_pressure_pa].into_iter();
+        let jumps_s = pressures.flat_map(|signal: usize| {
+            let jumps = |time_s: &&f64| {
+                signals[signal]
+                    .jumps(signals[signal].schedule.before(**time_s), signals[signal].schedule.after(**time_s))
+            };
+            corners_s[signal].iter().filter(jumps).copied().collect::<Vec<f64>>()
+        });
+        let pressure_jumps_s = jumps_s.collect();
+        let landings_s = std::iter::once(0.0).chain(corners_s.into_iter().flatten()).collect();
+        Self { signals, faces, conductivities, duration_s, landings_s, pressure_jumps_s }
     }
 
     /// Four rows a step: hot at its start, hot at its end, back at its start, back at its end; and four for the end of the march.
@@ -128,13 +141,20 @@ impl Forcing {
         drives
     }
 
-    /// The schedule that the temperature of a face follows, hot or back, at some instants, K; where the steps smooth it, since otherwise the
-    /// node of the face has just that temperature.
+    /// The schedule that the temperature of a face follows, hot or back, at some instants, K; where the steps smooth it, or it jumps within the step
+    /// that an instant lies in, since otherwise the node of the face has just that temperature.
     pub(super) fn held_k(&self, face: usize, times_s: &[f64], instants_s: &[f64]) -> Option<Vec<f64>> {
         let close_s = same_instant_s(self.duration_s);
         let signal = &self.signals[self.faces[face].held_k];
         let is_held = self.faces[face].held_k > 0;
-        (is_held && times_s.windows(2).any(|step| signal.passes_over(step, close_s))).then(|| {
+        let values = &signal.schedule.values;
+        let jumps = || {
+            let rows = signal.schedule.times_s.windows(2).zip(values.windows(2));
+            rows.filter(|(times_s, _)| times_s[1] - times_s[0] <= close_s)
+                .any(|(_, pair)| signal.jumps(pair[0], pair[1]))
+        };
+        let is_smoothed = || times_s.windows(2).any(|step| signal.passes_over(step, close_s));
+        (is_held && (jumps() || is_smoothed())).then(|| {
             let last_s = self.duration_s - close_s;
             let at = |&instant_s: &f64| match instant_s < last_s {
                 true => signal.schedule.after_within(instant_s, close_s),
@@ -153,7 +173,10 @@ pub(super) fn last_drives(drives: &[Drive<f64>]) -> [Drive<f64>; 4] {
 
 impl Signal {
     fn new(schedule: &Schedule, transform: Transform) -> Self {
-        let mut signal = Self { schedule: schedule.clone(), transform, blocks: Vec::new() };
+        let values = schedule.values.iter();
+        let range = values
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &value| (least.min(value), most.max(value)));
+        let mut signal = Self { schedule: schedule.clone(), transform, range, blocks: Vec::new() };
         let blocks = (schedule.times_s.len() - 1) / BLOCK;
         signal.blocks = (0..blocks)
             .map(|block| {
@@ -170,11 +193,10 @@ impl Signal {
             [self.schedule.after_within(step[0], close_s), self.schedule.before_within(step[1], close_s)]
         };
         let mut values: Vec<[f64; 2]> = times_s.windows(2).map(read).collect();
-        let (least, most) = self.range();
+        let (least, most) = self.range;
         let mut first = 0;
         for end in 1..=values.len() {
-            let jumps = |end: usize| (values[end][0] - values[end - 1][1]).abs() > SMOOTH * (most - least);
-            if end < values.len() && !jumps(end) {
+            if end < values.len() && !self.jumps(values[end - 1][1], values[end][0]) {
                 continue;
             }
             if times_s[first..=end].windows(2).any(|step| self.passes_over(step, close_s)) {
@@ -188,9 +210,10 @@ impl Signal {
         values
     }
 
-    fn range(&self) -> (f64, f64) {
-        let values = self.schedule.values.iter();
-        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), &value| (least.min(value), most.max(value)))
+    /// Whether two values at one time are a jump, and not one value but for rounding.
+    fn jumps(&self, before: f64, after: f64) -> bool {
+        let (least, most) = self.range;
+        (after - before).abs() > SMOOTH * (most - least)
     }
 
     /// The rows inside a step.

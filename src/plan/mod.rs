@@ -216,7 +216,7 @@ impl Plan {
 
     /// The steps of a pace for the case of this plan, each cut into so many.
     pub fn clock(&self, case: &Case, pace: &Pace, cuts: usize) -> Clock {
-        Clock::new(case, &self.forcing.landings_s, pace, cuts)
+        Clock::new(case, &self.forcing, pace, cuts)
     }
 
     /// The case of this plan at other cells and steps. Tables and schedules depend on neither and are shared: to make the tables takes
@@ -235,7 +235,7 @@ impl Plan {
 
     fn of(case: &Case, discretisation: &Discretisation, cuts: usize, tables: &Tables, forcing: &Arc<Forcing>) -> Self {
         let grid = Grid::new(case, &discretisation.density, cuts);
-        let clock = Clock::new(case, &forcing.landings_s, &discretisation.pace, cuts);
+        let clock = Clock::new(case, forcing, &discretisation.pace, cuts);
         let (instants, records) = match &clock.readout {
             None => (instants(&clock), clock.instants_s.len()),
             Some(_) => ((0..clock.times_s.len() as u32).collect(), clock.times_s.len()),
