@@ -5,6 +5,7 @@ mod cli; // the built binary from outside: exit codes, messages, files
 mod derivatives; // derivatives at nominal factors, against differences, for every property on every kind of case
 mod differentiated; // kernels that tell changes: each rule against dual numbers, on the device
 mod estimates; // estimates of whole cases: intervals, profiles, standard errors, coverage
+mod example; // the example of the README beside the command
 mod fit; // least squares against certified answers, bounds, identification
 mod golden; // the nominal march of every shipped case, as it was
 mod history; // the flux that heated, from what it left at a thermocouple
