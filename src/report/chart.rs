@@ -44,11 +44,12 @@ pub(super) fn draw(figure: &Figure) -> Value {
                 let edge = json!({"color": faded(*ink, 0.5), "width": 0.5});
                 traces.push(json!({
                     "type": "scatter", "mode": "lines", "x": x, "y": numbers(low), "line": edge,
-                    "name": format!("{name}, low"), "showlegend": false,
+                    "name": escaped(&format!("{name}, low")), "showlegend": false,
                 }));
                 traces.push(json!({
                     "type": "scatter", "mode": "lines", "x": x, "y": numbers(high), "line": edge,
-                    "name": name, "showlegend": true, "fill": "tonexty", "fillcolor": faded(*ink, *opacity),
+                    "name": escaped(name), "showlegend": !name.is_empty(), "fill": "tonexty",
+                    "fillcolor": faded(*ink, *opacity),
                 }));
             }
             Layer::Shares { x, parts } => {
@@ -274,6 +275,25 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn every_entry_of_a_legend_has_a_name() {
+        let outcomes = fixture::outcomes();
+        let charts: Vec<Value> = figures::all(&outcomes.story("study")).iter().map(draw).collect();
+        let traces = charts.iter().flat_map(|chart| chart["traces"].as_array().expect("a list of traces"));
+        let (mut entries, mut bands) = (0, 0);
+        for trace in traces {
+            bands += usize::from(trace["fill"] == "tonexty" && trace["showlegend"] == json!(false));
+            if trace["showlegend"] == json!(true) {
+                entries += 1;
+                assert!(
+                    trace["name"].as_str().is_some_and(|name| !name.is_empty()),
+                    "a swatch without a name: {trace}"
+                );
+            }
+        }
+        assert!(entries > 50 && bands > 0, "{entries} entries, {bands} bands without one");
     }
 
     #[test]
