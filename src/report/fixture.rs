@@ -294,6 +294,7 @@ fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
     });
     Uncertainty {
         is_independent: true,
+        bounds: Bounds::Small,
         seed: 1,
         sampling: "normal",
         asked: 5000,

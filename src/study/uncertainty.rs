@@ -14,6 +14,8 @@ use std::ops::Range;
 #[derive(Clone, Debug)]
 pub struct Uncertainty {
     pub seed: u64,
+    /// The side constraints between which the factors were drawn.
+    pub bounds: Bounds,
     /// `normal`, `uniform`, `lhs`, `sobol`.
     pub sampling: &'static str,
     /// Whether each factor was drawn by itself: if not, the indices of [`Causes`] are those of factors that go together.
@@ -75,6 +77,7 @@ const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gathered {
     tally: Tally,
+    bounds: Bounds,
     is_independent: bool,
     /// How many failed so, and the first of them, by reason.
     failures: BTreeMap<String, (usize, usize)>,
@@ -107,7 +110,7 @@ impl Gathered {
     pub fn new(case: &Case, nominal: &Nominal, bounds: Bounds, kind: SamplingKind) -> Self {
         let (reference, marginals) = references(case, nominal, bounds, kind);
         let (tally, is_independent) = (Tally::new(&reference, &marginals), case.correlation.is_none());
-        Self { tally, is_independent, failures: BTreeMap::new() }
+        Self { tally, bounds, is_independent, failures: BTreeMap::new() }
     }
 
     /// March some members of an ensemble and count them; `watch` is shown each run of them as [`uncertainty`] says.
@@ -195,7 +198,8 @@ impl Gathered {
     ) -> Option<Self> {
         let (reference, marginals) = references(case, nominal, bounds, kind);
         let tally = Tally::restored(&reference, &marginals, numbers)?;
-        let mut restored = Self { tally, is_independent: case.correlation.is_none(), failures: BTreeMap::new() };
+        let is_independent = case.correlation.is_none();
+        let mut restored = Self { tally, bounds, is_independent, failures: BTreeMap::new() };
         failures.iter().for_each(|failure| restored.fail(failure.reason.clone(), failure.members, failure.first));
         Some(restored)
     }
@@ -230,6 +234,7 @@ impl Gathered {
         });
         Uncertainty {
             seed: sampling.seed,
+            bounds: self.bounds,
             sampling: sampling.kind.name(),
             is_independent: self.is_independent,
             asked,

@@ -289,14 +289,15 @@ pub(super) fn method(story: &Story) -> String {
          between plies, and at each face the terms listed under Exposure. Factors multiply the properties and \
          exposures they are named for.",
     );
-    if story.uncertainty.is_some() {
-        out += &paragraph(
-            "Uncertainty: every member draws all factors within their small bounds and is marched in full. A factor's \
+    if let Some(outcome) = story.uncertainty {
+        out += &paragraph(&format!(
+            "Uncertainty: every member draws all factors within their {} bounds and is marched in full. A factor's \
              correlation with a temperature is Pearson's; its share is the squared correlation over the sum of all. \
              Shares take effects to be linear and factors to be independent. Sobol indices do not: they are parts of the \
              variance, from a fit of all members with orthonormal polynomials of one factor and of two, and what such do \
              not explain is told. Correlations of ranks are Spearman's, and with the others taken out partial ones.",
-        );
+            outcome.bounds.name()
+        ));
     }
     if let Some(outcome) = story.sensitivity {
         let found = match outcome.step {

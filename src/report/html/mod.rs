@@ -130,6 +130,7 @@ fn summary(story: &Story) -> String {
 mod tests {
     use super::super::{figures, fixture, svg};
     use super::*;
+    use crate::case::Bounds;
 
     fn made(outcomes: &fixture::Outcomes) -> String {
         let story = outcomes.story("study");
@@ -176,6 +177,17 @@ mod tests {
         assert!(
             nominal.contains("<p>Mass: 0.360\u{a0}kg/m² of solid turned into gas, 0.00200\u{a0}kg/m² of gas came in")
         );
+    }
+
+    #[test]
+    fn the_page_names_the_bounds_that_members_were_drawn_between() {
+        let mut outcomes = fixture::outcomes();
+        for (bounds, others) in [(Bounds::Small, "large"), (Bounds::Large, "small")] {
+            outcomes.uncertainty.bounds = bounds;
+            let page = own(&outcomes);
+            assert!(page.contains(&format!("within their {} bounds", bounds.name())), "{}", bounds.name());
+            assert!(!page.contains(&format!("within their {others} bounds")), "{}", bounds.name());
+        }
     }
 
     #[test]
