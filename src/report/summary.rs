@@ -170,7 +170,7 @@ fn uncertainty(story: &Story, outcome: &Uncertainty, nominal: Option<&Nominal>, 
 }
 
 fn sensitivity(story: &Story, outcome: &Sensitivity, room: &Room) -> Vec<String> {
-    let mut lines = vec![format!("{:<20}{:>14}  {}", "factor", "1 % is worth", "scales")];
+    let mut lines = vec![format!("{:<20}{:>14}  {}", "factor", "K per 1 %, rms", "scales")];
     let mut order: Vec<usize> = (0..outcome.all.factors.len()).collect();
     order.sort_by(|&a, &b| outcome.all.magnitude_k[b].total_cmp(&outcome.all.magnitude_k[a]));
     for index in order.into_iter().take(room.factors) {
@@ -178,7 +178,7 @@ fn sensitivity(story: &Story, outcome: &Sensitivity, room: &Room) -> Vec<String>
         lines.push(format!(
             "{:<20}{:>14}  {}",
             words::short(&factor.name, 19),
-            words::change(0.01 * outcome.all.magnitude_k[index]),
+            words::significant(0.01 * outcome.all.magnitude_k[index], 2),
             words::meaning(factor)
         ));
     }

@@ -146,6 +146,12 @@ pub fn sensitivity(
 }
 
 impl Sensitivity {
+    /// What 1 % more of a factor, of its nominal value, changes to first order: sensor × instant, K.
+    pub fn per_percent_k(&self, case: &Case, factor: usize) -> Vec<Vec<f64>> {
+        let percent = 0.01 * case.factors[factor].nominal;
+        self.derivatives_k[factor].iter().map(|trace| trace.iter().map(|slope_k| percent * slope_k).collect()).collect()
+    }
+
     /// The factors that matter: all but those that went as the data hardly change with them. Indices, rising.
     pub fn matter(&self) -> Vec<usize> {
         let slight = |factor: usize| self.left_out(factor).is_some_and(|dropped| dropped.reason.is_of_effect());

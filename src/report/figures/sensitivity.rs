@@ -47,8 +47,7 @@ fn curves(case: &Case, outcome: &Sensitivity, sensor: usize) -> Figure {
     let mut layers: Vec<Layer> = window(case, sensor, "trusted window").into_iter().collect();
     let (mut strongest, mut largest_k) = (None, 0.0);
     for (index, factor) in case.factors.iter().enumerate() {
-        let per_percent: Vec<f64> =
-            outcome.derivatives_k[index][sensor].iter().map(|slope| 0.01 * factor.nominal * slope).collect();
+        let per_percent = outcome.per_percent_k(case, index).swap_remove(sensor);
         for (&time_s, &change_k) in outcome.instants_s.iter().zip(&per_percent) {
             if change_k.abs() > f64::abs(largest_k) {
                 (strongest, largest_k) = (Some((factor, time_s)), change_k);
@@ -70,13 +69,13 @@ fn curves(case: &Case, outcome: &Sensitivity, sensor: usize) -> Figure {
     Figure {
         id: file_name("sensitivity", name),
         number: paper(case, name, 17, 28),
-        title: format!("What each factor does to {name}"),
+        title: format!("Sensitivity of {name} to each factor, K per 1 %"),
         caption: format!(
-            "How much {name} changes when one factor rises by 1 % of its nominal value and the others stay.{}",
+            "Change of {name} to first order when one factor rises by 1 % of its nominal value and the others stay.{}",
             most.unwrap_or_default()
         ),
         x: time(case),
-        y: Axis::linear("Change for 1 % more of a factor, K"),
+        y: Axis::linear("Sensitivity, K per 1 % of the factor"),
         layers,
     }
 }

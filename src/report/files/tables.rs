@@ -6,7 +6,7 @@
 //! | `traces.csv` | `time_s`, then `TC1_K` … of the nominal march, of an estimate `TC1_fitted_K` … too, and where gas moves the gauges of the nominal march |
 //! | `percentiles.csv` | `sensor`, `time_s`, mean, deviation, extremes and percentiles of the members |
 //! | `shares.csv` | `sensor`, `time_s`, each factor's share of the spread, correlation, and first-order Sobol index |
-//! | `sensitivities.csv` | `sensor`, `time_s`, K per unit of each factor |
+//! | `sensitivities.csv` | `sensor`, `time_s`, by how many K the sensor changes for 1 % more of each factor (of its nominal value) |
 //! | `residuals.csv` | `sensor`, `time_s`, measured less predicted over the fitted window |
 //! | `traces-CASE.csv`, `residuals-CASE.csv`, `predictive-CASE.csv` | the same of the further cases of a joint estimate |
 //! | `path.csv` | `iteration`, the factors, the objective, the damping |
@@ -21,14 +21,14 @@
 //! | `twins.csv` | `twin`, `factor`, truth, estimate, its 95 % interval, and whether that holds the truth; the last four empty where no fit converged |
 //! | `landscape.csv` | the two factors and the objective over their plane |
 
+mod estimated;
+
 use super::super::figures::file_name;
 use super::super::{ReportError, Story};
 use super::table::{Table, cell};
 use crate::case::Case;
-use crate::study::estimate::{Estimated, Fitted, Landscape};
 use crate::study::history::{History, Sought};
 use crate::study::nominal::Nominal;
-use crate::study::posterior::{Posterior, Predicted};
 use crate::study::recovery::Recovery;
 use crate::study::sensitivity::Sensitivity;
 use crate::study::size::Sizing;
@@ -55,26 +55,26 @@ pub(in super::super) fn all(story: &Story) -> Result<Vec<(String, Vec<u8>)>, Rep
     if let Some(outcome) = story.estimated {
         for (which, (case, fitted)) in story.fits(outcome).enumerate() {
             if which == 0 {
-                tables.push(residuals("residuals.csv", case, fitted)?);
+                tables.push(estimated::residuals("residuals.csv", case, fitted)?);
                 continue;
             }
             let name = |table: &str| format!("{}.csv", file_name(table, &case.id));
             tables.push(traces(&name("traces"), case, &fitted.before, Some(&fitted.after))?);
-            tables.push(residuals(&name("residuals"), case, fitted)?);
+            tables.push(estimated::residuals(&name("residuals"), case, fitted)?);
         }
-        tables.push(path(outcome)?);
+        tables.push(estimated::path(outcome)?);
         if !outcome.profiles.is_empty() {
-            tables.push(profiles(outcome)?);
+            tables.push(estimated::profiles(outcome)?);
         }
         if let Some(landscape) = &outcome.landscape {
-            tables.push(plane(outcome, landscape)?);
+            tables.push(estimated::plane(outcome, landscape)?);
         }
     }
     if let (Some(found), Some(outcome)) = (story.estimated, story.posterior) {
-        tables.push(posterior(found, outcome)?);
+        tables.push(estimated::posterior(found, outcome)?);
         for (which, (case, of)) in story.cases().zip(&outcome.predicted).enumerate() {
             let name = if which == 0 { "predictive".to_owned() } else { file_name("predictive", &case.id) };
-            tables.push(predictive(&format!("{name}.csv"), case, of)?);
+            tables.push(estimated::predictive(&format!("{name}.csv"), case, of)?);
         }
     }
     if let Some(outcome) = story.sizing {
@@ -165,77 +165,14 @@ fn shares(story: &Story, outcome: &Uncertainty) -> Result<(String, Vec<u8>), Rep
 }
 
 fn sensitivities(story: &Story, outcome: &Sensitivity) -> Result<(String, Vec<u8>), ReportError> {
-    let mut table = Table::new("sensitivities.csv", head(&["sensor", "time_s"], factor_columns(story, "_K")))?;
+    let columns = factor_columns(story, "_K_per_percent");
+    let mut table = Table::new("sensitivities.csv", head(&["sensor", "time_s"], columns))?;
+    let scaled: Vec<_> =
+        (0..story.case.factors.len()).map(|factor| outcome.per_percent_k(story.case, factor)).collect();
     for (index, sensor) in story.case.sensors.iter().enumerate() {
         for (at, &time_s) in outcome.instants_s.iter().enumerate() {
-            let slopes = outcome.derivatives_k.iter().map(|factor| factor[index][at]);
-            table.row(Some(&sensor.name), std::iter::once(time_s).chain(slopes))?;
-        }
-    }
-    table.close()
-}
-
-fn residuals(name: &str, case: &Case, fitted: &Fitted) -> Result<(String, Vec<u8>), ReportError> {
-    let mut table = Table::new(name, ["sensor", "time_s", "residual_K"])?;
-    for (&sensor, (times_s, residuals_k)) in fitted.sensors.iter().zip(&fitted.residuals) {
-        for (&time_s, &residual_k) in times_s.iter().zip(residuals_k) {
-            table.row(Some(&case.sensors[sensor].name), [time_s, residual_k])?;
-        }
-    }
-    table.close()
-}
-
-fn path(outcome: &Estimated) -> Result<(String, Vec<u8>), ReportError> {
-    let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
-    let columns = names.chain(["objective_K2".to_owned(), "damping".to_owned()]);
-    let mut table = Table::new("path.csv", head(&["iteration"], columns))?;
-    for (iteration, turn) in outcome.path.iter().enumerate() {
-        let values = turn.values.iter().copied().chain([turn.objective_k2, turn.damping]);
-        table.row(Some(&iteration.to_string()), values)?;
-    }
-    table.close()
-}
-
-fn profiles(outcome: &Estimated) -> Result<(String, Vec<u8>), ReportError> {
-    let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
-    let mut table = Table::new("profiles.csv", head(&["held"], names.chain(["rise".to_owned()])))?;
-    for profile in &outcome.profiles {
-        for (point, &rise) in profile.points.iter().zip(&profile.rises) {
-            let held = &outcome.factors[profile.factor].factor.name;
-            table.row(Some(held), point.iter().copied().chain([rise]))?;
-        }
-    }
-    table.close()
-}
-
-fn plane(outcome: &Estimated, landscape: &Landscape) -> Result<(String, Vec<u8>), ReportError> {
-    let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
-    let mut table = Table::new("landscape.csv", names.take(2).chain(["objective_K2".to_owned()]))?;
-    for (&y, row) in landscape.y.iter().zip(&landscape.objective_k2) {
-        for (&x, &objective_k2) in landscape.x.iter().zip(row) {
-            table.row(None, [x, y, objective_k2])?;
-        }
-    }
-    table.close()
-}
-
-fn posterior(found: &Estimated, outcome: &Posterior) -> Result<(String, Vec<u8>), ReportError> {
-    let names = found.factors.iter().map(|factor| factor.factor.name.clone());
-    let mut table = Table::new("posterior.csv", names)?;
-    for draw in &outcome.draws {
-        table.row(None, draw.iter().copied())?;
-    }
-    table.close()
-}
-
-fn predictive(name: &str, case: &Case, outcome: &Predicted) -> Result<(String, Vec<u8>), ReportError> {
-    let columns = ["p2.5_K", "p50_K", "p97.5_K", "lacking_p2.5_K", "lacking_p50_K", "lacking_p97.5_K"];
-    let mut table = Table::new(name, ["sensor", "time_s"].into_iter().chain(columns))?;
-    for (sensor, found) in case.sensors.iter().zip(&outcome.sensors) {
-        for (at, &time_s) in outcome.instants_s.iter().enumerate() {
-            let of = [&found.parameters, &found.discrepancy];
-            let curves = of.iter().flat_map(|band| [band.low_k[at], band.median_k[at], band.high_k[at]]);
-            table.row(Some(&sensor.name), std::iter::once(time_s).chain(curves))?;
+            let changes = scaled.iter().map(|factor| factor[index][at]);
+            table.row(Some(&sensor.name), std::iter::once(time_s).chain(changes))?;
         }
     }
     table.close()
@@ -310,7 +247,8 @@ fn twins(outcome: &Recovery) -> Result<(String, Vec<u8>), ReportError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::fixture;
+    use super::super::super::figure::Layer;
+    use super::super::super::{figures, fixture};
     use super::*;
 
     fn table(name: &str) -> (Vec<String>, Vec<Vec<String>>) {
@@ -349,6 +287,39 @@ mod tests {
         assert!(lines.next().is_some_and(|head| head.ends_with(ending)));
         let at_40_s = lines.find(|line| line.starts_with("40,")).expect("a row for 40 s");
         assert!(at_40_s.ends_with(",0.009,0.18,0.0035,0.00175,9010,8260"), "{at_40_s}");
+    }
+
+    /// Table and chart once had two units under one name: every curve of the one is a column of the other.
+    #[test]
+    fn sensitivities_are_in_kelvin_per_percent_in_table_and_chart_alike() {
+        let mut outcomes = fixture::outcomes();
+        outcomes.case.factors[3].nominal = 1.1;
+        let story = outcomes.story("study");
+        let (_, bytes) = sensitivities(&story, &outcomes.sensitivity).expect("a table");
+        let mut rows = csv::Reader::from_reader(bytes.as_slice());
+        let head: Vec<String> = rows.headers().expect("a head").iter().map(str::to_owned).collect();
+        let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("a row")).collect();
+        let figures = figures::all(&story);
+        for sensor in &outcomes.case.sensors {
+            let id = file_name("sensitivity", &sensor.name);
+            let figure = figures.iter().find(|figure| figure.id == id).expect("a chart of each sensor");
+            assert!(figure.y.label.contains("K per 1 %") && figure.title.contains("K per 1 %"), "{figure:?}");
+            let lines = figure.layers.iter().filter_map(|layer| match layer {
+                Layer::Line { name, y, .. } => Some((name, y)),
+                _ => None,
+            });
+            let mut compared = 0;
+            for (name, drawn) in lines {
+                let column = head.iter().position(|column| *column == format!("{name}_K_per_percent"));
+                let column = column.unwrap_or_else(|| panic!("no column of {name} in {head:?}"));
+                let of_sensor = rows.iter().filter(|row| row[0] == *sensor.name);
+                let written = of_sensor.map(|row| row[column].parse::<f64>().expect("a number"));
+                let off = written.zip(drawn).map(|(written, drawn)| (written - drawn).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-6, "{name} at {}: {off} K per 1 % apart", sensor.name);
+                compared += 1;
+            }
+            assert_eq!(compared, outcomes.case.factors.len());
+        }
     }
 
     #[test]

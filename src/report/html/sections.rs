@@ -273,7 +273,7 @@ fn sensitivity(story: &Story, outcome: &Sensitivity) -> String {
     let head = [
         "Factor",
         "Scales",
-        "Effect of 1 %, K (rms)",
+        "Sensitivity, K per 1 % (rms)",
         "Known beforehand, ± 1 σ",
         "Share of the variance, %",
         "Standard error, all",
