@@ -10,8 +10,9 @@ mod fit; // least squares against certified answers, bounds, identification
 mod golden; // the nominal march of every shipped case, as it was
 mod history; // the flux that heated, from what it left at a thermocouple
 mod instants; // readings beside the instants that they are of
-mod layup;
-mod measured_schedules; // schedules of thousands of noisy rows: what they cost, and that none is lost // what a layup has beside its plies
+mod landscape; // the map of an objective beside the descents that minimise it
+mod layup; // what a layup has beside its plies
+mod measured_schedules; // schedules of thousands of noisy rows: what they cost, and that none is lost
 mod parity; // whole marches of every shipped case: device, lanes, one at a time; f32 and f64
 mod pilot; // cells and steps for an error that was asked for, and what two resolutions say of a third
 mod posterior; // posteriors beside linear intervals and profiles; bands beside what was not fitted

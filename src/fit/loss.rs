@@ -59,6 +59,11 @@ impl Loss {
         }
     }
 
+    /// ρ(r).
+    pub fn of(self, r: f64) -> f64 {
+        self.bent(r).powi(2)
+    }
+
     /// r̃.
     fn bent(self, r: f64) -> f64 {
         match self {

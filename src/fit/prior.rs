@@ -89,7 +89,8 @@ impl<P: LeastSquares> LeastSquares for Weighed<P> {
 }
 
 impl Prior {
-    fn residual(&self, value: f64) -> f64 {
+    /// How far a value of the variable lies from the mean, in standard deviations.
+    pub fn residual(&self, value: f64) -> f64 {
         (value - self.mean) / self.deviation
     }
 }

@@ -5,7 +5,7 @@
 mod corner;
 
 use super::figure::{Axis, Figure, Ink, Layer, Scale, Stroke, decades, diverging, rising};
-use super::words;
+use super::{contour, words};
 use serde_json::{Value, json};
 
 /// `{"traces": […], "layout": {…}}`.
@@ -83,7 +83,12 @@ pub(super) fn draw(figure: &Figure) -> Value {
             Layer::Cells { values } => traces.push(cells(figure, values)),
             // It has axes of its own: see `corner`.
             Layer::Corner { .. } => {}
-            Layer::Contours { name, x, y, values, levels } => traces.push(contours(name, x, y, values, levels)),
+            Layer::Contours { name, x, y, values, levels } => {
+                let lines = contour::lines(x, y, values, levels);
+                traces
+                    .extend(levels.iter().zip(&lines).map(|(level, pieces)| level_line(name, levels, *level, pieces)));
+                traces.push(level_key(name, levels));
+            }
             Layer::Whiskers { name, ink, percentiles } => {
                 let of = |index: usize| -> Vec<f64> { percentiles.iter().map(|p| p[index]).collect() };
                 let places: Vec<f64> = (0..percentiles.len()).map(|index| index as f64).collect();
@@ -186,29 +191,41 @@ fn cells(figure: &Figure, values: &[Vec<f64>]) -> Value {
     })
 }
 
-/// plotly's contours are evenly spaced: the quantity is drawn as its logarithm and labelled as itself.
-fn contours(name: &str, x: &[f64], y: &[f64], values: &[Vec<f64>], levels: &[f64]) -> Value {
-    let said: Vec<Vec<String>> =
-        values.iter().map(|row| row.iter().map(|v| words::significant(*v, 3)).collect()).collect();
-    let (first, last) = (levels.first().map_or(0.0, |v| v.log10()), levels.last().map_or(1.0, |v| v.log10()));
-    let step = (last - first) / levels.len().saturating_sub(1).max(1) as f64;
-    // Far below the lowest level a value would only bend the lines around it.
-    let logarithm = |value: &f64| if *value > 0.0 { value.log10().max(first - step) } else { f64::NAN };
-    let logarithms: Vec<Value> =
-        values.iter().map(|row| numbers(&row.iter().map(logarithm).collect::<Vec<f64>>())).collect();
+/// One level, from the pieces that the still has too: plotly's own contours want a rectangular grid.
+fn level_line(name: &str, levels: &[f64], level: f64, pieces: &[contour::Piece]) -> Value {
+    let (first, last) = logarithms(levels);
+    let share = if last > first { (level.log10() - first) / (last - first) } else { 0.0 };
+    let each = |of: fn(&(f64, f64)) -> f64| -> Vec<f64> {
+        pieces.iter().flat_map(|[from, to]| [of(from), of(to), f64::NAN]).collect()
+    };
+    json!({
+        "type": "scatter", "mode": "lines", "x": numbers(&each(|at| at.0)), "y": numbers(&each(|at| at.1)),
+        "line": {"width": 2, "color": css(rising(share))}, "showlegend": false, "name": escaped(name),
+        "hovertemplate": format!("{} = {}<extra></extra>", escaped(name), words::significant(level, 3)),
+    })
+}
+
+/// The colours of levels: no point, but its colour bar.
+fn level_key(name: &str, levels: &[f64]) -> Value {
+    let (first, last) = logarithms(levels);
     let shown = levels.iter().step_by(2);
     json!({
-        "type": "contour", "name": escaped(name), "x": numbers(x), "y": numbers(y), "z": logarithms, "text": said,
-        "contours": {"start": first, "end": last + 1e-9, "size": step, "coloring": "lines"}, "line": {"width": 2},
-        "zmin": first, "zmax": last, "connectgaps": false,
-        "colorscale": (0..=6).map(|n| json!([f64::from(n) / 6.0, css(rising(f64::from(n) / 6.0))])).collect::<Vec<Value>>(),
-        "colorbar": {
-            "title": {"text": escaped(name), "side": "right"}, "thickness": 12,
-            "tickvals": shown.clone().map(|level| level.log10()).collect::<Vec<f64>>(),
-            "ticktext": shown.map(|level| words::significant(*level, 2)).collect::<Vec<String>>(),
+        "type": "scatter", "mode": "markers", "x": [null], "y": [null], "hoverinfo": "skip", "showlegend": false,
+        "marker": {
+            "color": [first], "cmin": first, "cmax": last, "showscale": true,
+            "colorscale": (0..=6).map(|n| json!([f64::from(n) / 6.0, css(rising(f64::from(n) / 6.0))])).collect::<Vec<Value>>(),
+            "colorbar": {
+                "title": {"text": escaped(name), "side": "right"}, "thickness": 12,
+                "tickvals": shown.clone().map(|level| level.log10()).collect::<Vec<f64>>(),
+                "ticktext": shown.map(|level| words::significant(*level, 2)).collect::<Vec<String>>(),
+            },
         },
-        "hovertemplate": "%{x:.3f}, %{y:.3f}: %{text} K²<extra></extra>",
     })
+}
+
+/// Those of the first and the last level.
+fn logarithms(levels: &[f64]) -> (f64, f64) {
+    (levels.first().map_or(0.0, |level| level.log10()), levels.last().map_or(1.0, |level| level.log10()))
 }
 
 fn named(name: &str, mut trace: Value) -> Value {

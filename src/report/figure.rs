@@ -80,11 +80,11 @@ pub enum Layer {
     Cells {
         values: Vec<Vec<f64>>,
     },
-    /// Lines of equal value of a positive quantity: `values[j][i]` at `x[i]`, `y[j]`.
+    /// Lines of equal value of a positive quantity: `values[j][i]` at `x[j][i]`, `y[j][i]`.
     Contours {
         name: String,
-        x: Vec<f64>,
-        y: Vec<f64>,
+        x: Vec<Vec<f64>>,
+        y: Vec<Vec<f64>>,
         values: Vec<Vec<f64>>,
         /// Rising, each ten to the same power times the one before.
         levels: Vec<f64>,
@@ -248,7 +248,7 @@ impl Layer {
             Self::Band { x, low, high, .. } => (span(x), union(span(low), span(high))),
             Self::Shares { x, .. } => (span(x), Some((0.0, 100.0))),
             Self::Window { .. } | Self::Cells { .. } | Self::Corner { .. } => (None, None),
-            Self::Contours { x, y, .. } => (span(x), span(y)),
+            Self::Contours { x, y, .. } => (span(&x.concat()), span(&y.concat())),
             Self::Whiskers { percentiles, .. } => (None, span(percentiles.as_flattened())),
         }
     }

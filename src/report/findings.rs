@@ -224,27 +224,30 @@ fn shared(story: &Story, outcome: &Estimated) -> Option<String> {
     (cases.len() > 1).then_some(said)
 }
 
-/// What was made least, where it is not the sum of squares alone.
-pub(super) fn objective(outcome: &Estimated) -> Option<String> {
-    let loss = match outcome.loss {
-        Loss::Squares => None,
-        Loss::SoftL1 { width } => Some(("soft L1", width)),
-        Loss::Huber { width } => Some(("Huber's", width)),
+/// What was minimised.
+pub(super) fn objective(outcome: &Estimated) -> String {
+    let of_residuals = "the residuals over their standard deviations";
+    let of_data = match outcome.loss {
+        Loss::Squares => format!("the sum of squares of {of_residuals}"),
+        Loss::SoftL1 { width } => soft("soft L1", width, of_residuals),
+        Loss::Huber { width } => soft("Huber's", width, of_residuals),
     };
-    let loss = loss.map(|(name, width)| {
-        format!(
-            "samples beyond {} standard deviations count by their distance ({name} loss)",
-            words::significant(width, 3)
-        )
-    });
-    let prior = outcome.prior.map(|bounds| {
-        format!(
-            "each factor is held to its nominal value, with two standard deviations to its {} bounds",
-            bounds.name()
-        )
-    });
-    let said: Vec<String> = loss.into_iter().chain(prior).collect();
-    (!said.is_empty()).then(|| format!("What was made least: {}.", words::listed(&said)))
+    let Some(bounds) = outcome.prior else { return format!("S, the objective that is minimised, is {of_data}.") };
+    format!(
+        "S, the objective that is minimised, is {of_data}, divided by the square of {} (by so much the residuals exceed \
+         the stated deviations), plus the square of each factor's distance from its nominal value over its prior standard \
+         deviation (half the way to its {} bounds).",
+        words::significant(outcome.shortfall, 3),
+        bounds.name()
+    )
+}
+
+fn soft(name: &str, width: f64, of_residuals: &str) -> String {
+    format!(
+        "the sum of the {name} loss of {of_residuals}, which beyond {} of them grows with the distance and not with its \
+         square",
+        words::significant(width, 3)
+    )
 }
 
 /// Where several descents ended.

@@ -5,6 +5,7 @@
 
 mod causes;
 mod chart;
+mod contour;
 pub mod figure;
 pub mod figures;
 pub mod files;

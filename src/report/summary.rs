@@ -4,6 +4,7 @@ use super::{
     Story, backend_words, causes, findings, gas, history, observed, posterior, recovery, reduction, sizing, warnings,
     words,
 };
+use crate::fit::Loss;
 use crate::study::estimate::Estimated;
 use crate::study::history::History;
 use crate::study::nominal::Nominal;
@@ -219,9 +220,10 @@ fn estimate(story: &Story, outcome: &Estimated, room: &Room) -> Vec<String> {
             words::misfit(after.rms_k)
         ));
     }
-    lines.extend(
-        findings::objective(outcome).into_iter().chain(findings::ends(outcome)).flat_map(|said| wrapped("", &said)),
-    );
+    // Least squares are what is expected; another objective is named.
+    let is_plain = outcome.loss == Loss::Squares && outcome.prior.is_none();
+    let named = (!is_plain).then(|| findings::objective(outcome));
+    lines.extend(named.into_iter().chain(findings::ends(outcome)).flat_map(|said| wrapped("", &said)));
     let ended = if outcome.converged { "converged" } else { "NOT converged" };
     lines.push(format!(
         "{ended} after {}: {}",

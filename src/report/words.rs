@@ -145,6 +145,11 @@ pub(super) fn counted(number: usize, noun: &str) -> String {
     format!("{} {noun}{}", count(number), if number == 1 { "" } else { "s" })
 }
 
+/// The same of a noun whose plural is its own: `2 minima`.
+pub(super) fn counted_as(number: usize, one: &str, many: &str) -> String {
+    format!("{} {}", count(number), if number == 1 { one } else { many })
+}
+
 /// Names in a sentence: `a, b and c`.
 pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
     match names {

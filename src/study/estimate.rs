@@ -11,7 +11,7 @@ mod profile;
 pub use combination::Combination;
 pub use error::{EstimateError, no_factors};
 pub use estimand::Estimand;
-pub use landscape::Landscape;
+pub use landscape::{Landscape, NODES};
 pub use profile::Profile;
 
 use super::nominal::{Misfit, Nominal};
@@ -26,6 +26,7 @@ use crate::plan::Plan;
 use crate::traces::Traces;
 use ends::{indistinct, lowest};
 use estimand::estimands;
+use landscape::Minimised;
 use likelihood::{Likelihood, has_effect, times_s, with_priors};
 use nalgebra::DMatrix;
 use profile::{About, profiled, profiles};
@@ -54,9 +55,7 @@ pub struct Estimated {
     /// How samples counted that were far off, and the side constraints that priors were made of, if any.
     pub loss: Loss,
     pub prior: Option<Bounds>,
-    /// Sum of squared residuals in K² (the paper's S), at the start and at the end.
-    pub objective_k2: (f64, f64),
-    /// The points visited, the start first.
+    /// The points visited, the start first; the objective falls from each to the next.
     pub path: Vec<Turn>,
     /// Where every start ended, the case's own first; the estimate is the lowest.
     pub ends: Vec<End>,
@@ -86,6 +85,12 @@ pub struct Estimated {
 }
 
 impl Estimated {
+    /// The objective at the start and at the estimates.
+    pub fn objectives(&self) -> (f64, f64) {
+        let of = |turn: Option<&Turn>| turn.map_or(f64::NAN, |turn| turn.objective);
+        (of(self.path.first()), of(self.path.last()))
+    }
+
     /// Whether the data determine an estimate: they change with it, and its interval is no wider than twice its bounds.
     pub fn is_determined(&self, place: usize) -> bool {
         let ((low, high), (least, most)) = (self.intervals[place], self.factors[place].bounds);
@@ -111,8 +116,9 @@ pub struct Fitted {
 #[derive(Clone, Debug)]
 pub struct Turn {
     pub values: Vec<f64>,
-    /// S, K².
-    pub objective_k2: f64,
+    /// S, the objective that is minimised (the paper's Eqs 3 and 4 for deviations of 1 K): squares of the residuals in their
+    /// standard deviations, or their losses; beside priors over the square of the shortfall, and squares of the priors.
+    pub objective: f64,
     pub damping: f64,
 }
 
@@ -204,10 +210,12 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     let least = lowest(&fits, |fit| indistinct(fit, &flat, precision, tolerance, weight));
     let fit = &fits[least];
     let Robust { mut problem, .. } = problem;
-    let path: Vec<Vec<f64>> = fit.path.iter().map(|turn| turn.point.iter().copied().collect()).collect();
     let nominal = problem.nominal()?;
-    let (path_k2, last) = problem.objectives_k2(&path)?;
-    let landscape = if search.landscape { landscape::landscape(&mut problem, &bounds)? } else { None };
+    let last = problem.at(fit.point.as_slice())?;
+    let minimised = Minimised { loss, weight, priors: &priors };
+    let step = search.options.difference_step;
+    let landscape =
+        if search.landscape { minimised.landscape(&mut problem, &bounds, &fit.jacobian, step)? } else { None };
     let fitted: Vec<Fitted> = (runs.iter().zip(&observed).zip(nominal.iter().zip(&last)))
         .map(|((run, observed), traces)| Fitted::of(*run, observed, traces))
         .collect();
@@ -274,9 +282,12 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         identifiability: judged,
         loss,
         prior,
-        objective_k2: (path_k2[0], path_k2[path_k2.len() - 1]),
-        path: (fit.path.iter().zip(path.iter().zip(&path_k2)))
-            .map(|(turn, (values, &objective_k2))| Turn { values: values.clone(), objective_k2, damping: turn.damping })
+        path: (fit.path.iter())
+            .map(|turn| Turn {
+                values: turn.point.iter().copied().collect(),
+                objective: turn.objective,
+                damping: turn.damping,
+            })
             .collect(),
         ends: ends.collect(),
         marches: problem.marches,
@@ -352,10 +363,10 @@ fn starts(factors: &[Estimand], starts: usize) -> DMatrix<f64> {
 }
 
 impl Fitted {
-    /// A case from its nominal march and one that ends with the estimates.
+    /// A case from its nominal march and the one at the estimates.
     fn of((case, plan): (&Case, &Plan), observed: &[Vec<Sample>], (nominal, last): (&Traces, &Traces)) -> Self {
         let before = Nominal::of(case, plan, nominal, 0);
-        let after = Nominal::of(case, plan, last, last.members() - 1);
+        let after = Nominal::of(case, plan, last, 0);
         let sensors: Vec<usize> = case.judges().map(|seen| seen.sensor).collect();
         let all = case.observations.iter().zip(before.misfits.iter().zip(&after.misfits));
         let fitted = all.filter(|(seen, _)| sensors.contains(&seen.sensor));

@@ -117,29 +117,15 @@ impl<'a> Thermocouples<'a> {
         Ok(DVector::from_vec(errors))
     }
 
-    /// The paper's S at points, K², over the samples of all cases, NaN where a member failed; and the traces of each case
-    /// that hold the last of them, as their last.
+    /// The march of each case at a point.
     ///
     /// # Errors
     /// When the device fails.
-    pub fn objectives_k2(&mut self, points: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Traces>), MarchError> {
-        let mut objectives_k2 = vec![0.0; points.len()];
-        let mut ends = Vec::new();
-        for part in &self.parts {
-            let mut last = None;
-            march_all(self.march, part.plan, &part.ensemble(points.iter().map(Vec::as_slice)), &mut |traces| {
-                for member in 0..traces.members() {
-                    let off_k2 = |s: &Sample| (traces.trace(member, s.sensor)[s.instant] - s.measured_k).powi(2);
-                    let is_done = traces.arrivals[member] == Arrival::Done;
-                    objectives_k2[traces.first + member] +=
-                        if is_done { part.samples.iter().map(off_k2).sum() } else { f64::NAN };
-                }
-                last = Some(traces);
-            })?;
-            ends.extend(last);
-            self.marches += points.len();
-        }
-        Ok((objectives_k2, ends))
+    pub fn at(&mut self, point: &[f64]) -> Result<Vec<Traces>, MarchError> {
+        self.marches += self.parts.len();
+        let march = &mut *self.march;
+        let at = |part: &Part| march.march(part.plan, &part.ensemble(std::iter::once(point)), 0..1);
+        self.parts.iter().map(at).collect()
     }
 }
 

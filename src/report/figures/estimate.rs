@@ -1,10 +1,11 @@
 //! The fit, how it was found and what it leaves: Figures 8, 21–25 and 29–31 of the paper.
 
 use super::super::figure::{Axis, Figure, Ink, Layer, Stroke};
+use super::super::findings::{objective, sentence};
 use super::super::{Story, words};
 use super::{cited, correlations, driven_by_temperature, file_name, line, measured, temperature, time};
 use crate::case::{Case, Observation};
-use crate::study::estimate::{Estimated, Fitted, Landscape};
+use crate::study::estimate::{Estimated, Fitted, Landscape, NODES};
 use crate::study::nominal::Misfit;
 
 pub(super) fn figures(story: &Story, outcome: &Estimated) -> Vec<Figure> {
@@ -103,11 +104,11 @@ fn design_space(case: &Case, outcome: &Estimated, landscape: &Landscape) -> Figu
     let last = |values: &[f64]| -> Vec<f64> { values.last().copied().into_iter().collect() };
     let layers = vec![
         Layer::Contours {
-            name: "objective S, K²".to_owned(),
+            name: "objective S".to_owned(),
             x: landscape.x.clone(),
             y: landscape.y.clone(),
-            values: landscape.objective_k2.clone(),
-            levels: levels(&landscape.objective_k2),
+            values: landscape.objective.clone(),
+            levels: levels(&landscape.objective),
         },
         Layer::Line { name: "path".to_owned(), ink: Ink::Measured, stroke: Stroke::Solid, x: x.clone(), y: y.clone() },
         Layer::Points { name: String::new(), ink: Ink::Measured, x: x.clone(), y: y.clone(), error: Vec::new() },
@@ -117,13 +118,18 @@ fn design_space(case: &Case, outcome: &Estimated, landscape: &Landscape) -> Figu
         (true, true) => "as Figures 22 and 23 of the paper".to_owned(),
         _ => String::new(),
     };
+    let minima = landscape.minima().len();
     Figure {
         id: "design-space".to_owned(),
         number,
         title: "The objective over the two factors, and the path taken".to_owned(),
-        caption: "On each line the sum of squared residuals is the same; a long thin valley says that the data bind a \
-                  combination of the two factors more firmly than either alone."
-            .to_owned(),
+        caption: format!(
+            "On each contour S has one value. Within the bounds S has {}. Contours that form a long thin valley mean that \
+             the data determine one combination of the two factors better than either alone. {} Between {NODES} × {NODES} \
+             marched pairs of factors the residuals are interpolated with their derivatives, and S is computed from them.",
+            words::counted_as(minima, "minimum", "minima"),
+            objective(outcome)
+        ),
         x: axis(0),
         y: axis(1),
         layers,
@@ -145,7 +151,7 @@ fn levels(values: &[Vec<f64>]) -> Vec<f64> {
 
 fn descent(case: &Case, outcome: &Estimated) -> Figure {
     let x: Vec<f64> = (0..outcome.path.len()).map(|turn| turn as f64).collect();
-    let y: Vec<f64> = outcome.path.iter().map(|turn| turn.objective_k2).collect();
+    let y: Vec<f64> = outcome.path.iter().map(|turn| turn.objective).collect();
     let number = match (driven_by_temperature(case), is_twin(outcome)) {
         (true, true) => cited(24),
         (true, false) => cited(29),
@@ -156,14 +162,15 @@ fn descent(case: &Case, outcome: &Estimated) -> Figure {
         number,
         title: "Objective by iteration".to_owned(),
         caption: format!(
-            "The sum of squared residuals went from {} K² to {} K² in {}. It ended so: {}.",
-            words::significant(outcome.objective_k2.0, 3),
-            words::significant(outcome.objective_k2.1, 3),
+            "S fell from {} to {} in {}. Termination: {}. {}",
+            words::significant(outcome.objectives().0, 3),
+            words::significant(outcome.objectives().1, 3),
             words::counted(outcome.path.len().saturating_sub(1), "iteration"),
-            outcome.termination
+            sentence(&outcome.termination),
+            objective(outcome)
         ),
         x: Axis::whole("Iteration"),
-        y: Axis::log("Objective S, K²"),
+        y: Axis::log("Objective S (minimised)"),
         layers: vec![
             line(String::new(), Ink::Series(0), Stroke::Solid, &x, &y),
             Layer::Points { name: String::new(), ink: Ink::Series(0), x, y, error: Vec::new() },

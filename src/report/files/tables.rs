@@ -9,7 +9,7 @@
 //! | `sensitivities.csv` | `sensor`, `time_s`, by how many K the sensor changes for 1 % more of each factor (of its nominal value) |
 //! | `residuals.csv` | `sensor`, `time_s`, measured less predicted over the fitted window |
 //! | `traces-CASE.csv`, `residuals-CASE.csv`, `predictive-CASE.csv` | the same of the further cases of a joint estimate |
-//! | `path.csv` | `iteration`, the factors, the objective, the damping |
+//! | `path.csv` | `iteration`, the factors, the objective that is minimised, the damping |
 //! | `profiles.csv` | `held`, the factor that is held, all factors, the rise of the objective in squares of a standard error |
 //! | `posterior.csv` | values of the factors, drawn as often as they are likely |
 //! | `predictive.csv` | `sensor`, `time_s`, between what 95 % of these predict, and the same with what the model lacks |
@@ -19,7 +19,7 @@
 //! | `history-band.csv` | of every knot the value, between what 95 % of histories have that other noise makes, what smoothing takes off to first order, what the case has |
 //! | `history-residuals.csv` | `sensor`, `time_s`, measured less predicted with the history found |
 //! | `twins.csv` | `twin`, `factor`, truth, estimate, its 95 % interval, and whether that holds the truth; the last four empty where no fit converged |
-//! | `landscape.csv` | the two factors and the objective over their plane |
+//! | `landscape.csv` | the two factors and the objective that is minimised over their plane, line by line, one of the factors being constant on a line; `valley` is 1 where the objective is least on its line |
 
 mod estimated;
 

@@ -315,9 +315,10 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
     let mut said = vec![
         format!("How it ended: {}. {}", sentence(&outcome.termination), outcome.advice),
         format!(
-            "The sum of squared residuals went from {} K² to {} K².",
-            words::significant(outcome.objective_k2.0, 4),
-            words::significant(outcome.objective_k2.1, 4)
+            "{} It went from {} to {}.",
+            objective(outcome),
+            words::significant(outcome.objectives().0, 4),
+            words::significant(outcome.objectives().1, 4)
         ),
         format!(
             "The condition number is {}; the weakest direction: {}.",
@@ -326,7 +327,6 @@ fn estimation(story: &Story, outcome: &Estimated) -> String {
         ),
         findings::noise(outcome),
     ];
-    said.extend(objective(outcome));
     said.extend(ends(outcome));
     let head = ["Factor", "Scales", "Start", "Estimate", "± (1 σ)", "95 % within", "Bounds"];
     table("Estimates", &head, &rows)

@@ -1,7 +1,8 @@
 //! A corner: as many panels as pairs, each with axes of its own.
 
+use super::super::contour;
 use super::super::figure::{Ink, Region, Variable};
-use super::{Area, Drawn, FINE, INK, RULE, contour, font, px};
+use super::{Area, Drawn, FINE, INK, RULE, font, px};
 use crate::report::words;
 use plotters::prelude::*;
 
@@ -54,9 +55,11 @@ pub(super) fn draw(variables: &[Variable], regions: &[Region], plot: &Area) -> D
                 chart.plotting_area().draw(&Rectangle::new(corners, paint))?;
             }
         }
+        let across = vec![x.middles.clone(); y.middles.len()];
+        let up: Vec<Vec<f64>> = y.middles.iter().map(|&up| vec![up; x.middles.len()]).collect();
         for level in [0.5, 0.95] {
             let style = rgb(Ink::Series(0)).stroke_width(px(1));
-            for piece in contour::pieces(&x.middles, &y.middles, &region.enclosed, level) {
+            for piece in contour::pieces(&across, &up, &region.enclosed, level) {
                 chart.plotting_area().draw(&PathElement::new(piece, style))?;
             }
         }

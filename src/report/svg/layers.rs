@@ -1,8 +1,8 @@
 //! Each kind of layer, and the legend beside them.
 
 use super::super::figure::{Figure, Ink, Layer, Stroke, diverging, rising};
-use super::super::words;
-use super::{Area, Chart, Drawn, FINE, INK, contour, font, plotted, px, spx};
+use super::super::{contour, words};
+use super::{Area, Chart, Drawn, FINE, INK, font, plotted, px, spx};
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -155,10 +155,9 @@ pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) ->
         // It has axes of its own: see `corner`.
         Layer::Corner { .. } => {}
         Layer::Contours { x, y, values, levels, .. } => {
-            let logarithms: Vec<Vec<f64>> = values.iter().map(|row| row.iter().map(|v| v.log10()).collect()).collect();
-            for (place, level) in levels.iter().enumerate() {
+            for (place, pieces) in contour::lines(x, y, values, levels).into_iter().enumerate() {
                 let style = level_colour(place, levels.len()).stroke_width(px(1) + FINE / 2);
-                for [from, to] in contour::pieces(x, y, &logarithms, level.log10()) {
+                for [from, to] in pieces {
                     chart.plotting_area().draw(&PathElement::new([from, to], style))?;
                 }
             }

@@ -3,7 +3,6 @@
 //! Drawn through plotters, whose SVG backend rounds to whole units: the picture is drawn four times as large
 //! and shown at its size, so that curves keep a quarter of a pixel.
 
-mod contour;
 mod corner;
 mod layers;
 mod ticks;

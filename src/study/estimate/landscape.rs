@@ -1,29 +1,267 @@
 //! The objective over two factors: the paper's design space.
+//!
+//! S is a sum of squares of residuals that are smooth, but S itself is not: across a valley it may rise a thousandfold within
+//! a hundredth of the bounds. Interpolated between a few nodes, S has false minima where the valley passes near nodes. So the
+//! residuals are interpolated, by cubic Hermite polynomials that meet their values and derivatives at the nodes (de Boor,
+//! *A Practical Guide to Splines*, 1978), and S is computed from them.
+//!
+//! A rectangular grid however fine has false minima as well, since a valley that crosses it at an angle comes near some of its
+//! points and passes others by. So the map is written on lines along which one factor is constant, and each line has a
+//! node where S is least along it. These nodes follow the valley, and have the minima of S among them and no others.
 
+use crate::fit::{LeastSquares, Loss, Prior, Tangent, difference};
 use crate::march::MarchError;
 use crate::study::thermocouples::Thermocouples;
+use nalgebra::{DMatrix, DVector};
 
-/// The objective over two factors.
+/// The objective over two factors, line × node: on each line one of the two factors is constant.
 #[derive(Clone, Debug)]
 pub struct Landscape {
     /// Values of the first factor, and of the second.
-    pub x: Vec<f64>,
-    pub y: Vec<f64>,
-    /// S in K², `objective_k2[j][i]` at `x[i]`, `y[j]`; NaN where a member failed.
-    pub objective_k2: Vec<Vec<f64>>,
+    pub x: Vec<Vec<f64>>,
+    pub y: Vec<Vec<f64>>,
+    /// S, the objective that is minimised; NaN where members failed.
+    pub objective: Vec<Vec<f64>>,
+    /// The node of every line at which S is least on it.
+    pub valley: usize,
 }
 
-/// Values of the factors on each side of a landscape.
-const SIDE: usize = 25;
+/// What is minimised, from residuals in standard deviations.
+pub(super) struct Minimised<'a> {
+    pub loss: Loss,
+    /// By which residuals of the data are multiplied.
+    pub weight: f64,
+    pub priors: &'a [Prior],
+}
 
-/// The landscape of two factors between their bounds; none of one or of more.
-pub(super) fn landscape(problem: &mut Thermocouples, bounds: &[(f64, f64)]) -> Result<Option<Landscape>, MarchError> {
-    let [x, y] = bounds[..] else { return Ok(None) };
-    let side = |(low, high): (f64, f64)| -> Vec<f64> {
-        (0..SIDE).map(|i| low + (high - low) * i as f64 / (SIDE - 1) as f64).collect()
-    };
-    let (x, y) = (side(x), side(y));
-    let points: Vec<Vec<f64>> = y.iter().flat_map(|&y| x.iter().map(move |&x| vec![x, y])).collect();
-    let (objectives_k2, _) = problem.objectives_k2(&points)?;
-    Ok(Some(Landscape { objective_k2: objectives_k2.chunks(SIDE).map(<[f64]>::to_vec).collect(), x, y }))
+/// Nodes along each factor at which members are marched.
+pub const NODES: usize = 13;
+/// Lines of the map between two nodes.
+const LINES: usize = 8;
+/// Points between two nodes at which the least of a line is looked for, before it is narrowed down.
+const PROBES: usize = 8;
+/// Nodes of a line on each side of its least one.
+const SIDE: usize = 32;
+/// Halvings, nearly, of the interval that holds the least of a line: beyond, S no longer changes.
+const GOLDEN_STEPS: usize = 60;
+
+impl Minimised<'_> {
+    /// The landscape of two factors between their bounds; none of one or of more, or where a bound leaves no room. Lines are
+    /// across the factor in which S is steeper, by the derivatives at the estimate, so that each crosses the valley. `step`
+    /// is that of differences, where the march tells no derivatives.
+    pub(super) fn landscape(
+        &self,
+        problem: &mut Thermocouples,
+        bounds: &[(f64, f64)],
+        at_estimate: &DMatrix<f64>,
+        step: f64,
+    ) -> Result<Option<Landscape>, MarchError> {
+        let &[first, second] = bounds else { return Ok(None) };
+        if first.0 >= first.1 || second.0 >= second.1 {
+            return Ok(None);
+        }
+        let effect = |factor: usize| at_estimate.column(factor).norm() * (bounds[factor].1 - bounds[factor].0);
+        // The factor that is constant on a line.
+        let held = usize::from(effect(1) < effect(0));
+        let axes = Axes { held, along: bounds[held], across: bounds[1 - held] };
+        let mut map = Landscape { x: Vec::new(), y: Vec::new(), objective: Vec::new(), valley: SIDE };
+        let mut before = self.nodes(problem, &axes, 0, step)?;
+        for next in 1..NODES {
+            let after = self.nodes(problem, &axes, next, step)?;
+            let lines = if next + 1 == NODES { 0..=LINES } else { 0..=LINES - 1 };
+            for share in lines.map(|line| line as f64 / LINES as f64) {
+                let value = axes.along.0 + axes.spacing(axes.along) * ((next - 1) as f64 + share);
+                let value = if next + 1 == NODES && share == 1.0 { axes.along.1 } else { value };
+                let line = Line::between(&before, &after, share, &axes);
+                self.draw(&mut map, &axes, value, &line);
+            }
+            before = after;
+        }
+        Ok(Some(map))
+    }
+
+    /// March a row of nodes on which one factor is constant. Rows one after the other, so that memory is that of two of them.
+    fn nodes(
+        &self,
+        problem: &mut Thermocouples,
+        axes: &Axes,
+        row: usize,
+        step: f64,
+    ) -> Result<Vec<Tangent>, MarchError> {
+        let at = |(low, high): (f64, f64), node: usize| low + (high - low) * node as f64 / (NODES - 1) as f64;
+        let columns: Vec<DVector<f64>> = (0..NODES)
+            .map(|node| {
+                let mut point = DVector::zeros(2);
+                point[axes.held] = at(axes.along, row);
+                point[1 - axes.held] = at(axes.across, node);
+                point
+            })
+            .collect();
+        let tangents = match problem.tangents(&DMatrix::from_columns(&columns))? {
+            Some(tangents) => tangents,
+            None => columns.iter().map(|point| difference(problem, point, step)).collect::<Result<_, _>>()?,
+        };
+        // Derivatives along the lines' own factor first.
+        let turned = |mut tangent: Tangent| {
+            if axes.held == 1 {
+                tangent.jacobian.swap_columns(0, 1);
+            }
+            tangent
+        };
+        Ok(tangents.into_iter().map(turned).collect())
+    }
+
+    /// S on a line, at a place on it that is counted in spacings of nodes.
+    fn objective(&self, axes: &Axes, value: f64, line: &Line, place: f64) -> f64 {
+        let of_data: f64 = line.residuals(place, axes.spacing(axes.across)).map(|r| self.loss.of(r)).sum();
+        let across = axes.across.0 + axes.spacing(axes.across) * place;
+        let of_prior = |prior: &Prior| prior.residual(if prior.variable == axes.held { value } else { across }).powi(2);
+        self.weight.powi(2) * of_data + self.priors.iter().map(of_prior).sum::<f64>()
+    }
+
+    /// Adds a line to a map: its nodes are the closer to each other the nearer they lie to the least.
+    fn draw(&self, map: &mut Landscape, axes: &Axes, value: f64, line: &Line) {
+        let last = (NODES - 1) as f64;
+        let objective = |place: f64| self.objective(axes, value, line, place);
+        let least = lowest(&objective, last);
+        let below = (0..SIDE).map(|node| least * (1.0 - (1.0 - node as f64 / SIDE as f64).powi(3)));
+        let above = (1..=SIDE).map(|node| least + (last - least) * (node as f64 / SIDE as f64).powi(3));
+        let places: Vec<f64> = below.chain([least]).chain(above).collect();
+        map.objective.push(places.iter().map(|&place| objective(place)).collect());
+        let (low, high) = axes.across;
+        let across = places.iter().map(|place| low + (high - low) * (place / last)).collect();
+        let along = vec![value; places.len()];
+        let [x, y] = if axes.held == 0 { [along, across] } else { [across, along] };
+        map.x.push(x);
+        map.y.push(y);
+    }
+}
+
+/// Which factor lines hold constant, its bounds, and those of the other.
+struct Axes {
+    held: usize,
+    along: (f64, f64),
+    across: (f64, f64),
+}
+
+impl Axes {
+    fn spacing(&self, (low, high): (f64, f64)) -> f64 {
+        (high - low) / (NODES - 1) as f64
+    }
+}
+
+/// Residuals on a line across all nodes of a row: residual × node, with how they change along the line.
+struct Line {
+    values: Vec<[f64; NODES]>,
+    slopes: Vec<[f64; NODES]>,
+}
+
+impl Line {
+    /// A share of the way from one row of nodes to the next.
+    fn between(before: &[Tangent], after: &[Tangent], share: f64, axes: &Axes) -> Self {
+        let [start, leaving, end, arriving] = hermite(share);
+        let (spacing, spacing_across) = (axes.spacing(axes.along), axes.spacing(axes.across));
+        let (leaving, arriving) = (spacing * leaving, spacing * arriving);
+        let rows = before.first().map_or(0, |tangent| tangent.residuals.len());
+        let blend = |of: &dyn Fn(&[Tangent], usize) -> f64, slope: &dyn Fn(&[Tangent], usize) -> f64| {
+            std::array::from_fn(|node| {
+                let ends = start * of(before, node) + end * of(after, node);
+                ends + leaving * slope(before, node) + arriving * slope(after, node)
+            })
+        };
+        let values =
+            (0..rows).map(|i| blend(&|row, node| row[node].residuals[i], &|row, node| row[node].jacobian[(i, 0)]));
+        let slopes = (0..rows)
+            .map(|i| blend(&|row, node| row[node].jacobian[(i, 1)], &|row, node| mixed(row, node, i) / spacing_across));
+        Self { values: values.collect(), slopes: slopes.collect() }
+    }
+
+    /// All residuals at a place on the line; nodes lie so far apart.
+    fn residuals(&self, place: f64, spacing: f64) -> impl Iterator<Item = f64> {
+        let node = (place.max(0.0) as usize).min(NODES - 2);
+        let [start, leaving, end, arriving] = hermite(place - node as f64);
+        let at = move |(values, slopes): (&[f64; NODES], &[f64; NODES])| {
+            let tilt = spacing * (leaving * slopes[node] + arriving * slopes[node + 1]);
+            start * values[node] + end * values[node + 1] + tilt
+        };
+        self.values.iter().zip(&self.slopes).map(at)
+    }
+}
+
+/// The weights of value and slope at the start, and of both at the end, in a cubic a share of the way between.
+fn hermite(t: f64) -> [f64; 4] {
+    let (rest, bump) = (1.0 - t, t * (1.0 - t));
+    [rest * rest * (1.0 + 2.0 * t), bump * rest, t * t * (3.0 - 2.0 * t), -bump * t]
+}
+
+/// The second derivative of a residual by both factors, per spacing of nodes on the row: differences of second order of the
+/// exact first derivatives. Its error changes the interpolated residual by as much as the fourth power of a spacing does,
+/// which is the error of the interpolation itself.
+fn mixed(row: &[Tangent], node: usize, residual: usize) -> f64 {
+    let slope = |node: usize| row[node].jacobian[(residual, 0)];
+    let last = row.len() - 1;
+    match node {
+        0 => 0.5 * (4.0 * slope(1) - 3.0 * slope(0) - slope(2)),
+        _ if node == last => 0.5 * (3.0 * slope(last) - 4.0 * slope(last - 1) + slope(last - 2)),
+        _ => 0.5 * (slope(node + 1) - slope(node - 1)),
+    }
+}
+
+/// Where a function is least between zero and `last`: the lowest of evenly spaced probes, narrowed down by golden section.
+fn lowest(objective: &dyn Fn(f64) -> f64, last: f64) -> f64 {
+    let probes = PROBES * (NODES - 1);
+    let place = |probe: usize| last * probe as f64 / probes as f64;
+    let known = (0..=probes).map(|probe| (probe, objective(place(probe)))).filter(|(_, s)| s.is_finite());
+    let Some((probe, s)) = known.min_by(|a, b| a.1.total_cmp(&b.1)) else { return 0.5 * last };
+    let (mut low, mut high) = (place(probe.saturating_sub(1)), place((probe + 1).min(probes)));
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    for _ in 0..GOLDEN_STEPS {
+        let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        if objective(a) < objective(b) { high = b } else { low = a }
+    }
+    // On a bound the end itself is lower than any point inside.
+    let found = [low, high, 0.5 * (low + high), place(probe)].map(|at| (at, objective(at)));
+    found.into_iter().filter(|(_, s)| s.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((place(probe), s)).0
+}
+
+impl Landscape {
+    /// Lines of a map along the factor that they hold constant.
+    pub const LINES: usize = LINES * (NODES - 1) + 1;
+
+    /// Its local minima: nodes, or neighbours of one value, of which no neighbour on the line or on the next ones is lower.
+    pub fn minima(&self) -> Vec<(f64, f64)> {
+        let at = |(line, node): (usize, usize)| self.objective[line][node];
+        let mut seen: Vec<Vec<bool>> = self.objective.iter().map(|line| vec![false; line.len()]).collect();
+        let mut minima = Vec::new();
+        for (line, nodes) in self.objective.iter().enumerate() {
+            for node in 0..nodes.len() {
+                if seen[line][node] || !nodes[node].is_finite() {
+                    continue;
+                }
+                seen[line][node] = true;
+                let (mut level, mut is_least) = (vec![(line, node)], true);
+                while let Some(place) = level.pop() {
+                    for next in self.neighbours(place) {
+                        is_least &= at(next).is_nan() || at(next) >= at(place);
+                        if at(next) == at(place) && !seen[next.0][next.1] {
+                            seen[next.0][next.1] = true;
+                            level.push(next);
+                        }
+                    }
+                }
+                if is_least {
+                    minima.push((self.x[line][node], self.y[line][node]));
+                }
+            }
+        }
+        minima
+    }
+
+    fn neighbours(&self, (line, node): (usize, usize)) -> impl Iterator<Item = (usize, usize)> {
+        let lines = line.saturating_sub(1)..(line + 2).min(self.objective.len());
+        let nodes = node.saturating_sub(1)..(node + 2).min(self.objective[line].len());
+        lines
+            .flat_map(move |line| nodes.clone().map(move |node| (line, node)))
+            .filter(move |&next| next != (line, node))
+    }
 }

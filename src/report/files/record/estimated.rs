@@ -65,7 +65,7 @@ struct MisfitRecord {
     estimated_rms_k: f64,
 }
 
-/// Sum of squared residuals, K².
+/// S, what is minimised, at the start and at the end.
 #[derive(Serialize)]
 struct Objective {
     start: f64,
@@ -98,7 +98,7 @@ impl<'a> EstimatedRecord<'a> {
             misfits: Named(
                 story.fits(outcome).map(|(case, fitted)| (case.id.as_str(), misfits(case, fitted))).collect(),
             ),
-            objective: Objective { start: outcome.objective_k2.0, end: outcome.objective_k2.1 },
+            objective: Objective { start: outcome.objectives().0, end: outcome.objectives().1 },
             loss: outcome.loss.to_string(),
             prior: outcome.prior.map(Bounds::name),
             starts: Starts {

@@ -19,10 +19,10 @@ pub(super) fn residuals(name: &str, case: &Case, fitted: &Fitted) -> Result<(Str
 
 pub(super) fn path(outcome: &Estimated) -> Result<(String, Vec<u8>), ReportError> {
     let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
-    let columns = names.chain(["objective_K2".to_owned(), "damping".to_owned()]);
+    let columns = names.chain(["objective".to_owned(), "damping".to_owned()]);
     let mut table = Table::new("path.csv", head(&["iteration"], columns))?;
     for (iteration, turn) in outcome.path.iter().enumerate() {
-        let values = turn.values.iter().copied().chain([turn.objective_k2, turn.damping]);
+        let values = turn.values.iter().copied().chain([turn.objective, turn.damping]);
         table.row(Some(&iteration.to_string()), values)?;
     }
     table.close()
@@ -42,10 +42,12 @@ pub(super) fn profiles(outcome: &Estimated) -> Result<(String, Vec<u8>), ReportE
 
 pub(super) fn plane(outcome: &Estimated, landscape: &Landscape) -> Result<(String, Vec<u8>), ReportError> {
     let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
-    let mut table = Table::new("landscape.csv", names.take(2).chain(["objective_K2".to_owned()]))?;
-    for (&y, row) in landscape.y.iter().zip(&landscape.objective_k2) {
-        for (&x, &objective_k2) in landscape.x.iter().zip(row) {
-            table.row(None, [x, y, objective_k2])?;
+    let columns = names.take(2).chain(["objective", "valley"].map(str::to_owned));
+    let mut table = Table::new("landscape.csv", columns)?;
+    for (line, objective) in landscape.objective.iter().enumerate() {
+        for (node, &s) in objective.iter().enumerate() {
+            let is_least = f64::from(u8::from(node == landscape.valley));
+            table.row(None, [landscape.x[line][node], landscape.y[line][node], s, is_least])?;
         }
     }
     table.close()

@@ -1,0 +1,95 @@
+//! Lines of equal value over a grid.
+
+/// A straight piece of a line of equal value: its two ends.
+pub(super) type Piece = [(f64, f64); 2];
+
+/// The pieces of every level of a positive quantity, where `values[j][i]` stands at `x[j][i]`, `y[j][i]`. Between points its
+/// logarithm is taken as straight; far below the lowest level a value would only bend the lines around it.
+pub(super) fn lines(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], levels: &[f64]) -> Vec<Vec<Piece>> {
+    let lowest = match levels {
+        [first, second, ..] => first * first / second,
+        _ => 0.0,
+    };
+    let logarithm = |value: &f64| if value.is_nan() { f64::NAN } else { value.max(lowest).log10() };
+    let logarithms: Vec<Vec<f64>> = values.iter().map(|row| row.iter().map(logarithm).collect()).collect();
+    levels.iter().map(|level| pieces(x, y, &logarithms, level.log10())).collect()
+}
+
+/// The pieces on which `values` takes the level, where `values[j][i]` stands at `x[j][i]`, `y[j][i]`.
+///
+/// Each quadrilateral is cut into two triangles, in which a plane through the corners has exactly one straight
+/// line of a level: no saddle needs a decision. Triangles with a corner that is no number are left out.
+pub(super) fn pieces(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], level: f64) -> Vec<Piece> {
+    let corner = |i: usize, j: usize| (x[j][i], y[j][i], values[j][i]);
+    let mut found = Vec::new();
+    for (j, row) in values.iter().enumerate().skip(1) {
+        for i in 1..row.len() {
+            let (a, b, c, d) = (corner(i - 1, j - 1), corner(i, j - 1), corner(i, j), corner(i - 1, j));
+            found.extend(across([a, b, c], level));
+            found.extend(across([a, c, d], level));
+        }
+    }
+    found
+}
+
+/// Where a level crosses a triangle.
+fn across(corners: [(f64, f64, f64); 3], level: f64) -> Option<Piece> {
+    let mut ends = Vec::with_capacity(2);
+    for (from, to) in [(0, 1), (1, 2), (2, 0)] {
+        let ((x0, y0, v0), (x1, y1, v1)) = (corners[from], corners[to]);
+        // Half-open, so that a level through a corner is met once.
+        if (v0 < level) != (v1 < level) && v0.is_finite() && v1.is_finite() {
+            let t = (level - v0) / (v1 - v0);
+            ends.push((x0 + t * (x1 - x0), y0 + t * (y1 - y0)));
+        }
+    }
+    match ends.as_slice() {
+        [from, to] => Some([*from, *to]),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cone over a grid whose rows are sheared, as those of a map that follows a valley.
+    fn cone(side: usize) -> [Vec<Vec<f64>>; 3] {
+        let at = |n: usize| -1.0 + 2.0 * n as f64 / (side - 1) as f64;
+        let each = |of: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
+            (0..side).map(|j| (0..side).map(|i| of(i, j)).collect()).collect()
+        };
+        let x = |i: usize, j: usize| at(i) + 0.2 * at(j);
+        [each(&x), each(&|_, j| at(j)), each(&|i, j| x(i, j).hypot(at(j)))]
+    }
+
+    #[test]
+    fn the_level_lines_of_a_cone_are_circles() {
+        let [x, y, values] = cone(41);
+        let found = pieces(&x, &y, &values, 0.6);
+        let length: f64 = found.iter().map(|[a, b]| (a.0 - b.0).hypot(a.1 - b.1)).sum();
+        assert!((length - 1.2 * std::f64::consts::PI).abs() < 0.02, "circumference {length}");
+        assert!(found.iter().flatten().all(|(x, y)| (x.hypot(*y) - 0.6).abs() < 2e-3));
+    }
+
+    #[test]
+    fn a_failed_member_leaves_a_gap_in_a_line_and_nothing_else() {
+        let [x, y, mut values] = cone(41);
+        let whole = pieces(&x, &y, &values, 0.6).len();
+        values[20][32] = f64::NAN;
+        let holed = pieces(&x, &y, &values, 0.6);
+        assert!(holed.len() < whole && holed.len() + 8 > whole);
+        assert!(holed.iter().flatten().all(|(x, y)| x.is_finite() && y.is_finite()));
+    }
+
+    #[test]
+    fn a_value_of_zero_leaves_the_lines_around_it_and_each_level_has_its_own() {
+        let [x, y, mut values] = cone(41);
+        values[20][20] = 0.0;
+        let found = lines(&x, &y, &values, &[0.2, 0.4, 0.8]);
+        for (level, pieces) in [0.2, 0.4, 0.8].iter().zip(&found) {
+            let length: f64 = pieces.iter().map(|[a, b]| (a.0 - b.0).hypot(a.1 - b.1)).sum();
+            assert!((length / (2.0 * std::f64::consts::PI * level) - 1.0).abs() < 0.02, "{length} at {level}");
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! The objective that is minimised: its map has the minima that descents find, and no iteration raises it.
+
+use crate::support::{case, cases};
+use bondline::case::Case;
+use bondline::fit::LeastSquares;
+use bondline::march::{Precision, cpu::Cpu, extrapolated::Extrapolated};
+use bondline::pilot::pilot;
+use bondline::plan::Plan;
+use bondline::study::estimate::{Estimated, Landscape, Search, estimate};
+use bondline::study::thermocouples::{Part, Thermocouples, samples};
+use nalgebra::DMatrix;
+
+fn march() -> Extrapolated {
+    Extrapolated::new(Box::new(Cpu::new(Precision::F64)))
+}
+
+/// Residuals of a case at points of its estimated factors, point × residual, in standard deviations, with those.
+fn residuals(case: &Case, plan: &Plan, points: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
+    let places = case.estimate.factors.iter().copied().map(Some).collect();
+    let bounds =
+        case.estimate.factors.iter().map(|&factor| case.factors[factor].bounds(case.estimate.bounds)).collect();
+    let observed = samples(case, plan).concat();
+    let sigmas_k = observed.iter().map(|sample| sample.sigma_k).collect();
+    let mut march = march();
+    let mut problem = Thermocouples::new(&mut march, vec![Part::new(case, plan, places, observed)], bounds);
+    let columns = points.iter().flatten().copied();
+    let points = DMatrix::from_iterator(case.estimate.factors.len(), points.len(), columns);
+    let found = problem.residuals(&points).expect("the processor does not fail");
+    (found.column_iter().map(|column| column.iter().copied().collect()).collect(), sigmas_k)
+}
+
+fn squares(residuals: &[f64]) -> f64 {
+    residuals.iter().map(|r| r * r).sum()
+}
+
+/// The places at which descents ended, each once.
+fn places(found: &Estimated, cell: &[f64]) -> Vec<Vec<f64>> {
+    let is_near = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(cell).all(|((a, b), cell)| (a - b).abs() <= *cell);
+    let mut places: Vec<Vec<f64>> = Vec::new();
+    for end in found.ends.iter().filter(|end| end.converged) {
+        if !places.iter().any(|place| is_near(place, &end.values)) {
+            places.push(end.values.clone());
+        }
+    }
+    places
+}
+
+/// The objective on a rectangular grid of 25 by 25, from which the map was drawn before.
+fn on_a_grid(case: &Case, plan: &Plan, bounds: &[(f64, f64)]) -> Landscape {
+    let side = |(low, high): (f64, f64)| (0..25).map(move |i| low + (high - low) * f64::from(i) / 24.0);
+    let rows: Vec<Vec<Vec<f64>>> = side(bounds[1]).map(|y| side(bounds[0]).map(|x| vec![x, y]).collect()).collect();
+    let (found, _) = residuals(case, plan, &rows.concat());
+    let axis = |place: usize| rows.iter().map(|row| row.iter().map(|point| point[place]).collect()).collect();
+    let objective = found.chunks(25).map(|row| row.iter().map(|r| squares(r)).collect()).collect();
+    Landscape { x: axis(0), y: axis(1), objective, valley: 0 }
+}
+
+#[test]
+fn the_map_of_the_objective_has_the_minima_that_descents_find_and_no_others() {
+    for id in ["twin-tc3", "kaowool-tc"] {
+        let case = case(id);
+        let plan = pilot(&case).expect("the processor does not fail");
+        let search = Search { starts: 200, ..Search::of(Precision::F64) };
+        let found = estimate(&[(&case, &plan)], &mut march(), &search).expect("an estimate");
+        let bounds: Vec<(f64, f64)> = found.factors.iter().map(|factor| factor.bounds).collect();
+        let cell: Vec<f64> = bounds.iter().map(|(low, high)| (high - low) / (Landscape::LINES - 1) as f64).collect();
+        let converged = found.ends.iter().filter(|end| end.converged).count();
+        assert!(converged > 190, "{id}: {converged} of 200 descents converged");
+
+        let descents = places(&found, &cell);
+        let map = found.landscape.as_ref().expect("a map of two factors");
+        let minima = map.minima();
+        assert_eq!(minima.len(), descents.len(), "{id}: {minima:?} on the map, {descents:?} by descents");
+        for place in &descents {
+            let near = |&(x, y): &(f64, f64)| (x - place[0]).abs() <= cell[0] && (y - place[1]).abs() <= cell[1];
+            assert!(minima.iter().any(near), "{id}: {place:?} is none of {minima:?}");
+        }
+
+        // What the map says is what a march at the same factors gives: along the valley, where it is least, and beside it.
+        let picked: Vec<(usize, usize)> = (3..map.x.len())
+            .step_by(13)
+            .flat_map(|line| [map.valley, map.valley + 9].map(|node| (line, node)))
+            .collect();
+        let points: Vec<Vec<f64>> = picked.iter().map(|&(i, j)| vec![map.x[i][j], map.y[i][j]]).collect();
+        let (marched, _) = residuals(&case, &plan, &points);
+        for (&(line, node), marched) in picked.iter().zip(&marched) {
+            let (drawn, true_s) = (map.objective[line][node], squares(marched));
+            assert!((drawn / true_s - 1.0).abs() < 0.01, "{id}: {drawn} on the map, {true_s} by a march");
+        }
+
+        let grid = on_a_grid(&case, &plan, &bounds);
+        let false_minima = grid.minima().len();
+        assert!(false_minima > descents.len(), "{id}: a plain grid has {false_minima} minima, and would have done");
+    }
+}
+
+#[test]
+fn no_iteration_raises_the_objective_that_is_minimised() {
+    let estimated = |case: &Case| {
+        let plan = pilot(case).expect("the processor does not fail");
+        let search = Search { landscape: false, ..Search::of(Precision::F64) };
+        let found = estimate(&[(case, &plan)], &mut march(), &search).expect("an estimate");
+        (plan, found)
+    };
+    let mut judged = 0;
+    let mut unweighted_rises = Vec::new();
+    let has_estimate = |case: &Case| !case.estimate.factors.is_empty() && case.judges().next().is_some();
+    for case in cases().into_iter().filter(has_estimate) {
+        let (plan, found) = estimated(&case);
+        let path: Vec<f64> = found.path.iter().map(|turn| turn.objective).collect();
+        assert!(path.is_sorted_by(|before, after| after <= before), "{}: {path:?}", case.id);
+        // It is the sum of squares of residuals in standard deviations, by marches at the points visited.
+        let points: Vec<Vec<f64>> = found.path.iter().map(|turn| turn.values.clone()).collect();
+        let (marched, sigmas_k) = residuals(&case, &plan, &points);
+        for (objective, residuals) in path.iter().zip(&marched) {
+            let marched = squares(residuals);
+            assert!((objective - marched).abs() <= 1e-6 * marched + 1e-9, "{}: {objective}, {marched}", case.id);
+        }
+        let in_kelvin = |residuals: &Vec<f64>| -> f64 {
+            residuals.iter().zip(&sigmas_k).map(|(r, sigma_k)| (r * sigma_k).powi(2)).sum()
+        };
+        let unweighted: Vec<f64> = marched.iter().map(in_kelvin).collect();
+        if !unweighted.is_sorted_by(|before, after| after <= before) {
+            unweighted_rises.push(case.id.clone());
+        }
+        judged += 1;
+    }
+    assert!(judged >= 9, "only {judged} cases estimate anything");
+    // The sum in kelvin, which was drawn before, is another one.
+    assert!(unweighted_rises.contains(&"kaowool-tc".to_owned()), "it rises on {unweighted_rises:?}");
+}
