@@ -1,7 +1,7 @@
 //! The page as an analyst's browser sees it.
 
 use crate::cli::{CASE, OBSERVED, charring, say};
-use crate::support::Scratch;
+use crate::support::{Scratch, cases, root};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -156,4 +156,23 @@ fn a_spoiled_page_is_caught() {
             assert!(found.iter().any(|said| said.contains(fault)), "{fault:?} is not caught: {found:?}");
         }
     }
+}
+
+/// A citation of a figure that no study draws would never be seen.
+#[test]
+fn every_figure_that_a_case_says_to_repeat_one_of_the_paper_is_drawn_by_its_study() {
+    let scratch = Scratch::new("cited");
+    let mut judged = 0;
+    for case in cases().into_iter().filter(|case| !case.paper_figures.is_empty()) {
+        let folder = root().join("cases").join(&case.id);
+        say(&scratch, &format!("study {} -n 20 --quiet --out {}", folder.display(), case.id)).done();
+        let page = scratch.read(&format!("{}/report.html", case.id));
+        for (figure, _) in &case.paper_figures {
+            let file = scratch.path().join(&case.id).join("figures").join(format!("{figure}.svg"));
+            assert!(file.is_file(), "{}: no figure {figure:?}", case.id);
+            judged += 1;
+        }
+        assert_eq!(page.matches("of the paper</span>").count(), case.paper_figures.len(), "{}", case.id);
+    }
+    assert!(judged > 20, "{judged} figures");
 }

@@ -48,6 +48,8 @@ pub struct Case {
     pub correlation: Correlation,
     pub observations: Vec<Observation>,
     pub estimate: Estimate,
+    /// Of figures of the report, by the names of their files, the numbers of the figures of the paper that they repeat.
+    pub paper_figures: Vec<(String, Vec<usize>)>,
     pub resolution: Resolution,
 }
 

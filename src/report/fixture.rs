@@ -227,6 +227,7 @@ fn case() -> Case {
             bounds: Bounds::Small,
             ..Estimate::default()
         },
+        paper_figures: Vec::new(),
         resolution: Resolution {
             tolerance_k: None,
             cells: 64,

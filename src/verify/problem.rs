@@ -142,6 +142,7 @@ impl Problem {
             factors: Vec::new(),
             correlation: Default::default(),
             estimate: Estimate::default(),
+            paper_figures: Vec::new(),
             resolution: Resolution {
                 tolerance_k: None,
                 cells,

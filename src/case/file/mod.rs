@@ -30,7 +30,7 @@ use folder::{Folder, shipped, shipped_gas, unknown_gas, unknown_material};
 use schedule::{Initial, Schedules};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
-use written::{Node, Section};
+use written::{Node, Section, Written};
 
 /// More cells than this resolve nothing that the material tables know.
 const MOST_CELLS: f64 = 1024.0;
@@ -215,6 +215,7 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
     let correlation = factor::correlation(top, factors.as_deref().ok());
     let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);
     let plies = marched.as_ref().map_or(1, |(layup, ..)| layup.plies.len());
+    let paper_figures = paper_figures(top);
     let resolution = resolution(top, plies, duration_s);
     top.close();
 
@@ -242,6 +243,7 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
         correlation: correlation?,
         observations: observations?,
         estimate: estimate?,
+        paper_figures: paper_figures?,
         resolution: resolution?,
     })
 }
@@ -258,6 +260,22 @@ fn marched(
         None => (layup, sensors),
     };
     Ok((layup, sensors, hot_face.face))
+}
+
+/// Which figures of the report repeat figures of the paper: a number or several under the name of each.
+fn paper_figures(top: &Section<'_>) -> Read<Vec<(String, Vec<usize>)>> {
+    let Some(written) = top.optional("paper_figures") else { return Ok(Vec::new()) };
+    let number = |written: Written<'_>| {
+        let number = written.number()?;
+        if number >= 1.0 && number.fract() == 0.0 {
+            return Ok(number as usize);
+        }
+        Err(written.fault(format!("expected the number of a figure, 1 or more, found {number}")))
+    };
+    written::all(written.section()?.others().into_iter().map(|(figure, written)| {
+        let numbers = if written.is_list() { written.list()? } else { vec![written] };
+        Ok((figure.to_owned(), written::all(numbers.into_iter().map(number))?))
+    }))
 }
 
 /// What a file says of cells and steps; where it states neither, a pilot chooses both.

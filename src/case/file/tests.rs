@@ -2,6 +2,7 @@
 
 mod correlation;
 mod observed;
+mod paper;
 mod reacting;
 mod schedules;
 mod sheets;

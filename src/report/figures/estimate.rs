@@ -1,26 +1,25 @@
-//! The fit, how it was found and what it leaves: Figures 8, 21–25 and 29–31 of the paper.
+//! The fit, how it was found and what it leaves.
 
 use super::super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::super::findings::{objective, sentence};
 use super::super::{Story, words};
-use super::{cited, correlations, driven_by_temperature, file_name, line, measured, temperature, time};
+use super::{correlations, file_name, line, measured, temperature, time};
 use crate::case::{Case, Observation};
 use crate::study::estimate::{Estimated, Fitted, Landscape, NODES};
 use crate::study::nominal::Misfit;
 
 pub(super) fn figures(story: &Story, outcome: &Estimated) -> Vec<Figure> {
-    let case = story.case;
     let (mut figures, mut checks) = (Vec::new(), Vec::new());
     for (case, fitted) in story.fits(outcome) {
         for seen in &case.observations {
             let place = fitted.sensors.iter().position(|&sensor| sensor == seen.sensor);
             let shelf = if place.is_some() { &mut figures } else { &mut checks };
-            shelf.push(fit(story, case, outcome, fitted, seen, place.map(|place| &fitted.misfits[place])));
+            shelf.push(fit(story, case, fitted, seen, place.map(|place| &fitted.misfits[place])));
         }
     }
-    figures.extend(outcome.landscape.as_ref().map(|landscape| design_space(case, outcome, landscape)));
+    figures.extend(outcome.landscape.as_ref().map(|landscape| design_space(outcome, landscape)));
     figures.extend(super::profile::figures(outcome));
-    figures.push(descent(case, outcome));
+    figures.push(descent(outcome));
     figures.extend(story.fits(outcome).map(|(case, fitted)| residuals(story, case, outcome, fitted)));
     if outcome.factors.len() > 1 {
         figures.push(correlations(
@@ -38,32 +37,14 @@ pub(super) fn figures(story: &Story, outcome: &Estimated) -> Vec<Figure> {
     figures
 }
 
-/// The paper's twin fit started away from the nominal factors (Figures 22–25), its measured one at them (29–31).
-fn is_twin(outcome: &Estimated) -> bool {
-    outcome.factors.iter().any(|factor| factor.start != factor.factor.nominal)
-}
-
 fn names(outcome: &Estimated) -> Vec<String> {
     outcome.factors.iter().map(|factor| factor.factor.name.clone()).collect()
 }
 
 /// One sensor; `misfit` before and after where it was fitted.
-fn fit(
-    story: &Story,
-    case: &Case,
-    outcome: &Estimated,
-    fitted: &Fitted,
-    seen: &Observation,
-    misfit: Option<&(Misfit, Misfit)>,
-) -> Figure {
+fn fit(story: &Story, case: &Case, fitted: &Fitted, seen: &Observation, misfit: Option<&(Misfit, Misfit)>) -> Figure {
     let sensor = seen.sensor;
     let name = &story.sensor(case, sensor);
-    let number = match (driven_by_temperature(case), is_twin(outcome)) {
-        _ if name != "TC4" || misfit.is_none() => String::new(),
-        (true, true) => cited(25),
-        (true, false) => "as Figures 30 and 31 of the paper".to_owned(),
-        (false, _) => cited(if outcome.factors.len() > 2 { 8 } else { 21 }),
-    };
     let (from, to) = case.window_s(sensor);
     let (before, after) = (&fitted.before, &fitted.after);
     let mut layers: Vec<Layer> =
@@ -86,7 +67,7 @@ fn fit(
     };
     Figure {
         id: file_name("fit", name),
-        number,
+        number: String::new(),
         title: format!("{name} with the nominal and the estimated factors"),
         caption: format!("{said} Bars are two standard deviations of the measurement; not every sample is drawn."),
         x: time(case),
@@ -95,7 +76,7 @@ fn fit(
     }
 }
 
-fn design_space(case: &Case, outcome: &Estimated, landscape: &Landscape) -> Figure {
+fn design_space(outcome: &Estimated, landscape: &Landscape) -> Figure {
     let names = names(outcome);
     let axis = |index: usize| Axis::linear(names.get(index).map_or("", String::as_str));
     let visited =
@@ -114,14 +95,10 @@ fn design_space(case: &Case, outcome: &Estimated, landscape: &Landscape) -> Figu
         Layer::Points { name: String::new(), ink: Ink::Measured, x: x.clone(), y: y.clone(), error: Vec::new() },
         Layer::Points { name: "estimate".to_owned(), ink: Ink::Series(1), x: last(&x), y: last(&y), error: Vec::new() },
     ];
-    let number = match (driven_by_temperature(case), is_twin(outcome)) {
-        (true, true) => "as Figures 22 and 23 of the paper".to_owned(),
-        _ => String::new(),
-    };
     let minima = landscape.minima().len();
     Figure {
         id: "design-space".to_owned(),
-        number,
+        number: String::new(),
         title: "The objective over the two factors, and the path taken".to_owned(),
         caption: format!(
             "On each contour S has one value. Within the bounds S has {}. Contours that form a long thin valley mean that \
@@ -149,17 +126,12 @@ fn levels(values: &[Vec<f64>]) -> Vec<f64> {
     (1..=12).map(|step| low * (high / low).powf(f64::from(step) / 13.0)).collect()
 }
 
-fn descent(case: &Case, outcome: &Estimated) -> Figure {
+fn descent(outcome: &Estimated) -> Figure {
     let x: Vec<f64> = (0..outcome.path.len()).map(|turn| turn as f64).collect();
     let y: Vec<f64> = outcome.path.iter().map(|turn| turn.objective).collect();
-    let number = match (driven_by_temperature(case), is_twin(outcome)) {
-        (true, true) => cited(24),
-        (true, false) => cited(29),
-        (false, _) => String::new(),
-    };
     Figure {
         id: "objective".to_owned(),
-        number,
+        number: String::new(),
         title: "Objective by iteration".to_owned(),
         caption: format!(
             "S fell from {} to {} in {}. Termination: {}. {}",

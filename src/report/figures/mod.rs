@@ -1,8 +1,6 @@
 //! Which figures an answer calls for: one file a study, each turning outcomes into [`Figure`]s.
 //!
-//! The paper (physics-based modelling of flexible thermal protection, two layups in the Boeing LCAT) numbers
-//! its figures 6–7 nominal, 8 and 21 fits, 9–12 spreads, 13–16 shares, 17–20 sensitivities when the heat flux
-//! drives, and 22–25 twin fit, 26–28 spread, shares and sensitivities of TC4, 29–31 fit when TC3 drives.
+//! Which of them repeats a figure of the paper, the case says (`paper_figures`): no other case is the paper's.
 
 mod beside;
 mod estimate;
@@ -16,9 +14,9 @@ mod sensitivity;
 mod sizing;
 mod uncertainty;
 
-use super::Story;
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
-use crate::case::{Case, Face, Observation};
+use super::{Story, words};
+use crate::case::{Case, Observation};
 
 /// What moves less over the whole exposure does not move, K.
 const STILL_K: f64 = 1e-6;
@@ -44,7 +42,18 @@ pub fn all(story: &Story) -> Vec<Figure> {
     figures.extend(story.history.map(|outcome| history::figures(story, outcome)).unwrap_or_default());
     figures.extend(story.recovery.map(recovery::figures).unwrap_or_default());
     tell_apart(&mut figures);
+    for figure in &mut figures {
+        let repeated = case.paper_figures.iter().find(|(name, _)| *name == figure.id);
+        figure.number = repeated.map_or_else(String::new, |(_, numbers)| cited(numbers));
+    }
     figures
+}
+
+/// The figures of the paper that one repeats.
+fn cited(numbers: &[usize]) -> String {
+    let plural = if numbers.len() == 1 { "" } else { "s" };
+    let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
+    format!("as Figure{plural} {} of the paper", words::listed(&numbers))
 }
 
 /// Sensors `T/1` and `T-1` would share a file: later figures of one name get a number.
@@ -58,26 +67,6 @@ fn tell_apart(figures: &mut [Figure]) {
             number += 1;
         }
     }
-}
-
-/// Whether a measured temperature drives the march: the paper's TC driver approach.
-fn driven_by_temperature(case: &Case) -> bool {
-    matches!(case.exposure.hot_face, Face::Held(_))
-}
-
-/// The paper's number for a figure drawn once a thermocouple: TC1 to TC4 from `flux` on when the flux
-/// drives, TC4 alone when a thermocouple does.
-fn paper(case: &Case, sensor: &str, flux: usize, driver: usize) -> String {
-    let place = ["TC1", "TC2", "TC3", "TC4"].iter().position(|name| *name == sensor);
-    match (place, driven_by_temperature(case)) {
-        (Some(place), false) => cited(flux + place),
-        (Some(3), true) => cited(driver),
-        _ => String::new(),
-    }
-}
-
-fn cited(number: usize) -> String {
-    format!("as Figure {number} of the paper")
 }
 
 /// A file name: what is drawn, then of what, with nothing a file system could mind.
@@ -150,25 +139,20 @@ fn correlations(id: &str, title: &str, caption: String, names: Vec<String>, valu
 mod tests {
     use super::super::fixture;
     use super::*;
-    use crate::case::Schedule;
 
     #[test]
-    fn a_flux_driven_study_draws_the_papers_figures_and_a_tc_driven_one_its_others() {
+    fn a_figure_cites_the_paper_where_its_case_says_so_and_nowhere_else() {
         let mut outcomes = fixture::outcomes();
-        let numbers = |outcomes: &fixture::Outcomes| -> Vec<String> {
-            all(&outcomes.story("study")).into_iter().map(|figure| figure.number).collect()
+        let cited = |outcomes: &fixture::Outcomes| -> Vec<(String, String)> {
+            let figures = all(&outcomes.story("study")).into_iter();
+            figures.filter(|figure| !figure.number.is_empty()).map(|figure| (figure.id, figure.number)).collect()
         };
-        let flux = numbers(&outcomes);
-        for number in (9..=20).chain([21]) {
-            assert!(flux.contains(&cited(number)), "no figure {number} among {flux:?}");
-        }
-        outcomes.case.exposure.hot_face = Face::Held(Schedule::constant(900.0));
-        let driver = numbers(&outcomes);
-        for number in 24..=28 {
-            assert!(driver.contains(&cited(number)), "no figure {number} among {driver:?}");
-        }
-        assert!(driver.iter().any(|number| number.contains("22 and 23")), "no design space among {driver:?}");
-        assert!(!driver.contains(&cited(9)), "a flux-driven figure in a thermocouple-driven study");
+        // Sensors, factors and the case itself are named as the paper's are: names say nothing.
+        assert_eq!(cited(&outcomes), []);
+        outcomes.case.paper_figures =
+            vec![("spread-TC2".to_owned(), vec![10]), ("design-space".to_owned(), vec![22, 23])];
+        let [spread, space] = ["as Figure 10 of the paper", "as Figures 22 and 23 of the paper"].map(str::to_owned);
+        assert_eq!(cited(&outcomes), [("spread-TC2".to_owned(), spread), ("design-space".to_owned(), space)]);
     }
 
     #[test]

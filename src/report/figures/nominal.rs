@@ -1,8 +1,8 @@
-//! The nominal march against what was measured (Figures 6 and 7 of the paper), and what drove it.
+//! The nominal march against what was measured, and what drove it.
 
 use super::super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::super::{observed, words};
-use super::{driven_by_temperature, line, measured, temperature, time, window};
+use super::{line, measured, temperature, time, window};
 use crate::case::{Case, Face, Schedule};
 use crate::study::nominal::Nominal;
 
@@ -40,14 +40,9 @@ fn against_measurement(case: &Case, nominal: &Nominal) -> Figure {
         Some(format!(" {} is trusted {window}.", case.sensors[seen.sensor].name))
     });
     let own: String = own.collect();
-    let number = match (driven_by_temperature(case), case.id.contains("2330")) {
-        (true, _) => String::new(),
-        (false, true) => "as Figure 7 of the paper".to_owned(),
-        (false, false) => "as Figure 6 of the paper".to_owned(),
-    };
     Figure {
         id: "nominal".to_owned(),
-        number,
+        number: String::new(),
         title: "Nominal prediction".to_owned(),
         caption: format!("{}. {compared}{own}", words::listed(&peaks)),
         x: time(case),

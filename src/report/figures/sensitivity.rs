@@ -1,8 +1,8 @@
-//! What each factor does to each thermocouple: Figures 17–20, and 28, of the paper; which act alike.
+//! What each factor does to each thermocouple; which act alike.
 
 use super::super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::super::words;
-use super::{STILL_K, correlations, file_name, line, paper, time, window};
+use super::{STILL_K, correlations, file_name, line, time, window};
 use crate::case::Case;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 
@@ -68,7 +68,7 @@ fn curves(case: &Case, outcome: &Sensitivity, sensor: usize) -> Figure {
     });
     Figure {
         id: file_name("sensitivity", name),
-        number: paper(case, name, 17, 28),
+        number: String::new(),
         title: format!("Sensitivity of {name} to each factor, K per 1 %"),
         caption: format!(
             "Change of {name} to first order when one factor rises by 1 % of its nominal value and the others stay.{}",

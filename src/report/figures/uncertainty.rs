@@ -1,8 +1,8 @@
-//! How far the prediction may be off and which factor is to blame: Figures 9–16, and 26–27, of the paper.
+//! How far the prediction may be off and which factor is to blame.
 
 use super::super::figure::{Axis, Figure, Ink, Layer, Part, Stroke};
 use super::super::words;
-use super::{STILL_K, file_name, line, nearest, paper, temperature, thinned, time, window};
+use super::{STILL_K, file_name, line, nearest, temperature, thinned, time, window};
 use crate::case::Case;
 use crate::study::nominal::Nominal;
 use crate::study::statistics::Likely;
@@ -42,7 +42,7 @@ fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor:
     let peak = &outcome.peaks[sensor];
     Figure {
         id: file_name("spread", name),
-        number: paper(case, name, 9, 26),
+        number: String::new(),
         title: format!("How far {name} may be off"),
         caption: format!(
             "95 % of {} stay in the light band, half of them in the dark one. The members' own peaks at {name} \
@@ -81,7 +81,7 @@ fn shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure {
     });
     Figure {
         id: file_name("shares", name),
-        number: paper(case, name, 13, 27),
+        number: String::new(),
         title: format!("What the spread at {name} is due to"),
         caption: format!(
             "Each factor's share of the spread at {name} through time.{} A share is the squared correlation of the \

@@ -335,7 +335,7 @@ pub(super) fn method(story: &Story) -> String {
         );
     }
     out + &paragraph(
-        "\"The paper\" whose figures are named is \"Flexible Thermal Protection System Physics-Based Modeling for \
+        "\"The paper\", where it is named, is \"Flexible Thermal Protection System Physics-Based Modeling for \
          Temperature Profile Predictions\". Its property tables and thermocouple traces are not public: what stands \
          in for them is marked where it is used.",
     )

@@ -63,6 +63,7 @@ pub fn layup() -> Case {
         correlation: Default::default(),
         observations: Vec::new(),
         estimate: Estimate::default(),
+        paper_figures: Vec::new(),
         resolution: Resolution::default(),
     }
 }

@@ -1,0 +1,23 @@
+//! Which figures of the paper a case repeats.
+
+use super::{load, shipped};
+use crate::case::Case;
+
+#[test]
+fn the_cases_of_the_paper_say_which_of_its_figures_they_repeat_and_no_other_case_does() {
+    let folders = std::fs::read_dir(shipped("")).expect("the cases");
+    let names = folders.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let cited = names.filter(|name| shipped(name).is_dir() && !load(name).paper_figures.is_empty());
+    let mut cited: Vec<String> = cited.collect();
+    cited.sort();
+    assert_eq!(cited, ["lcat-2259", "lcat-2259-tc3", "lcat-2330", "twin-tc3"]);
+    let figures = load("twin-tc3").paper_figures;
+    assert!(figures.contains(&("design-space".to_owned(), vec![22, 23])), "{figures:?}");
+
+    let written = |number: &str| Case::load_with(&shipped("slab"), &[("paper_figures.nominal".into(), number.into())]);
+    assert_eq!(written("6").expect("a case").paper_figures, [("nominal".to_owned(), vec![6])]);
+    for wrong in ["0", "6.5", "six"] {
+        let said = written(wrong).expect_err("no number of a figure").to_string();
+        assert!(said.contains("paper_figures.nominal") && said.contains("expected"), "{wrong}: {said}");
+    }
+}
