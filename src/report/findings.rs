@@ -150,7 +150,9 @@ fn blame(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
         })
         .collect();
     let name = &case.sensors[sensor].name;
-    (!said.is_empty()).then(|| format!("At its peak the spread of {name} is mostly due to {}.", words::listed(&said)))
+    (!said.is_empty()).then(|| {
+        format!("At the peak of {name} the largest shares of its spread are those of {}.", words::listed(&said))
+    })
 }
 
 /// Factors by their share of a sensor's spread at its nominal peak, largest first.
@@ -290,5 +292,37 @@ pub(super) fn explained(story: &Story, outcome: &Beside) -> String {
         )
     } else {
         format!("{head}: what the latter has explains none of the misfit.")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{figures, fixture};
+    use super::*;
+
+    /// Counted from the shares themselves: whoever is named has a share no smaller than anybody who is not.
+    #[test]
+    fn the_factors_that_are_named_have_the_largest_shares_in_the_finding_and_in_the_caption() {
+        let outcomes = fixture::outcomes();
+        let (case, outcome) = (&outcomes.case, &outcomes.uncertainty);
+        let figures = figures::all(&outcomes.story("study"));
+        for (sensor, of) in case.sensors.iter().enumerate() {
+            let instant = nearest(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s).expect("an instant");
+            let shares = &outcome.spreads[sensor].causes[instant].shares;
+            let said = blame(case, outcome, sensor).expect("shares");
+            let (named, others): (Vec<usize>, Vec<usize>) =
+                (0..shares.len()).partition(|&factor| said.contains(&format!("{} (", case.factors[factor].name)));
+            let least = named.iter().map(|&factor| shares[factor]).fold(1.0, f64::min);
+            let most = others.iter().map(|&factor| shares[factor]).fold(0.0, f64::max);
+            assert!(!named.is_empty() && named.len() <= 3 && least >= most, "{said} beside {shares:?}");
+            for &factor in &named {
+                assert!(said.contains(&words::percent(shares[factor])), "{said} beside {shares:?}");
+            }
+            let largest = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b])).expect("a factor");
+            let figure = figures.iter().find(|figure| figure.id == format!("shares-{}", of.name)).expect("a chart");
+            let expected = format!(") {} (", case.factors[largest].name);
+            let told = format!("has the largest share, {}", words::percent(shares[largest]));
+            assert!(figure.caption.contains(&expected) && figure.caption.contains(&told), "{}", figure.caption);
+        }
     }
 }

@@ -50,7 +50,7 @@ pub(super) fn lost(reading: &Reading) -> String {
 
 pub(super) fn fronts(virgin: &Reading, char: &Reading) -> String {
     format!(
-        "Above the char front 98 % of what can be lost is lost, below the virgin front less than 2 %: the one ended \
+        "Above the char front at least 98 % of what can be lost is lost, below the virgin front less than 2 %: the one ended \
          {}, the other {}.",
         ended(char),
         ended(virgin)

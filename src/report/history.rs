@@ -156,7 +156,7 @@ pub(super) fn chosen(outcome: &History) -> String {
 
 /// What the band is and is not.
 pub(super) fn left_out() -> &'static str {
-    "The band holds 95 % of what other noise would have made of the same heating. What smoothing takes off peaks, and what is wrong \
+    "At each knot the band holds 95 % of what other noise would have made of the same heating. What smoothing takes off peaks, and what is wrong \
      with properties, depths or physics, is not in it."
 }
 

@@ -139,7 +139,7 @@ fn nominal(story: &Story, outcome: &Nominal, room: &Room) -> Vec<String> {
 fn uncertainty(story: &Story, outcome: &Uncertainty, nominal: Option<&Nominal>, room: &Room) -> Vec<String> {
     let mut lines = vec![format!(
         "{:<7}{:>18}{:>8}{:>9}{:>8}{:>14}  {}",
-        "sensor", "nominal peak", "at", "off, rms", "± 1 σ", "95 % peak at", "mostly due to"
+        "sensor", "nominal peak", "at", "off, rms", "± 1 σ", "95 % peak at", "largest share"
     )];
     let (sensors, others) = shown(story, room);
     for index in sensors {

@@ -78,7 +78,10 @@ fn fit(story: &Story, case: &Case, fitted: &Fitted, seen: &Observation, misfit: 
 
 fn design_space(outcome: &Estimated, landscape: &Landscape) -> Figure {
     let names = names(outcome);
-    let axis = |index: usize| Axis::linear(names.get(index).map_or("", String::as_str));
+    let axis = |index: usize| {
+        let (low, high) = outcome.factors.get(index).map_or((0.0, 1.0), |factor| factor.bounds);
+        Axis::linear(names.get(index).map_or("", String::as_str)).within(low, high)
+    };
     let visited =
         |index: usize| -> Vec<f64> { outcome.path.iter().filter_map(|turn| turn.values.get(index).copied()).collect() };
     let (x, y) = (visited(0), visited(1));
@@ -134,7 +137,7 @@ fn descent(outcome: &Estimated) -> Figure {
         number: String::new(),
         title: "Objective by iteration".to_owned(),
         caption: format!(
-            "S fell from {} to {} in {}. Termination: {}. {}",
+            "S went from {} to {} in {}. Termination: {}. {}",
             words::significant(outcome.objectives().0, 3),
             words::significant(outcome.objectives().1, 3),
             words::counted(outcome.path.len().saturating_sub(1), "iteration"),

@@ -38,7 +38,14 @@ fn peaks(story: &Story, outcome: &Sizing) -> Figure {
     let lowest = low.iter().chain(&nominal).copied().filter(|at_k| at_k.is_finite()).fold(limit_k, f64::min);
     let highest = high.iter().chain(&nominal).copied().filter(|at_k| at_k.is_finite()).fold(limit_k, f64::max);
     let mut layers = vec![
-        Layer::Band { name: "95 % of members".to_owned(), ink: Ink::Series(0), opacity: 0.2, x: x.clone(), low, high },
+        Layer::Band {
+            name: "95 % at each thickness".to_owned(),
+            ink: Ink::Series(0),
+            opacity: 0.2,
+            x: x.clone(),
+            low,
+            high,
+        },
         line("median".to_owned(), Ink::Series(0), Stroke::Solid, &x, &of(1)),
         line("nominal".to_owned(), Ink::Series(1), Stroke::Solid, &x, &nominal),
         line("limit".to_owned(), Ink::Measured, Stroke::Dotted, &[x[0], x[x.len() - 1]], &[limit_k; 2]),
@@ -49,7 +56,7 @@ fn peaks(story: &Story, outcome: &Sizing) -> Figure {
         number: String::new(),
         title: format!("Peak of {name} over the thickness of {}", outcome.demand.ply),
         caption: format!(
-            "{} The band holds the peaks of 95 % of the same {} at every thickness.",
+            "{} At each thickness the band holds the peaks of 95 % of the same {}.",
             sizing::found(story, outcome),
             words::counted(outcome.members.min(crate::study::size::BAND), "member")
         ),

@@ -210,7 +210,7 @@ fn uncertainty(story: &Story, outcome: &Uncertainty) -> String {
         outcome.seed,
         words::count(outcome.ok)
     );
-    let head = ["Sensor", "Nominal, K", "Mean, K", "± 1 σ, K", "95 % within, K", "95 % at, s", "Mostly due to"];
+    let head = ["Sensor", "Nominal, K", "Mean, K", "± 1 σ, K", "95 % within, K", "95 % at, s", "Largest shares"];
     paragraph(&drawn)
         + &table("Peak temperatures of the members", &head, &rows)
         + &table("Members that failed", &["Reason", "Members", "The first"], &failures)
