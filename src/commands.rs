@@ -22,6 +22,7 @@ use bondline::study::recovery::Recovery;
 use bondline::study::sensitivity::{Sensitivity, sensitivity};
 use bondline::study::size::Sizing;
 use bondline::study::uncertainty::{Gathered, Uncertainty, reason};
+use bondline::study::whole_traces::Envelope;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -308,7 +309,9 @@ impl Desk {
         let bounds = sweep.spread.map_or(Bounds::Small, asked::bounds);
         let ensemble = Ensemble::sample(&self.case.factors, bounds, &asked::sampling(sweep), sweep.members)
             .correlated(&self.case.correlation);
-        let mut gathered = Gathered::new(&self.case, nominal, bounds, asked::sampling(sweep).kind);
+        let kind = asked::sampling(sweep).kind;
+        let envelope = Envelope::of(&self.case, &self.plan, nominal, bounds, kind)?;
+        let mut gathered = Gathered::new(&self.case, nominal, &envelope, bounds, kind);
         gathered.march(&self.case, &self.plan, &mut self.march, &ensemble, members, &mut |ensemble, traces| {
             kept.take(ensemble, traces);
         })?;

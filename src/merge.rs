@@ -45,20 +45,23 @@ pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
     let plan = pilot(&case)?;
     let plan_s = began.elapsed().as_secs_f64();
     let traces = first.nominal(case.sensors.len());
+    let temperatures = case.sensors.len() * plan.instants_s.len();
+    let envelope = first.envelope();
     if (traces.temperatures_k.len(), traces.gauges.len(), traces.extremes_k.len())
-        != (case.sensors.len() * plan.instants_s.len(), plan.gauges() * plan.instants_s.len(), case.layup.plies.len())
+        != (temperatures, plan.gauges() * plan.instants_s.len(), case.layup.plies.len())
+        || (envelope.below_k.len(), envelope.above_k.len()) != (temperatures, temperatures)
     {
         return Err(damaged(path));
     }
     let nominal = Nominal::of(&case, &plan, &traces, 0);
     let bounds = Bounds::named(&first.draw.bounds).ok_or_else(|| damaged(path))?;
     let kind = SamplingKind::named(&first.draw.sampling).ok_or_else(|| damaged(path))?;
-    let mut whole = Gathered::new(&case, &nominal, bounds, kind);
+    let mut whole = Gathered::new(&case, &nominal, &envelope, bounds, kind);
     let mut merged = Vec::with_capacity(merge.pieces.len());
     for at in &merge.pieces {
         let piece = Piece::read(at)?;
         is_of_one_sweep((at, &piece), (path, &first))?;
-        let part = Gathered::restored(&case, &nominal, bounds, kind, piece.numbers(), &piece.failures());
+        let part = whole.restored(piece.numbers(), piece.kept().clone(), &piece.failures());
         let part = part.filter(|part| part.members() == piece.members.len()).ok_or_else(|| damaged(at))?;
         whole.merge(&part);
         merged.push(Merged { path: at, members: piece.members, device: piece.backend.name });

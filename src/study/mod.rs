@@ -13,3 +13,4 @@ pub mod statistics;
 pub mod thermocouples;
 pub mod twin;
 pub mod uncertainty;
+pub mod whole_traces;

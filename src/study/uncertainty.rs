@@ -2,6 +2,7 @@
 
 use super::nominal::{Nominal, Peak};
 use super::statistics::{BLOCK, Causes, Tally};
+use super::whole_traces::{Envelope, PERCENT, TraceCounts, WholeTraces};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
 use crate::march::{March, MarchError, march_some};
@@ -51,6 +52,8 @@ pub struct Spread {
     pub percentiles_k: [Vec<f64>; 5],
     /// What the factors have to do with the temperature, one an instant.
     pub causes: Vec<Causes>,
+    /// The band that holds whole traces, and how many stay between the percentiles, which are pointwise.
+    pub whole: WholeTraces,
 }
 
 /// The distribution of a sensor's peak.
@@ -77,6 +80,7 @@ const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gathered {
     tally: Tally,
+    traces: TraceCounts,
     bounds: Bounds,
     is_independent: bool,
     /// How many failed so, and the first of them, by reason.
@@ -100,17 +104,20 @@ pub fn uncertainty(
     watch: &mut dyn FnMut(&Ensemble, &Traces),
 ) -> Result<Uncertainty, MarchError> {
     let ensemble = Ensemble::sample(&case.factors, bounds, sampling, members).correlated(&case.correlation);
-    let mut gathered = Gathered::new(case, nominal, bounds, sampling.kind);
+    let envelope = Envelope::of(case, plan, nominal, bounds, sampling.kind)?;
+    let mut gathered = Gathered::new(case, nominal, &envelope, bounds, sampling.kind);
     gathered.march(case, plan, march, &ensemble, 0..members, watch)?;
     Ok(gathered.answer(nominal, sampling, members))
 }
 
 impl Gathered {
-    /// Nothing yet, of members drawn so between these side constraints about this nominal march.
-    pub fn new(case: &Case, nominal: &Nominal, bounds: Bounds, kind: SamplingKind) -> Self {
+    /// Nothing yet, of members drawn so between these side constraints about this nominal march, and about this
+    /// envelope of its traces.
+    pub fn new(case: &Case, nominal: &Nominal, envelope: &Envelope, bounds: Bounds, kind: SamplingKind) -> Self {
         let (reference, marginals) = references(case, nominal, bounds, kind);
         let (tally, is_independent) = (Tally::new(&reference, &marginals), case.correlation.is_none());
-        Self { tally, bounds, is_independent, failures: BTreeMap::new() }
+        let traces = TraceCounts::new(&nominal.temperatures_k, envelope);
+        Self { tally, traces, bounds, is_independent, failures: BTreeMap::new() }
     }
 
     /// March some members of an ensemble and count them; `watch` is shown each run of them as [`uncertainty`] says.
@@ -134,6 +141,10 @@ impl Gathered {
                 let peaks: Vec<Peak> = peaks.collect();
                 outputs.extend(peaks.iter().map(|peak| peak.temperature_k));
                 outputs.extend(peaks.iter().map(|peak| peak.time_s));
+                outputs.extend(self.traces.farthest(traces.member(member)));
+                if traces.arrivals[member] == Arrival::Done {
+                    self.traces.keep(traces.first + member, traces.member(member));
+                }
                 factors.extend(ensemble.member(traces.first + member));
                 arrived.push(traces.arrivals[member] == Arrival::Done);
                 if let Some(reason) = reason(case, &traces.arrivals[member]) {
@@ -156,6 +167,7 @@ impl Gathered {
     /// When the nominal marches or the side constraints differ.
     pub fn merge(&mut self, other: &Self) {
         self.tally.merge(&other.tally);
+        self.traces.merge(&other.traces);
         for (reason, &(members, first)) in &other.failures {
             self.fail(reason.clone(), members, first);
         }
@@ -187,19 +199,24 @@ impl Gathered {
         self.tally.numbers()
     }
 
-    /// From what was put by; `None` where the numbers do not belong to such a case.
-    pub fn restored(
-        case: &Case,
-        nominal: &Nominal,
-        bounds: Bounds,
-        kind: SamplingKind,
-        numbers: &[i128],
-        failures: &[Failure],
-    ) -> Option<Self> {
-        let (reference, marginals) = references(case, nominal, bounds, kind);
-        let tally = Tally::restored(&reference, &marginals, numbers)?;
-        let is_independent = case.correlation.is_none();
-        let mut restored = Self { tally, bounds, is_independent, failures: BTreeMap::new() };
+    /// What deviations from the nominal traces are measured in.
+    pub fn envelope(&self) -> &Envelope {
+        self.traces.envelope()
+    }
+
+    /// Whole traces of the first members, as whole numbers.
+    pub fn kept(&self) -> &BTreeMap<usize, Vec<i32>> {
+        self.traces.kept()
+    }
+
+    /// From what was put by, about what this one is about; `None` where the numbers do not belong to it.
+    pub fn restored(&self, numbers: &[i128], kept: BTreeMap<usize, Vec<i32>>, failures: &[Failure]) -> Option<Self> {
+        let mut restored = Self {
+            tally: self.tally.refilled(numbers)?,
+            traces: self.traces.clone().with_kept(kept)?,
+            failures: BTreeMap::new(),
+            ..*self
+        };
         failures.iter().for_each(|failure| restored.fail(failure.reason.clone(), failure.members, failure.first));
         Some(restored)
     }
@@ -212,13 +229,19 @@ impl Gathered {
         let over = |sensor: usize, each: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (sensor * instants..(sensor + 1) * instants).map(each).collect()
         };
-        let spreads = (0..sensors).map(|sensor| Spread {
-            mean_k: over(sensor, &|output| tally.mean(output)),
-            deviation_k: over(sensor, &|output| tally.deviation(output)),
-            low_k: over(sensor, &|output| tally.low(output)),
-            high_k: over(sensor, &|output| tally.high(output)),
-            percentiles_k: PERCENTS.map(|percent| over(sensor, &|output| tally.percentile(output, percent))),
-            causes: causes[sensor * instants..(sensor + 1) * instants].to_vec(),
+        let spreads = (0..sensors).map(|sensor| {
+            let percentiles_k = PERCENTS.map(|percent| over(sensor, &|output| tally.percentile(output, percent)));
+            let stretch = tally.percentile(sensors * (instants + 2) + sensor, PERCENT);
+            let whole = self.traces.of(sensor, stretch, [&percentiles_k[0], &percentiles_k[4]]);
+            Spread {
+                mean_k: over(sensor, &|output| tally.mean(output)),
+                deviation_k: over(sensor, &|output| tally.deviation(output)),
+                low_k: over(sensor, &|output| tally.low(output)),
+                high_k: over(sensor, &|output| tally.high(output)),
+                percentiles_k,
+                causes: causes[sensor * instants..(sensor + 1) * instants].to_vec(),
+                whole,
+            }
         });
         let peaks = (0..sensors).map(|sensor| {
             let (hot, late) = (sensors * instants + sensor, sensors * instants + sensors + sensor);
@@ -247,12 +270,13 @@ impl Gathered {
     }
 }
 
-/// What members are counted from: every temperature, then every peak and its time, of the nominal march; and what the
-/// factors are drawn from.
+/// What members are counted from: every temperature, then every peak and its time, of the nominal march, and no deviation
+/// from its traces; and what the factors are drawn from.
 fn references(case: &Case, nominal: &Nominal, bounds: Bounds, kind: SamplingKind) -> (Vec<f64>, Vec<Marginal>) {
     let mut reference: Vec<f64> = nominal.temperatures_k.concat();
     reference.extend(nominal.peaks.iter().map(|peak| peak.temperature_k));
     reference.extend(nominal.peaks.iter().map(|peak| peak.time_s));
+    reference.extend(nominal.peaks.iter().map(|_| 0.0));
     let marginals = case.factors.iter().map(|factor| Marginal::new(factor.nominal, factor.bounds(bounds), kind));
     (reference, marginals.collect())
 }

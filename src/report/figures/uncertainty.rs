@@ -32,8 +32,11 @@ fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor:
         high: thinned(high),
     };
     let mut layers: Vec<Layer> = window(case, sensor, "trusted window").into_iter().collect();
-    layers.push(band("95 % of members", 0.18, low, high));
-    layers.push(band("50 % of members", 0.38, quarter, three_quarters));
+    layers.push(band("95 % at each instant", 0.18, low, high));
+    layers.push(band("50 % at each instant", 0.38, quarter, three_quarters));
+    let whole = &outcome.spreads[sensor].whole;
+    layers.push(line("95 % of whole traces".to_owned(), Ink::Series(0), Stroke::Thin, times, &whole.low_k));
+    layers.push(line(String::new(), Ink::Series(0), Stroke::Thin, times, &whole.high_k));
     layers.push(line("median".to_owned(), Ink::Series(0), Stroke::Solid, times, median));
     if let Some(nominal) = nominal {
         let trace = &nominal.temperatures_k[sensor];
@@ -45,9 +48,14 @@ fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor:
         number: String::new(),
         title: format!("How far {name} may be off"),
         caption: format!(
-            "95 % of {} stay in the light band, half of them in the dark one. The members' own peaks at {name} \
-             reach {} on average, 95 % of them from {} to {}.",
+            "Pointwise: at each instant 95 % of {} lie in the light band, half of them in the dark one. Simultaneous: 95 % of \
+             them stay between the thin dashed lines at all instants. Of {} whose whole traces were kept {} % stay in the \
+             light band throughout, {} % between the dashed lines. The members' own peaks at {name} reach {} on average, \
+             95 % of them from {} to {}.",
             words::counted(outcome.ok, "member"),
+            words::count(whole.in_pointwise.of),
+            words::grouped(100.0 * whole.in_pointwise.share(), 1),
+            words::grouped(100.0 * whole.in_simultaneous.share(), 1),
             words::kelvin(peak.mean_k),
             words::kelvin(peak.percentiles_k[0]),
             words::kelvin(peak.percentiles_k[4]),
@@ -122,6 +130,11 @@ fn indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> 
         layers.push(line(case.factors[factor].name.clone(), Ink::Series(factor), stroke, times, &values));
     }
     let rest = causes.iter().map(|causes| causes.rest).fold(0.0, f64::max);
+    let sum = if outcome.is_independent {
+        "Together they exceed the share that factors and pairs explain by what pairs add."
+    } else {
+        "Factors go together here: shares overlap or leave gaps, and their sum says nothing."
+    };
     let drawn = layers.iter().any(|layer| matches!(layer, Layer::Band { .. }));
     drawn.then(|| Figure {
         id: file_name("indices", name),
@@ -129,8 +142,8 @@ fn indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> 
         title: format!("How much of the variance at {name} hangs on each factor"),
         caption: format!(
             "Total Sobol indices through time, of factors that ever reach 2 %: the share of the variance that would stay \
-             were all other factors known, with its 95 % interval. Together they exceed 100 % by what factors do in \
-             pairs. At most {} of the variance is left that pairs do not explain.",
+             were all other factors known, with its 95 % interval. {sum} At most {} of the variance is left that pairs \
+             do not explain.",
             words::percent_of(rest),
         ),
         x: time(case),

@@ -10,8 +10,10 @@ use crate::case::{Case, unreadable};
 use crate::march;
 use crate::study::nominal::Nominal;
 use crate::study::uncertainty::{Failure, Gathered};
+use crate::study::whole_traces::Envelope;
 use crate::traces::{self, Arrival, Traces};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -30,6 +32,8 @@ pub struct Piece {
     failures: Vec<FailureRecord>,
     nominal: NominalRecord,
     numbers: Vec<i128>,
+    /// Whole traces of the first members of the sweep, of those that are in this piece.
+    kept: BTreeMap<usize, Vec<i32>>,
 }
 
 /// Which case, and what it held.
@@ -79,6 +83,9 @@ struct FailureRecord {
 #[serde(deny_unknown_fields)]
 struct NominalRecord {
     temperatures_k: Vec<f64>,
+    /// The envelope in which deviations of temperatures are measured, K.
+    below_k: Vec<f64>,
+    above_k: Vec<f64>,
     gauges: Vec<f64>,
     #[serde(with = "Balance")]
     balance: traces::Balance,
@@ -131,11 +138,14 @@ impl Piece {
             failures: gathered.failures().into_iter().map(record).collect(),
             nominal: NominalRecord {
                 temperatures_k: nominal.temperatures_k.concat(),
+                below_k: gathered.envelope().below_k.clone(),
+                above_k: gathered.envelope().above_k.clone(),
                 gauges: nominal.readings.iter().flat_map(|reading| reading.values.iter().copied()).collect(),
                 balance: nominal.balance,
                 extremes_k: nominal.extremes_k.clone(),
             },
             numbers: gathered.numbers(),
+            kept: gathered.kept().clone(),
         }
     }
 
@@ -186,6 +196,16 @@ impl Piece {
             first: record.first,
         };
         self.failures.iter().map(failure).collect()
+    }
+
+    /// Whole traces of the first members, as whole numbers.
+    pub fn kept(&self) -> &BTreeMap<usize, Vec<i32>> {
+        &self.kept
+    }
+
+    /// The envelope in which deviations of temperatures were measured.
+    pub fn envelope(&self) -> Envelope {
+        Envelope { below_k: self.nominal.below_k.clone(), above_k: self.nominal.above_k.clone() }
     }
 
     /// What was counted, as whole numbers.

@@ -6,6 +6,7 @@ mod estimated;
 mod history;
 mod observed;
 mod posterior;
+mod whole;
 
 use super::super::{ReportError, Story, findings, precision_words, reduction};
 use crate::case::Case;
@@ -22,6 +23,7 @@ use posterior::PosteriorRecord;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 use std::collections::BTreeMap;
+use whole::WholeRecord;
 
 /// Keys in the order written. Absent answers leave their keys out.
 #[derive(Serialize)]
@@ -62,6 +64,9 @@ struct Record<'a> {
     /// Sensor → what its peak and the time of that are due to.
     #[serde(skip_serializing_if = "Option::is_none")]
     causes: Option<Named<'a, Due<'a>>>,
+    /// Sensor → how whole traces lie.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    whole_traces: Option<Named<'a, WholeRecord>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     estimable: Option<Estimable<'a>>,
     /// The files of this report, so that the next one of the case can clear them.
@@ -259,6 +264,7 @@ pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String,
         twins: story.recovery.map(RecoveryRecord::of),
         shares: story.uncertainty.map(|_| shares(story)),
         causes: story.uncertainty.map(|outcome| causes::causes(story.case, outcome)),
+        whole_traces: story.uncertainty.map(|outcome| whole::whole(story.case, outcome)),
         estimable: story.sensitivity.map(|outcome| estimable(story.case, outcome)),
         files,
     };

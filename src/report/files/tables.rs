@@ -4,7 +4,7 @@
 //! | file | columns |
 //! |---|---|
 //! | `traces.csv` | `time_s`, then `TC1_K` … of the nominal march, of an estimate `TC1_fitted_K` … too, and where gas moves the gauges of the nominal march |
-//! | `percentiles.csv` | `sensor`, `time_s`, mean, deviation, extremes and percentiles of the members |
+//! | `percentiles.csv` | `sensor`, `time_s`, mean, deviation, extremes and percentiles of the members at each instant (pointwise); `whole_low_K` and `whole_high_K`, between which 95 % of members stay at all instants (simultaneous) |
 //! | `shares.csv` | `sensor`, `time_s`, each factor's share of the spread, correlation, and first-order Sobol index |
 //! | `sensitivities.csv` | `sensor`, `time_s`, by how many K the sensor changes for 1 % more of each factor (of its nominal value) |
 //! | `residuals.csv` | `sensor`, `time_s`, measured less predicted over the fitted window |
@@ -122,12 +122,14 @@ fn traces(
 
 fn percentiles(story: &Story, outcome: &Uncertainty) -> Result<(String, Vec<u8>), ReportError> {
     let columns = ["mean_K", "deviation_K", "lowest_K", "p2.5_K", "p25_K", "p50_K", "p75_K", "p97.5_K", "highest_K"];
+    let columns = columns.into_iter().chain(["whole_low_K", "whole_high_K"]);
     let mut table = Table::new("percentiles.csv", ["sensor", "time_s"].into_iter().chain(columns))?;
     for (sensor, spread) in story.case.sensors.iter().zip(&outcome.spreads) {
         for (at, &time_s) in outcome.instants_s.iter().enumerate() {
             let percentiles = spread.percentiles_k.iter().map(|curve| curve[at]);
+            let after = [spread.high_k[at], spread.whole.low_k[at], spread.whole.high_k[at]];
             let before = [time_s, spread.mean_k[at], spread.deviation_k[at], spread.low_k[at]];
-            table.row(Some(&sensor.name), before.into_iter().chain(percentiles).chain([spread.high_k[at]]))?;
+            table.row(Some(&sensor.name), before.into_iter().chain(percentiles).chain(after))?;
         }
     }
     table.close()
@@ -326,7 +328,7 @@ mod tests {
     fn the_percentiles_of_a_sensor_rise_in_every_row() {
         let (_, rows) = table("percentiles.csv");
         for row in rows.iter().filter(|row| row[3] != "0") {
-            let values: Vec<f64> = row[4..].iter().map(|cell| cell.parse().expect("a number")).collect();
+            let values: Vec<f64> = row[4..11].iter().map(|cell| cell.parse().expect("a number")).collect();
             assert!(values.is_sorted(), "{row:?}");
         }
     }

@@ -76,9 +76,9 @@ pub(super) fn entry(entry: &Entry, x: i32, y: i32, side: &Area) -> Drawn {
         Key::Line(stroke) => {
             let ends = [(x, y), (x + spx(28), y)];
             match dashes(stroke) {
-                None => side.draw(&PathElement::new(ends, entry.colour.stroke_width(px(2))))?,
+                None => side.draw(&PathElement::new(ends, entry.colour.stroke_width(px(stroke.width()))))?,
                 Some((dash, gap)) => {
-                    let style = entry.colour.stroke_width(px(2));
+                    let style = entry.colour.stroke_width(px(stroke.width()));
                     side.draw(&DashedPathElement::new(ends, dash, gap, style))?;
                 }
             }
@@ -97,7 +97,7 @@ pub(super) fn entry(entry: &Entry, x: i32, y: i32, side: &Area) -> Drawn {
 fn dashes(stroke: Stroke) -> Option<(i32, i32)> {
     match stroke {
         Stroke::Solid => None,
-        Stroke::Dashed => Some((spx(8), spx(5))),
+        Stroke::Dashed | Stroke::Thin => Some((spx(8), spx(5))),
         Stroke::Dotted => Some((spx(2), spx(4))),
     }
 }
@@ -107,7 +107,7 @@ pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) ->
     let at = |x: f64, y: f64| (plotted(&figure.x, x), plotted(&figure.y, y));
     match layer {
         Layer::Line { ink, stroke, x, y, .. } => {
-            let style = colour(*ink).stroke_width(px(2));
+            let style = colour(*ink).stroke_width(px(stroke.width()));
             for run in runs(x.iter().zip(y).map(|(x, y)| at(*x, *y))) {
                 match dashes(*stroke) {
                     None => chart.plotting_area().draw(&PathElement::new(run, style))?,

@@ -54,6 +54,13 @@ impl Tally {
     }
 }
 
+impl Tally {
+    /// [`restored`](Self::restored), about what this tally counts from.
+    pub fn refilled(&self, numbers: &[i128]) -> Option<Self> {
+        Self::restored(&self.reference, self.basis.marginals(), numbers)
+    }
+}
+
 /// The constant function in its quanta.
 const CONSTANT: i128 = super::basis::QUANTA as i128;
 
