@@ -23,7 +23,7 @@ fn a_flux_is_told_in_words_numbers_and_a_file_that_a_case_is_heated_by() {
     let ran = say(&scratch, "history c --sensors TC1 --knots 6 --out out --quiet").done();
     let lines: Vec<&str> = ran.stdout.lines().collect();
     assert!(lines.len() <= 26 && lines.iter().all(|line| line.chars().count() <= 80), "{}", ran.stdout);
-    for said in ["As TC1 has it", "± 95 %", "the case says", "The band holds"] {
+    for said in ["As TC1 has it", "± 95 %", "the case says", "the band holds"] {
         assert!(ran.stdout.contains(said), "no {said:?} in:\n{}", ran.stdout);
     }
     let summary: Value = serde_json::from_str(&scratch.read("out/summary.json")).expect("JSON");

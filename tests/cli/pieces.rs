@@ -103,7 +103,13 @@ fn a_piece_is_held_against_its_case_and_against_itself() {
     scratch.write("c/case.toml", CASE);
     let line = format!("merge {}", pieces(&scratch, "-n 20", &[(0, 20)])[0]);
     let piece = scratch.read("p/c-0-20.json");
-    for (from, to) in [("\"numbers\":[20,", "\"numbers\":[19,"), ("\"sampling\":\"normal\"", "\"sampling\":\"dice\"")] {
+    let damages = [
+        ("\"numbers\":[20,", "\"numbers\":[19,"),
+        ("\"sampling\":\"normal\"", "\"sampling\":\"dice\""),
+        ("\"kept\":{\"0\":[", "\"kept\":{\"9999\":["),
+        ("\"below_k\":[", "\"below_k\":[0.1,"),
+    ];
+    for (from, to) in damages {
         assert!(piece.contains(from), "no {from} in the piece");
         scratch.write("p/c-0-20.json", piece.replacen(from, to, 1));
         refused(&scratch, say(&scratch, &line), 2, &["p/c-0-20.json: damaged"]);
