@@ -87,7 +87,7 @@ fn a_face_that_jumps_at_the_start_is_marched_within_the_reported_error_and_its_h
 #[test]
 fn a_sample_that_is_heated_evenly_is_marched_for_its_mass_and_loses_no_more_than_it_can() {
     let ramp = r#"kind = "held"
-temperature = [["0 s", "300 K"], ["10 s", "1300 K"]]"#;
+temperature = { points = [["0 s", "300 K"], ["10 s", "1300 K"]], outside = "hold" }"#;
     let toml = format!(
         r#"initial_temperature = "300 K"
 duration = "12 s"

@@ -1,6 +1,6 @@
 //! Steps and sampling instants through time.
 //!
-//! A step ends on every corner that carries the shape of a schedule, and where a pace asks for it on every instant too. Every member
+//! A step ends on every corner that carries the shape of a schedule, where steps are stated on every corner and every instant. Every member
 //! of an ensemble shares the clock, which keeps differences between members free of the noise of choosing steps.
 
 use super::forcing::Forcing;
@@ -121,18 +121,23 @@ impl Growth {
 /// Parts in which steps from one landing to the next are counted, at most, where they are graded.
 const WALK_MOST: f64 = 4096.0;
 
+/// A case that states its steps has one end on every corner of its schedules, while they have no more than this.
+const CORNERS_MOST: usize = 10_000;
+
 impl Clock {
     /// The steps of a pace, each cut into so many, which end on the corners of schedules that are to be landed on.
     pub(super) fn new(case: &Case, forcing: &Forcing, pace: &Pace, cuts: usize) -> Self {
         let duration_s = case.exposure.duration_s;
-        let corners_s = settle(forcing.landings_s.clone(), duration_s);
+        let lands = matches!(pace.growth, Growth::Stated { .. });
+        let lands_on_all = lands && forcing.corners_s.len() <= CORNERS_MOST;
+        let corners_s = if lands_on_all { &forcing.corners_s } else { &forcing.landings_s };
+        let corners_s = settle(corners_s.clone(), duration_s);
         let mut instants_s: Vec<f64> =
             (0..).map(|i| f64::from(i) * case.resolution.every_s).take_while(|&t| t < duration_s).collect();
         instants_s.extend(case.observations.iter().flat_map(|seen| seen.times_s.iter().copied()));
         instants_s.push(duration_s);
         let instants_s = settle(instants_s, duration_s);
 
-        let lands = matches!(pace.growth, Growth::Stated { .. });
         // A record at a jump has what gauges read after it: an instant before is not to be interpolated towards that. So steps end on
         // the last instant before such a jump, and readings do not look beyond it.
         let before =

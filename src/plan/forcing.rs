@@ -1,7 +1,7 @@
 //! Schedules as the steps of a march see them.
 //!
-//! A measured flux or temperature has thousands of rows, most of them noise that a layup averages. Steps end only on the corners
-//! that carry the shape of a schedule ([`corners`]). Where a step passes over others, the schedule is replaced by its L2 projection
+//! A measured flux or temperature has thousands of rows, most of them noise that a layup averages. Adapted steps end only on the corners
+//! that carry the shape of a schedule ([`corners`]); stated ones on all, while these are not too many. Where a step passes over others, the schedule is replaced by its L2 projection
 //! onto functions that are linear within steps and continuous between them (de Boor, A Practical Guide to Splines, 2001, chapter XIV):
 //! its integral against every such function is exact, the heat of a flux among them. Projected is what the flux into the layup is
 //! proportional to ([`Transform`]). Whether steps are short enough for what the projection smooths is measured by the adaptation, as
@@ -27,7 +27,9 @@ pub(super) struct Forcing {
     /// Of the plies at the hot and at the back face.
     conductivities: [Arc<ConductivityIntegral>; 2],
     duration_s: f64,
-    /// Zero, and every time at which steps end since a schedule has a corner there, s.
+    /// Zero, and every corner of a schedule, s.
+    pub corners_s: Vec<f64>,
+    /// Zero, and the corners that carry the shape of a schedule, s.
     pub landings_s: Vec<f64>,
     /// Those of them at which a pressure outside jumps, and with it what gauges read.
     pub pressure_jumps_s: Vec<f64>,
@@ -114,18 +116,20 @@ impl Forcing {
                 },
             }
         });
-        let corners_s: Vec<Vec<f64>> = signals.iter().map(|signal| corners(&signal.schedule, duration_s)).collect();
+        let shapes_s: Vec<Vec<f64>> = signals.iter().map(|signal| corners(&signal.schedule, duration_s)).collect();
         let pressures = [hot_pressure_pa, back_pressure_pa].into_iter();
         let jumps_s = pressures.flat_map(|signal: usize| {
             let jumps = |time_s: &&f64| {
                 signals[signal]
                     .jumps(signals[signal].schedule.before(**time_s), signals[signal].schedule.after(**time_s))
             };
-            corners_s[signal].iter().filter(jumps).copied().collect::<Vec<f64>>()
+            shapes_s[signal].iter().filter(jumps).copied().collect::<Vec<f64>>()
         });
         let pressure_jumps_s = jumps_s.collect();
-        let landings_s = std::iter::once(0.0).chain(corners_s.into_iter().flatten()).collect();
-        Self { signals, faces, conductivities, duration_s, landings_s, pressure_jumps_s }
+        let landings_s = std::iter::once(0.0).chain(shapes_s.into_iter().flatten()).collect();
+        let all_s = signals.iter().flat_map(|signal| signal.schedule.times_s.iter().copied());
+        let corners_s = std::iter::once(0.0).chain(all_s).collect();
+        Self { signals, faces, conductivities, duration_s, corners_s, landings_s, pressure_jumps_s }
     }
 
     /// Four rows a step: hot at its start, hot at its end, back at its start, back at its end; and four for the end of the march.
