@@ -23,6 +23,8 @@ use rayon::prelude::*;
 const SLICES: usize = 8;
 /// Rounds of measuring and sharing out anew, at most.
 const ROUNDS: usize = 10;
+/// Rounds in a row that find no cheaper plan, once one has met the tolerance, at most: errors of noisy schedules scatter from plan to plan.
+const VAIN_MOST: usize = 2;
 /// A round is worth its time if it may bring the work down to this share.
 const WORTH: f64 = 0.9;
 /// No plan has more cell-steps: an error that this does not bring down is not one of cells and steps.
@@ -137,6 +139,7 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
     let nominal = Ensemble::nominal(&case.factors);
     let mut cut = Discretisation::first(case, &stated);
     let mut best: Option<(Discretisation, Estimate, f64)> = None;
+    let mut vain = 0;
     for _ in 0..ROUNDS {
         let plan = stated.recut(case, cut.clone());
         if work(&plan) > WORK_MOST {
@@ -175,8 +178,15 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
             }
         });
         let next = shared_out(cut.clone().with_cells_of(&plan), &parts, error, AIM.max(error / FALL_MOST));
+        let has_met = best.as_ref().is_some_and(|(_, kept, _)| kept.relative() <= 1.0);
         if is_better {
             best = Some((cut, estimate, work(&plan)));
+            vain = 0;
+        } else if has_met {
+            vain += 1;
+            if vain == VAIN_MOST {
+                break;
+            }
         }
         if error <= 1.0 && work(&stated.recut(case, next.clone())) > WORTH * work(&plan) {
             break;
