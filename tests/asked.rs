@@ -91,8 +91,10 @@ fn at_each_thickness_the_band_of_peaks_holds_95_in_100_of_the_members_by_the_clo
     let found = sized(|case| demand(case, "SLAB", "BACK", LIMIT_K), MEMBERS).expect("a thickness");
     let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
     let members = Ensemble::sample(&case("slab").factors, Bounds::Small, &sampling, MEMBERS);
-    assert!(found.rungs.len() > 3, "{} thicknesses", found.rungs.len());
-    for rung in &found.rungs {
+    // Thicker than that, another term of the closed form has not died away.
+    let rungs: Vec<_> = found.rungs.iter().filter(|rung| rung.thickness_m < 20e-3).collect();
+    assert!(rungs.len() > 3, "{} thicknesses", rungs.len());
+    for rung in rungs {
         let [low_k, _, high_k] = rung.percentiles_k;
         let between = |low_k: f64, high_k: f64| {
             let peaks_k =
