@@ -85,8 +85,7 @@ pub(super) fn draw(figure: &Figure) -> Value {
             Layer::Corner { .. } => {}
             Layer::Contours { name, x, y, values, levels } => {
                 let lines = contour::lines(x, y, values, levels);
-                traces
-                    .extend(levels.iter().zip(&lines).map(|(level, pieces)| level_line(name, levels, *level, pieces)));
+                traces.extend(levels.iter().zip(&lines).map(|(level, lines)| level_line(name, levels, *level, lines)));
                 traces.push(level_key(name, levels));
             }
             Layer::Whiskers { name, ink, percentiles } => {
@@ -191,12 +190,12 @@ fn cells(figure: &Figure, values: &[Vec<f64>]) -> Value {
     })
 }
 
-/// One level, from the pieces that the still has too: plotly's own contours want a rectangular grid.
-fn level_line(name: &str, levels: &[f64], level: f64, pieces: &[contour::Piece]) -> Value {
+/// One level, from the lines that the still has too: plotly's own contours want a rectangular grid.
+fn level_line(name: &str, levels: &[f64], level: f64, lines: &[contour::Line]) -> Value {
     let (first, last) = logarithms(levels);
     let share = if last > first { (level.log10() - first) / (last - first) } else { 0.0 };
     let each = |of: fn(&(f64, f64)) -> f64| -> Vec<f64> {
-        pieces.iter().flat_map(|[from, to]| [of(from), of(to), f64::NAN]).collect()
+        lines.iter().flat_map(|line| line.iter().map(of).chain([f64::NAN])).collect()
     };
     json!({
         "type": "scatter", "mode": "lines", "x": numbers(&each(|at| at.0)), "y": numbers(&each(|at| at.1)),

@@ -1,25 +1,73 @@
 //! Lines of equal value over a grid.
 
-/// A straight piece of a line of equal value: its two ends.
-pub(super) type Piece = [(f64, f64); 2];
+use std::collections::{HashMap, VecDeque};
 
-/// The pieces of every level of a positive quantity, where `values[j][i]` stands at `x[j][i]`, `y[j][i]`. Between points its
-/// logarithm is taken as straight; far below the lowest level a value would only bend the lines around it.
-pub(super) fn lines(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], levels: &[f64]) -> Vec<Vec<Piece>> {
+/// A straight piece of a line of equal value: its two ends.
+type Piece = [(f64, f64); 2];
+
+/// The points of a line of equal value; a closed line ends at its first point.
+pub(super) type Line = Vec<(f64, f64)>;
+
+/// The lines of every level of a positive quantity, where `values[j][i]` stands at `x[j][i]`, `y[j][i]`. Between
+/// points its logarithm is taken as straight; far below the lowest level a value would only bend the lines around it.
+pub(super) fn lines(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], levels: &[f64]) -> Vec<Vec<Line>> {
     let lowest = match levels {
         [first, second, ..] => first * first / second,
         _ => 0.0,
     };
     let logarithm = |value: &f64| if value.is_nan() { f64::NAN } else { value.max(lowest).log10() };
     let logarithms: Vec<Vec<f64>> = values.iter().map(|row| row.iter().map(logarithm).collect()).collect();
-    levels.iter().map(|level| pieces(x, y, &logarithms, level.log10())).collect()
+    levels.iter().map(|level| level_lines(x, y, &logarithms, level.log10())).collect()
+}
+
+/// The lines on which `values` takes the level, where `values[j][i]` stands at `x[j][i]`, `y[j][i]`.
+pub(super) fn level_lines(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], level: f64) -> Vec<Line> {
+    joined(&pieces(x, y, values, level))
+}
+
+/// Joins pieces that have an end in common, to the last bit, into lines.
+fn joined(pieces: &[Piece]) -> Vec<Line> {
+    let key = |(x, y): (f64, f64)| (x.to_bits(), y.to_bits());
+    let mut meeting: HashMap<(u64, u64), Vec<usize>> = HashMap::new();
+    for (index, piece) in pieces.iter().enumerate() {
+        for end in piece {
+            meeting.entry(key(*end)).or_default().push(index);
+        }
+    }
+    // A level through a corner has pieces without length there.
+    let mut free: Vec<bool> = pieces.iter().map(|[from, to]| from != to).collect();
+    let mut lines = Vec::new();
+    for first in 0..pieces.len() {
+        if !free[first] {
+            continue;
+        }
+        free[first] = false;
+        let [mut front, mut back] = pieces[first];
+        let mut line = VecDeque::from([front, back]);
+        while let Some(next) = meeting[&key(back)].iter().copied().find(|index| free[*index]) {
+            free[next] = false;
+            back = other_end(pieces[next], back);
+            line.push_back(back);
+        }
+        while let Some(next) = meeting[&key(front)].iter().copied().find(|index| free[*index]) {
+            free[next] = false;
+            front = other_end(pieces[next], front);
+            line.push_front(front);
+        }
+        lines.push(line.into());
+    }
+    lines
+}
+
+fn other_end([from, to]: Piece, end: (f64, f64)) -> (f64, f64) {
+    if from == end { to } else { from }
 }
 
 /// The pieces on which `values` takes the level, where `values[j][i]` stands at `x[j][i]`, `y[j][i]`.
 ///
 /// Each quadrilateral is cut into two triangles, in which a plane through the corners has exactly one straight
 /// line of a level: no saddle needs a decision. Triangles with a corner that is no number are left out.
-pub(super) fn pieces(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], level: f64) -> Vec<Piece> {
+fn pieces(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], level: f64) -> Vec<Piece> {
     let corner = |i: usize, j: usize| (x[j][i], y[j][i], values[j][i]);
     let mut found = Vec::new();
     for (j, row) in values.iter().enumerate().skip(1) {
@@ -36,11 +84,14 @@ pub(super) fn pieces(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], level:
 fn across(corners: [(f64, f64, f64); 3], level: f64) -> Option<Piece> {
     let mut ends = Vec::with_capacity(2);
     for (from, to) in [(0, 1), (1, 2), (2, 0)] {
-        let ((x0, y0, v0), (x1, y1, v1)) = (corners[from], corners[to]);
+        // From the lower to the higher corner, so that two triangles cross their common side at the same bits.
+        let (low, high) = if corners[from].2 < corners[to].2 { (from, to) } else { (to, from) };
+        let ((x0, y0, v0), (x1, y1, v1)) = (corners[low], corners[high]);
         // Half-open, so that a level through a corner is met once.
         if (v0 < level) != (v1 < level) && v0.is_finite() && v1.is_finite() {
             let t = (level - v0) / (v1 - v0);
-            ends.push((x0 + t * (x1 - x0), y0 + t * (y1 - y0)));
+            // At t = 1 this is the corner, to the last bit, on every side that ends there.
+            ends.push(((1.0 - t) * x0 + t * x1, (1.0 - t) * y0 + t * y1));
         }
     }
     match ends.as_slice() {
@@ -73,6 +124,19 @@ mod tests {
     }
 
     #[test]
+    fn a_circle_is_one_closed_line_and_a_gap_opens_it() {
+        let [x, y, mut values] = cone(41);
+        let closed = level_lines(&x, &y, &values, 0.6);
+        assert_eq!(closed.len(), 1, "{} lines", closed.len());
+        assert_eq!(closed[0].first(), closed[0].last());
+        let length: f64 = closed[0].windows(2).map(|ends| (ends[0].0 - ends[1].0).hypot(ends[0].1 - ends[1].1)).sum();
+        assert!((length - 1.2 * std::f64::consts::PI).abs() < 0.02, "circumference {length}");
+        values[20][32] = f64::NAN;
+        let open = level_lines(&x, &y, &values, 0.6);
+        assert!(open.len() == 1 && open[0].first() != open[0].last(), "{} lines", open.len());
+    }
+
+    #[test]
     fn a_failed_member_leaves_a_gap_in_a_line_and_nothing_else() {
         let [x, y, mut values] = cone(41);
         let whole = pieces(&x, &y, &values, 0.6).len();
@@ -87,8 +151,9 @@ mod tests {
         let [x, y, mut values] = cone(41);
         values[20][20] = 0.0;
         let found = lines(&x, &y, &values, &[0.2, 0.4, 0.8]);
-        for (level, pieces) in [0.2, 0.4, 0.8].iter().zip(&found) {
-            let length: f64 = pieces.iter().map(|[a, b]| (a.0 - b.0).hypot(a.1 - b.1)).sum();
+        for (level, lines) in [0.2, 0.4, 0.8].iter().zip(&found) {
+            let steps = lines.iter().flat_map(|line| line.windows(2));
+            let length: f64 = steps.map(|ends| (ends[0].0 - ends[1].0).hypot(ends[0].1 - ends[1].1)).sum();
             assert!((length / (2.0 * std::f64::consts::PI * level) - 1.0).abs() < 0.02, "{length} at {level}");
         }
     }

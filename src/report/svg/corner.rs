@@ -59,8 +59,8 @@ pub(super) fn draw(variables: &[Variable], regions: &[Region], plot: &Area) -> D
         let up: Vec<Vec<f64>> = y.middles.iter().map(|&up| vec![up; x.middles.len()]).collect();
         for level in [0.5, 0.95] {
             let style = rgb(Ink::Series(0)).stroke_width(px(1));
-            for piece in contour::pieces(&across, &up, &region.enclosed, level) {
-                chart.plotting_area().draw(&PathElement::new(piece, style))?;
+            for line in contour::level_lines(&across, &up, &region.enclosed, level) {
+                chart.plotting_area().draw(&PathElement::new(line, style))?;
             }
         }
         chart.draw_series([Circle::new((x.estimate, y.estimate), px(4), rgb(Ink::Series(1)).filled())])?;

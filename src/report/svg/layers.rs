@@ -155,10 +155,10 @@ pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) ->
         // It has axes of its own: see `corner`.
         Layer::Corner { .. } => {}
         Layer::Contours { x, y, values, levels, .. } => {
-            for (place, pieces) in contour::lines(x, y, values, levels).into_iter().enumerate() {
+            for (place, lines) in contour::lines(x, y, values, levels).into_iter().enumerate() {
                 let style = level_colour(place, levels.len()).stroke_width(px(1) + FINE / 2);
-                for [from, to] in pieces {
-                    chart.plotting_area().draw(&PathElement::new([from, to], style))?;
+                for line in lines {
+                    chart.plotting_area().draw(&PathElement::new(line, style))?;
                 }
             }
         }

@@ -1,8 +1,9 @@
 //! A figure as a still: SVG text, for papers and for print.
 //!
 //! Drawn through plotters, whose SVG backend rounds to whole units: the picture is drawn four times as large
-//! and shown at its size, so that curves keep a quarter of a pixel.
+//! and shown at its size, so that curves keep a quarter of a pixel. Its text is then shortened (`compact`).
 
+mod compact;
 mod corner;
 mod layers;
 mod ticks;
@@ -38,7 +39,7 @@ pub(super) fn draw(figure: &Figure) -> Result<String, String> {
     }
     let drawn = format!("width=\"{}\" height=\"{}\"", WIDTH * FINE, HEIGHT * FINE);
     let shown = format!("width=\"{WIDTH}\" height=\"{HEIGHT}\" role=\"img\"");
-    Ok(text.replacen(&drawn, &shown, 1))
+    Ok(compact::shorten(&text.replacen(&drawn, &shown, 1)))
 }
 
 fn compose(figure: &Figure, root: &Area) -> Drawn {

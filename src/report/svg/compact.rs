@@ -1,0 +1,138 @@
+//! The same picture in less text: plotters writes a polyline for every dash, and every point by its absolute place.
+
+/// Lines and polygons become paths with relative points, and successive lines of one style become one path.
+///
+/// The text is that of plotters: one element in a line, and texts between the lines of their tags, escaped.
+pub(super) fn shorten(svg: &str) -> String {
+    let mut out = String::with_capacity(svg.len());
+    let mut open: Option<Path> = None;
+    for line in svg.lines() {
+        match Path::read(line) {
+            Some(path) => match &mut open {
+                Some(before) if before.continues(&path) => before.runs.extend(path.runs),
+                _ => {
+                    out.extend(open.replace(path).map(|path| path.written()));
+                }
+            },
+            None => {
+                out.extend(open.take().map(|path| path.written()));
+                // Elements are opaque unless they say otherwise.
+                let line = if line.starts_with('<') { line.replace(OPAQUE, "") } else { line.to_owned() };
+                out.push_str(&line);
+                out.push('\n');
+            }
+        }
+    }
+    out.extend(open.map(|path| path.written()));
+    out
+}
+
+const OPAQUE: &str = " opacity=\"1\"";
+
+struct Path<'a> {
+    /// All attributes but the points.
+    style: &'a str,
+    is_closed: bool,
+    runs: Vec<Vec<(i32, i32)>>,
+}
+
+impl<'a> Path<'a> {
+    /// The polyline or polygon that is the whole of a line of text.
+    fn read(line: &'a str) -> Option<Self> {
+        let (rest, is_closed) = match line.strip_prefix("<polyline ") {
+            Some(rest) => (rest, false),
+            None => (line.strip_prefix("<polygon ")?, true),
+        };
+        let (style, points) = rest.strip_suffix("\"/>")?.split_once(" points=\"")?;
+        let point = |text: &str| {
+            let (x, y) = text.split_once(',')?;
+            Some((x.parse().ok()?, y.parse().ok()?))
+        };
+        let run: Vec<(i32, i32)> = points.split_whitespace().map(point).collect::<Option<_>>()?;
+        (!run.is_empty()).then(|| Self { style, is_closed, runs: vec![run] })
+    }
+
+    /// Whether a path can go on with another and look the same: lines to see through would be darker where they cross.
+    fn continues(&self, next: &Self) -> bool {
+        !self.is_closed && !next.is_closed && self.style == next.style && self.style.contains(OPAQUE.trim_start())
+    }
+
+    fn written(&self) -> String {
+        let mut data = String::new();
+        let (mut x, mut y) = (0, 0);
+        for run in &self.runs {
+            // Pairs after the first of a move are lines.
+            data.push('m');
+            for (place, (to_x, to_y)) in run.iter().enumerate() {
+                let (right, down) = (to_x - x, to_y - y);
+                let gap = |number: i32| if number < 0 { "" } else { " " };
+                let before = if place == 0 { "" } else { gap(right) };
+                data.push_str(&format!("{before}{right}{}{down}", gap(down)));
+                (x, y) = (*to_x, *to_y);
+            }
+        }
+        if self.is_closed {
+            data.push('z');
+        }
+        format!("<path {} d=\"{data}\"/>\n", self.style).replacen(OPAQUE, "", 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The points of a path, run by run.
+    fn points(data: &str) -> Vec<Vec<(i32, i32)>> {
+        let (mut x, mut y) = (0, 0);
+        let runs = data.trim_end_matches('z').split('m').skip(1);
+        let mut read = |run: &str| -> Vec<(i32, i32)> {
+            let spaced = run.replace('-', " -");
+            let numbers: Vec<i32> = spaced.split_whitespace().map(|number| number.parse().expect("a number")).collect();
+            let pairs = numbers.chunks(2).map(|pair| {
+                (x, y) = (x + pair[0], y + pair[1]);
+                (x, y)
+            });
+            pairs.collect()
+        };
+        runs.map(&mut read).collect()
+    }
+
+    #[test]
+    fn a_path_has_the_points_of_its_lines_and_their_style() {
+        let style = "fill=\"none\" opacity=\"1\" stroke=\"#00829B\" stroke-width=\"6\"";
+        let lines = "<polyline STYLE points=\"11,12 13,9 13,9 \"/>\n\
+                     <polyline STYLE points=\"-3,5 20,25 \"/>\n\
+                     <polygon opacity=\"0.2\" fill=\"#00829B\" points=\"1,2 3,4 0,7 \"/>\n";
+        let short = shorten(&lines.replace("STYLE", style));
+        let paths: Vec<&str> = short.lines().collect();
+        assert_eq!(paths.len(), 2, "{short}");
+        assert!(paths[0].starts_with("<path fill=\"none\" stroke=\"#00829B\" stroke-width=\"6\" d=\""), "{short}");
+        assert!(
+            paths[1].starts_with("<path opacity=\"0.2\" fill=\"#00829B\" d=\"") && paths[1].ends_with("z\"/>"),
+            "{short}"
+        );
+        let data = |path: &str| path.split_once("d=\"").map_or(String::new(), |(_, data)| data.replace("\"/>", ""));
+        assert_eq!(points(&data(paths[0])), [vec![(11, 12), (13, 9), (13, 9)], vec![(-3, 5), (20, 25)]]);
+        assert_eq!(points(&data(paths[1])), [vec![(1, 2), (3, 4), (0, 7)]]);
+    }
+
+    #[test]
+    fn lines_of_other_styles_to_see_through_or_apart_stay_apart() {
+        let line = |style: &str| format!("<polyline fill=\"none\" {style} points=\"1,2 3,4 \"/>\n");
+        let (black, white) = ("opacity=\"1\" stroke=\"#000000\"", "opacity=\"1\" stroke=\"#FFFFFF\"");
+        let faint = "opacity=\"0.6\" stroke=\"#000000\"";
+        for (first, second, paths) in [(black, black, 1), (black, white, 2), (faint, faint, 2)] {
+            let short = shorten(&(line(first) + &line(second)));
+            assert_eq!(short.matches("<path").count(), paths, "{short}");
+        }
+        let short = shorten(&(line(black) + "<circle r=\"1\"/>\n" + &line(black)));
+        assert_eq!(short.matches("<path").count(), 2, "{short}");
+    }
+
+    #[test]
+    fn texts_and_other_elements_stay_as_they_are() {
+        let text = "<text x=\"1\" y=\"2\" fill=\"#222222\">\nopacity=\"1\" points=\"1,2\"\n</text>\n";
+        assert_eq!(shorten(text), text);
+    }
+}
