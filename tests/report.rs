@@ -1,7 +1,7 @@
 //! The page as an analyst's browser sees it.
 
 use crate::cli::{CASE, OBSERVED, charring, say};
-use crate::support::{Scratch, cases, root};
+use crate::support::{Scratch, cases, root, text};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -10,6 +10,8 @@ use std::process::{Command, Stdio};
 /// A phone, CSS pixels.
 const PHONE: u32 = 390;
 const DESK: u32 = 1280;
+/// What a page may weigh.
+const PAGE_BYTES: usize = 2_000_000;
 
 /// Frames the page so wide and says on the console what became of it. Charts are drawn as they come into view: the
 /// frame is as tall as the page. One that is not drawn after 300 frames will not be.
@@ -36,6 +38,8 @@ const FRAME: &str = r#"<!DOCTYPE html>
       width: page.documentElement.clientWidth,
       requests: frame.contentWindow.performance.getEntriesByType("resource").map((entry) => entry.name),
       print: rules.filter((rule) => rule.conditionText === "print").length,
+      stills: [...page.querySelectorAll(".still")].filter((still) => still.offsetHeight > 0).length,
+      plotly: frame.contentWindow.Plotly?.version ?? "none",
     }));
   };
   frame.onload = look;
@@ -99,7 +103,20 @@ fn faults(scratch: &Scratch, width: u32) -> Vec<String> {
     if number("print") == 0 {
         faults.push("no style for paper".to_owned());
     }
+    if number("stills") > 0 {
+        faults.push(format!("{} still images shown on screen", number("stills")));
+    }
+    let plotly = seen["plotly"].as_str().unwrap_or_default();
+    let row = format!("| `plotly.js-cartesian-dist-min` | {plotly} | MIT |");
+    if !text("src/report/html/vendor/README.md").contains(&row) {
+        faults.push(format!("plotly.js {plotly} runs, the README of the vendored script names another"));
+    }
+    faults.extend(overweight(&scratch.read("page.html")));
     faults
+}
+
+fn overweight(page: &str) -> Option<String> {
+    (page.len() > PAGE_BYTES).then(|| format!("{} bytes, of {PAGE_BYTES} at most", page.len()))
 }
 
 /// The page of a study of a small case.
@@ -143,9 +160,12 @@ fn a_spoiled_page_is_caught() {
     let scratch = Scratch::new("spoiled");
     let page = studied(&scratch, CASE);
     let wide = "<div style=\"width:2000px\">wide</div>";
+    let heavy = format!("<!--{}-->", " ".repeat(PAGE_BYTES));
     let asking = "<img src=\"http://127.0.0.1:9/picture.png\" alt=\"\">";
     for (from, to, caught) in [
-        ("id=\"charts\">[", "id=\"charts\">[[", &["console: ", "0 of "] as &[&str]),
+        ("id=\"charts\">{", "id=\"charts\">{{", &["console: ", "0 of ", "still images shown"] as &[&str]),
+        ("id=\"plotly\">", "id=\"plotly\">AAAA", &["console: ", "0 of ", "still images shown", "plotly.js none runs"]),
+        ("</main>", &format!("</main>{heavy}"), &["bytes, of 2000000 at most"]),
         ("</main>", &format!("{wide}{asking}</main>"), &["pixels wide", "picture.png"]),
         ("@media print", "@media tv", &["no style for paper"]),
     ] {
@@ -160,13 +180,14 @@ fn a_spoiled_page_is_caught() {
 
 /// A citation of a figure that no study draws would never be seen.
 #[test]
-fn every_figure_that_a_case_says_to_repeat_one_of_the_paper_is_drawn_by_its_study() {
+fn the_study_of_a_shipped_case_draws_every_figure_that_repeats_one_of_the_paper_on_a_page_of_two_megabytes_at_most() {
     let scratch = Scratch::new("cited");
     let mut judged = 0;
     for case in cases().into_iter().filter(|case| !case.paper_figures.is_empty()) {
         let folder = root().join("cases").join(&case.id);
         say(&scratch, &format!("study {} -n 20 --quiet --out {}", folder.display(), case.id)).done();
         let page = scratch.read(&format!("{}/report.html", case.id));
+        assert_eq!(overweight(&page), None, "{}", case.id);
         for (figure, _) in &case.paper_figures {
             let file = scratch.path().join(&case.id).join("figures").join(format!("{figure}.svg"));
             assert!(file.is_file(), "{}: no figure {figure:?}", case.id);

@@ -43,7 +43,6 @@ const HOMES: &[(&str, &[&str])] = &[
     ("toml", &["src/case/file/"]),
     ("csv", &["src/case/file/sheet", "src/report/files/"]),
     ("parquet", &["src/report/files/"]),
-    ("plotly", &["src/report/html/"]),
     ("plotters", &["src/report/svg/"]),
     ("textplots", &["src/report/materials/"]),
 ];

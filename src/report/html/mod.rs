@@ -1,7 +1,7 @@
 //! The page: one file that needs no other and no network.
 //!
-//! Each figure is there twice: as a chart that plotly.js (from the `plotly` crate, MIT licence) draws when it
-//! comes into view, and as the still that is printed and that stands in where scripts do not run.
+//! The page has each figure twice: as a chart that plotly.js draws when it comes into view (`vendor/README.md` names
+//! the build), and as a still image in SVG, which is printed and which is shown where scripts do not run.
 
 mod asked;
 mod case;
@@ -13,11 +13,13 @@ mod table;
 use super::figure::Figure;
 use super::{Story, backend_words, chart, findings, warnings, words};
 use crate::case::Case;
-use serde_json::json;
+use serde_json::{Value, json};
 use table::{escaped, list, paragraph};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
+const PLOTLY: &str = include_str!("vendor/plotly-cartesian.min.js.gz.base64");
+const PLOTLY_LICENSE: &str = include_str!("vendor/LICENSE");
 
 /// A section of the page: its anchor, its title and what is in it.
 struct Section {
@@ -37,9 +39,6 @@ pub(super) fn page(story: &Story, figures: &[Figure], stills: &[String]) -> Stri
             format!("<section id=\"{}\">\n<h2>{}</h2>\n{}</section>\n", section.anchor, section.title, section.content)
         })
         .collect();
-    let charts: Vec<serde_json::Value> = figures.iter().map(chart::draw).collect();
-    // Inside a script element only `<` can end it.
-    let charts = json!(charts).to_string().replace('<', "\\u003c");
     format!(
         "<!DOCTYPE html>\n<html lang=\"en-GB\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
@@ -52,16 +51,33 @@ pub(super) fn page(story: &Story, figures: &[Figure], stills: &[String]) -> Stri
         header = header(story),
         summary = summary(story),
         plotly = plotly(),
+        charts = charts(figures),
     )
 }
 
-/// plotly.js in a script element: the first of the two that the crate hands out, the second being MathJax,
-/// which nothing here needs.
+/// plotly.js, compressed, in an element that a browser does not run: `page.js` decompresses and runs it. The licence
+/// asks for its text in every copy.
 fn plotly() -> String {
-    let sources = plotly::Plot::offline_js_sources();
-    let end = "</script>";
-    let length = sources.find(end).map_or(sources.len(), |at| at + end.len());
-    sources[..length].to_owned()
+    format!("<!--\nplotly.js\n\n{PLOTLY_LICENSE}-->\n<script type=\"application/gzip\" id=\"plotly\">{PLOTLY}</script>")
+}
+
+/// The charts as JSON, for a script element. Most traces share their `x` with others: each array is written once, in
+/// `x`, and a trace has its index there.
+fn charts(figures: &[Figure]) -> String {
+    let mut charts: Vec<Value> = figures.iter().map(chart::draw).collect();
+    let mut shared: Vec<Value> = Vec::new();
+    for trace in charts.iter_mut().filter_map(|chart| chart["traces"].as_array_mut()).flatten() {
+        if let Some(x) = trace.get_mut("x") {
+            let known = shared.iter().position(|other| other == x);
+            let index = known.unwrap_or_else(|| {
+                shared.push(x.take());
+                shared.len() - 1
+            });
+            *x = json!(index);
+        }
+    }
+    // Inside a script element only `<` can end it.
+    json!({"charts": charts, "x": shared}).to_string().replace('<', "\\u003c")
 }
 
 fn header(story: &Story) -> String {
@@ -139,7 +155,7 @@ mod tests {
         page(&story, &figures, &stills)
     }
 
-    /// The page without plotly.js, which is not ours to judge.
+    /// The page without plotly.js, whose text names addresses that it does not load.
     fn own(outcomes: &fixture::Outcomes) -> String {
         made(outcomes).replace(&plotly(), "")
     }
@@ -150,7 +166,40 @@ mod tests {
         for reference in ["src=", "href=\"http", "@import", "url(", "<link"] {
             assert!(!page.contains(reference), "the page refers to something: {reference}");
         }
-        assert!(plotly().len() > 1_000_000 && plotly().matches("<script").count() == 1, "plotly.js alone is wanted");
+    }
+
+    /// A comment of the page ends at the first `--`, the text of an element at the first `<`.
+    #[test]
+    fn the_chart_script_is_base64_after_its_licence() {
+        assert!(
+            !PLOTLY_LICENSE.contains("--") && PLOTLY_LICENSE.contains("Permission is hereby granted, free of charge")
+        );
+        assert!(made(&fixture::outcomes()).contains(PLOTLY_LICENSE));
+        assert!(PLOTLY.chars().all(|c| c.is_ascii_alphanumeric() || "+/=".contains(c)));
+    }
+
+    #[test]
+    fn charts_keep_their_traces_and_write_no_array_of_x_twice() {
+        let outcomes = fixture::outcomes();
+        let figures = figures::all(&outcomes.story("study"));
+        let text = charts(&figures);
+        let written: Value = serde_json::from_str(&text).expect("JSON");
+        let shared = written["x"].as_array().expect("arrays");
+        let mut traces = 0;
+        for (figure, written) in figures.iter().zip(written["charts"].as_array().expect("charts")) {
+            // Numbers as they are after one way through text.
+            let drawn: Value = serde_json::from_str(&chart::draw(figure).to_string()).expect("JSON");
+            let mut restored = written.clone();
+            for trace in restored["traces"].as_array_mut().expect("traces") {
+                if let Some(index) = trace["x"].as_u64() {
+                    trace["x"] = shared[index as usize].clone();
+                    traces += 1;
+                }
+            }
+            assert_eq!(restored, drawn, "{}", figure.id);
+        }
+        assert!(shared.len() < traces, "{} arrays of {traces} traces", shared.len());
+        assert!((1..shared.len()).all(|place| !shared[..place].contains(&shared[place])));
     }
 
     #[test]
