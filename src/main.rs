@@ -3,27 +3,15 @@
 //! Exit codes: 0 done; 1 ran but failed (no convergence, too many failed members); 2 the input is wrong;
 //! 3 the device failed.
 
-mod asked;
-mod cli;
-mod commands;
-mod devices;
-mod ending;
-mod heating;
-mod kept;
-mod lookup;
-mod merge;
-mod sizing;
-mod synthesis;
-mod verification;
-mod watch;
+mod command;
 
 use clap::Parser;
-use ending::Failure;
+use command::exit::Failure;
 use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let ran = commands::run(cli::Cli::parse());
+    let ran = command::run(command::args::Cli::parse());
     let (code, message) = match ran {
         Ok(ending) => {
             // A reader that has gone, such as a pager that was left, is no failure of ours.

@@ -21,8 +21,8 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("report", &["case", "traces", "study", "march", "fit"]),
     ("pilot", &["case", "plan", "ensemble", "traces", "march"]),
     ("verify", &["case", "chance", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
-    // A folder of the command, not of the library.
-    ("cli", &[]),
+    // The command's folder. It is not part of the library, which it uses by its public face.
+    ("command", &[]),
 ];
 
 /// Where each crate is at home: a file, or a folder that ends in a stroke.
@@ -31,12 +31,12 @@ const HOMES: &[(&str, &[&str])] = &[
     ("pollster", &["src/march/gpu/"]),
     ("bytemuck", &["src/march/gpu/"]),
     ("simdeez", &["src/physics/lanes", "src/march/cpu.rs"]),
-    ("rayon", &["src/pilot.rs", "src/march/cpu.rs", "src/study/statistics", "src/devices.rs"]),
+    ("rayon", &["src/pilot.rs", "src/march/cpu.rs", "src/study/statistics", "src/command/devices.rs"]),
     ("serde", &["src/report/"]),
-    ("serde_json", &["src/report/", "src/devices.rs", "src/verification.rs"]),
-    ("clap", &["src/cli", "src/main.rs"]),
-    ("anyhow", &["src/ending.rs", "src/main.rs"]),
-    ("indicatif", &["src/watch.rs"]),
+    ("serde_json", &["src/report/", "src/command/devices.rs", "src/command/verify.rs"]),
+    ("clap", &["src/command/args/", "src/main.rs"]),
+    ("anyhow", &["src/command/exit.rs", "src/main.rs"]),
+    ("indicatif", &["src/command/progress.rs"]),
     ("nalgebra", &["src/fit/", "src/study/", "src/verify/least_squares/"]),
     ("rand_chacha", &["src/chance.rs"]),
     ("sobol_burley", &["src/ensemble/"]),
@@ -150,7 +150,7 @@ fn a_forbidden_import_is_caught() {
     let sound = [
         ("src/march/gpu/mod.rs", "use crate::plan::Plan;\nuse super::March;"),
         ("src/fit/mod.rs", "//! [`Case`](crate::case::Case)\n#[cfg(test)]\nmod tests {\nuse crate::case::Case;\n}"),
-        ("src/commands.rs", "use crate::cli;"),
+        ("src/main.rs", "use crate::command::args::Cli;"),
     ];
     let sound = sound.map(|(path, text)| Source::new(path, text));
     assert_eq!(wrong_imports(&sound), Vec::<String>::new());

@@ -1,8 +1,8 @@
 //! Pieces of a sweep, marched apart, put together to what one march of it would have told.
 
-use crate::cli::Merge;
-use crate::commands::{tell, too_many_failed};
-use crate::ending::{Ending, Failure, input};
+use crate::command::args::Merge;
+use crate::command::exit::{Ending, Failure, input};
+use crate::command::{tell, too_many_failed};
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::{Sampling, SamplingKind};
 use bondline::march::{Backend, Precision};

@@ -1,8 +1,8 @@
 //! `bondline verify`: the table.
 
-use crate::asked;
-use crate::cli::On;
-use crate::ending::{Ending, Failure, input};
+use crate::command::args::On;
+use crate::command::args::convert;
+use crate::command::exit::{Ending, Failure, input};
 use bondline::march::choose::{self, Kind};
 use bondline::march::cpu::Cpu;
 use bondline::march::gpu::Gpu;
@@ -29,7 +29,7 @@ pub(crate) fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Endin
     if !on.sets.is_empty() {
         return Err(input("--set changes a case, and verify has its own"));
     }
-    let mut choice = asked::choice(on)?;
+    let mut choice = convert::choice(on)?;
     if choice.kind == Kind::Auto {
         choice.kind = Kind::Cpu;
     }

@@ -1,7 +1,7 @@
 //! What `--keep` asks to keep of every member, in files that are written while the members come.
 
-use crate::cli::Keep;
-use crate::ending::Failure;
+use crate::command::args::Keep;
+use crate::command::exit::Failure;
 use bondline::case::Case;
 use bondline::ensemble::Ensemble;
 use bondline::plan::Plan;

@@ -1,5 +1,6 @@
-//! What can be typed.
+//! The command line: subcommands and their options.
 
+pub(crate) mod convert;
 mod fit;
 mod trace;
 

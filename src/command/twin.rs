@@ -1,10 +1,10 @@
 //! `twin`: synthetic observations from known factors, and studies of many.
 
-use crate::asked;
-use crate::cli::{Ask, Fit, Trusted, Twin};
-use crate::commands::load;
-use crate::ending::{Ending, Failure, input};
-use crate::watch::Watched;
+use crate::command::args::convert;
+use crate::command::args::{Ask, Fit, Trusted, Twin};
+use crate::command::exit::{Ending, Failure, input};
+use crate::command::load;
+use crate::command::progress::Watched;
 use bondline::case::unit::Dimension;
 use bondline::case::{Bounds, Case};
 use bondline::march::{March, Precision, choose};
@@ -32,7 +32,7 @@ pub(crate) fn make(asked: &Twin, data: &Trusted, fit: &Fit) -> Result<Ending, Fa
     }
     let case = load(&asked.case, &asked.on)?;
     let mut row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
-    for (factor, value) in asked::values(&case, &asked.truth, "--truth")? {
+    for (factor, value) in convert::values(&case, &asked.truth, "--truth")? {
         row[factor] = value;
     }
     let noise_k = noise_k(asked)?.unwrap_or(0.0);
@@ -46,7 +46,7 @@ pub(crate) fn make(asked: &Twin, data: &Trusted, fit: &Fit) -> Result<Ending, Fa
         return Err(input(format!("{} exists already; give --force to overwrite it", out.display())));
     }
     let plan = pilot(&case)?;
-    let mut choice = asked::choice(&asked.on)?;
+    let mut choice = convert::choice(&asked.on)?;
     choice.precision = choice.precision.or(Some(Precision::F64));
     let mut march = Watched::new(choose::open_extrapolated(&choice, &plan, 1)?, asked.on.quiet);
     let made = twin(&case, &plan, &mut march, row, noise_k, &noise).map_err(|error| match error {
@@ -85,7 +85,7 @@ pub(crate) fn study(
     if !fit.profile.is_empty() {
         return Err(input("--profile: a study judges the intervals that every estimate has; no profile is part of it"));
     }
-    let search = Search { landscape: false, ..asked::search(fit, march.backend().precision)? };
+    let search = Search { landscape: false, ..convert::search(fit, march.backend().precision)? };
     let outcome = recovery(case, plan, march, &search, Bounds::Small, noise_k(asked)?, noise(asked)?, twins);
     outcome.map_err(|error| match error {
         EstimateError::March(error) => error.into(),
@@ -94,7 +94,7 @@ pub(crate) fn study(
 }
 
 fn noise_k(asked: &Twin) -> Result<Option<f64>, Failure> {
-    let deviation = |text| asked::none_or_more(text, Dimension::TemperatureDifference, "--noise");
+    let deviation = |text| convert::none_or_more(text, Dimension::TemperatureDifference, "--noise");
     asked.noise.as_deref().map(deviation).transpose()
 }
 
@@ -104,7 +104,7 @@ pub(crate) fn seed(asked: &Twin) -> u64 {
 }
 
 fn noise(asked: &Twin) -> Result<Noise, Failure> {
-    let time = |text| asked::none_or_more(text, Dimension::Time, "--correlation");
+    let time = |text| convert::none_or_more(text, Dimension::Time, "--correlation");
     let correlation_s = asked.correlation.as_deref().map_or(Ok(0.0), time)?;
     Ok(Noise { correlation_s, seed: seed(asked) })
 }

@@ -1,10 +1,10 @@
 //! From what was typed to what the library takes.
 
-use crate::cli::{
+use crate::command::args::{
     BackendKind, BoundsKind, Fit, Limit, Method, Minimiser, On, PrecisionKind, PriorKind, SamplingKind, Sweep, Trusted,
     Walk,
 };
-use crate::ending::{Failure, input};
+use crate::command::exit::{Failure, input};
 use bondline::case::unit::{Dimension, quantity};
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::{self, Sampling};

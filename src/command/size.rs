@@ -1,8 +1,8 @@
 //! `size`: how thick a ply must be.
 
-use crate::asked;
-use crate::cli::{Limit, Sweep};
-use crate::ending::{Failure, input};
+use crate::command::args::convert;
+use crate::command::args::{Limit, Sweep};
+use crate::command::exit::{Failure, input};
 use bondline::case::{Bounds, Case};
 use bondline::march::March;
 use bondline::study::proportion::fewest_draws;
@@ -15,7 +15,7 @@ pub(crate) fn sized(
     limit: &Limit,
     sweep: &Sweep,
 ) -> Result<(Sizing, Option<String>), Failure> {
-    let demand = asked::demand(case, limit)?;
+    let demand = convert::demand(case, limit)?;
     let fewest = fewest_draws(demand.probability);
     if sweep.members < fewest.max(2) {
         return Err(input(format!(
@@ -26,9 +26,9 @@ pub(crate) fn sized(
             fewest.max(2)
         )));
     }
-    let bounds = sweep.spread.map_or(Bounds::Small, asked::bounds);
+    let bounds = sweep.spread.map_or(Bounds::Small, convert::bounds);
     let sizing =
-        size(case, march, &demand, bounds, &asked::sampling(sweep), sweep.members).map_err(|error| match error {
+        size(case, march, &demand, bounds, &convert::sampling(sweep), sweep.members).map_err(|error| match error {
             SizeError::March(error) => error.into(),
             other => input(other),
         })?;

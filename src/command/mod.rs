@@ -1,10 +1,22 @@
-//! What each command does: a study, a report, an ending.
+//! The command: what each subcommand does, from its arguments to its text and exit code.
 
-use crate::asked;
-use crate::cli::{Ask, Cli, Command, Fit, Keep, Method, On, Sweep, Trusted};
-use crate::ending::{Ending, Failure, input};
-use crate::kept::Kept;
-use crate::watch::Watched;
+pub(crate) mod args;
+mod devices;
+pub(crate) mod exit;
+mod history;
+mod materials;
+mod member_output;
+mod merge;
+mod progress;
+mod size;
+mod twin;
+mod verify;
+
+use crate::command::args::convert;
+use crate::command::args::{Ask, Cli, Command, Fit, Keep, Method, On, Sweep, Trusted};
+use crate::command::exit::{Ending, Failure, input};
+use crate::command::member_output::Kept;
+use crate::command::progress::Watched;
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::Ensemble;
 use bondline::march::choose;
@@ -30,31 +42,31 @@ use std::time::Instant;
 /// Carry out what was typed.
 pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
     match cli.command {
-        Command::Devices { json } => crate::devices::print(json),
-        Command::Materials { look } => crate::lookup::print(look),
-        Command::Verify { json, group, on } => crate::verification::print(json, group.as_deref(), &on),
+        Command::Devices { json } => devices::print(json),
+        Command::Materials { look } => materials::print(look),
+        Command::Verify { json, group, on } => verify::print(json, group.as_deref(), &on),
         Command::Size { ask, limit, sweep } => {
             Desk::open("size", ask, &[], sweep.members, |_| Ok(()))?.answer(|desk| {
                 desk.predict()?;
-                let (sizing, failed) = crate::sizing::sized(&desk.case, &mut desk.march, &limit, &sweep)?;
+                let (sizing, failed) = size::sized(&desk.case, &mut desk.march, &limit, &sweep)?;
                 (desk.sizing, desk.failed, desk.seed) = (Some(sizing), failed, Some(sweep.seed));
                 Ok(())
             })
         }
-        Command::Twin { twin, data, fit } if twin.study.is_none() => crate::synthesis::make(&twin, &data, &fit),
+        Command::Twin { twin, data, fit } if twin.study.is_none() => twin::make(&twin, &data, &fit),
         Command::Twin { twin, data, fit } => {
-            let (ask, twins) = (crate::synthesis::ask(&twin), twin.study.unwrap_or_default());
+            let (ask, twins) = (twin::ask(&twin), twin.study.unwrap_or_default());
             Desk::open("twin", ask, &[], twins, |cases| prepare(cases, &data, &fit))?.answer(|desk| {
                 desk.predict()?;
-                let outcome = crate::synthesis::study(&desk.case, &desk.plan, &mut desk.march, &twin, &fit, twins)?;
-                (desk.recovery, desk.seed) = (Some(outcome), Some(crate::synthesis::seed(&twin)));
+                let outcome = twin::study(&desk.case, &desk.plan, &mut desk.march, &twin, &fit, twins)?;
+                (desk.recovery, desk.seed) = (Some(outcome), Some(twin::seed(&twin)));
                 Ok(())
             })
         }
         Command::History { ask, data, trace } => {
-            Desk::open("history", ask, &[], 1, |cases| asked::trust(cases, &data))?.answer(|desk| {
+            Desk::open("history", ask, &[], 1, |cases| convert::trust(cases, &data))?.answer(|desk| {
                 desk.predict()?;
-                let (found, failed) = crate::heating::found(&desk.case, &mut desk.march, &data, &trace)?;
+                let (found, failed) = history::found(&desk.case, &mut desk.march, &data, &trace)?;
                 (desk.history, desk.failed) = (Some(found), failed);
                 Ok(())
             })
@@ -67,19 +79,19 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
             })
         }
         Command::Uncertainty { ask, sweep, keep, piece: Some(piece) } => {
-            let members = asked::piece(&piece, sweep.members)?;
+            let members = convert::piece(&piece, sweep.members)?;
             // What `auto` takes is told by the whole sweep, or pieces of several sizes would be marched on several backends.
             Desk::open("uncertainty", ask, &[], sweep.members, |_| Ok(()))?.leave_piece(&sweep, keep, members)
         }
-        Command::Merge(merge) => crate::merge::merge(&merge),
+        Command::Merge(merge) => merge::merge(&merge),
         Command::Sensitivity { ask, data, step, method } => {
-            Desk::open("sensitivity", ask, &[], 16, |cases| asked::trust(cases, &data))?.answer(|desk| {
+            Desk::open("sensitivity", ask, &[], 16, |cases| convert::trust(cases, &data))?.answer(|desk| {
                 desk.predict()?;
                 desk.differentiate(method, step)
             })
         }
         Command::Estimate { ask, others, data, fit, walk, seed, beside } => {
-            let walkers = asked::walkers(&walk, seed)?;
+            let walkers = convert::walkers(&walk, seed)?;
             let mut other: Vec<Case> = beside.map(|path| load(&path, &ask.on)).transpose()?.into_iter().collect();
             prepare(&mut other, &data, &fit)?;
             Desk::open("estimate", ask, &others, 16, |cases| prepare(cases, &data, &fit))?.answer(|desk| {
@@ -88,16 +100,16 @@ pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
             })
         }
         Command::Study { ask, sweep, data, fit, walk } => {
-            let walkers = asked::walkers(&walk, sweep.seed)?;
+            let walkers = convert::walkers(&walk, sweep.seed)?;
             let prepared = |cases: &mut [Case]| {
                 prepare(cases, &data, &fit)?;
-                asked::fitted(&cases[0], &fit, walkers.is_some())
+                convert::fitted(&cases[0], &fit, walkers.is_some())
             };
             Desk::open("study", ask, &[], sweep.members, prepared)?.answer(|desk| {
                 desk.predict()?;
                 desk.doubt(&sweep, None)?;
                 desk.differentiate(None, None)?;
-                if let Some(why) = asked::unfitted(&desk.case) {
+                if let Some(why) = convert::unfitted(&desk.case) {
                     desk.remark(&format!("no estimation: {why}"));
                     return Ok(());
                 }
@@ -112,9 +124,9 @@ fn prepare(cases: &mut [Case], data: &Trusted, fit: &Fit) -> Result<(), Failure>
     if cases.is_empty() {
         return Ok(());
     }
-    asked::trust(cases, data)?;
-    asked::fit(cases, fit)?;
-    asked::begun(cases)
+    convert::trust(cases, data)?;
+    convert::fit(cases, fit)?;
+    convert::begun(cases)
 }
 
 /// A question on the desk: the case, what marches it, and the answers so far.
@@ -163,7 +175,7 @@ impl Desk {
         let plan = pilot(&case)?;
         let other_plans = others.iter().map(pilot).collect::<Result<_, _>>()?;
         let plan_s = began.elapsed().as_secs_f64();
-        let march = Watched::new(choose::open_extrapolated(&asked::choice(&ask.on)?, &plan, members)?, ask.on.quiet);
+        let march = Watched::new(choose::open_extrapolated(&convert::choice(&ask.on)?, &plan, members)?, ask.on.quiet);
         let path = ask.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&id).join(command));
         let folder = OutputFolder::open(&path, &id, ask.force)?;
         Ok(Self {
@@ -247,7 +259,7 @@ impl Desk {
     fn doubt(&mut self, sweep: &Sweep, keep: Option<Keep>) -> Result<(), Failure> {
         let Some(nominal) = self.nominal.clone() else { return self.predict().and_then(|()| self.doubt(sweep, keep)) };
         let gathered = self.gather(sweep, keep, 0..sweep.members, &nominal)?;
-        let outcome = gathered.answer(&nominal, &asked::sampling(sweep), sweep.members);
+        let outcome = gathered.answer(&nominal, &convert::sampling(sweep), sweep.members);
         self.failed = too_many_failed(&outcome, sweep.max_failed);
         self.seed = Some(sweep.seed);
         self.uncertainty = Some(outcome);
@@ -267,14 +279,14 @@ impl Desk {
         let mark = CaseMark {
             id: self.case.id.clone(),
             path,
-            sets: asked::sets(&self.ask.on.sets)?,
+            sets: convert::sets(&self.ask.on.sets)?,
             fingerprint: fingerprint(&self.case),
         };
         let draw = Draw {
             members: sweep.members,
-            sampling: asked::sampling(sweep).kind.name().to_owned(),
+            sampling: convert::sampling(sweep).kind.name().to_owned(),
             seed: sweep.seed,
-            bounds: sweep.spread.map_or(Bounds::Small, asked::bounds).name().to_owned(),
+            bounds: sweep.spread.map_or(Bounds::Small, convert::bounds).name().to_owned(),
         };
         let backend = self.march.backend_now();
         let piece = Piece::new(mark, draw, &backend, members.clone(), &nominal, &gathered).write(&self.folder)?;
@@ -306,10 +318,10 @@ impl Desk {
         self.march.expect(members.len());
         let part = if members.len() < sweep.members { Some(&members) } else { None };
         let mut kept = Kept::open(&mut self.folder, &self.case, &self.plan, keep, part)?;
-        let bounds = sweep.spread.map_or(Bounds::Small, asked::bounds);
-        let ensemble = Ensemble::sample(&self.case.factors, bounds, &asked::sampling(sweep), sweep.members)
+        let bounds = sweep.spread.map_or(Bounds::Small, convert::bounds);
+        let ensemble = Ensemble::sample(&self.case.factors, bounds, &convert::sampling(sweep), sweep.members)
             .correlated(&self.case.correlation);
-        let kind = asked::sampling(sweep).kind;
+        let kind = convert::sampling(sweep).kind;
         let envelope = Envelope::of(&self.case, &self.plan, nominal, bounds, kind)?;
         let mut gathered = Gathered::new(&self.case, nominal, &envelope, bounds, kind);
         gathered.march(&self.case, &self.plan, &mut self.march, &ensemble, members, &mut |ensemble, traces| {
@@ -323,13 +335,13 @@ impl Desk {
         if self.case.factors.is_empty() {
             return Err(input("the case has no factors to differentiate by"));
         }
-        let step = asked::difference(method, step, self.march.precision())?;
+        let step = convert::difference(method, step, self.march.precision())?;
         self.sensitivity = Some(sensitivity(&self.case, &self.plan, &mut self.march, step)?);
         Ok(())
     }
 
     fn fit(&mut self, fit: &Fit, walkers: Option<Walkers>) -> Result<(), Failure> {
-        let search = asked::search(fit, self.march.precision())?;
+        let search = convert::search(fit, self.march.precision())?;
         let others = self.others.iter().zip(&self.other_plans);
         let runs: Vec<(&Case, &Plan)> = std::iter::once((&self.case, &self.plan)).chain(others).collect();
         let found = estimate(&runs, &mut self.march, &search).map_err(|error| match error {
@@ -350,7 +362,7 @@ impl Desk {
     }
 
     fn hold_beside(&mut self, other: &Case, fit: &Fit) -> Result<(), Failure> {
-        let search = asked::search(fit, self.march.precision())?;
+        let search = convert::search(fit, self.march.precision())?;
         let Some(first) = self.estimated.as_ref().and_then(|estimated| estimated.fitted.first()) else {
             return Ok(());
         };
@@ -399,5 +411,5 @@ fn all<'a>(paths: impl Iterator<Item = &'a PathBuf>, on: &On) -> Result<Vec<Case
 
 /// The case, with what `--set` changes.
 pub(crate) fn load(path: &Path, on: &On) -> Result<Case, Failure> {
-    Ok(Case::load_with(path, &asked::sets(&on.sets)?)?)
+    Ok(Case::load_with(path, &convert::sets(&on.sets)?)?)
 }

@@ -1,7 +1,7 @@
 //! `materials`: what the database holds.
 
-use crate::cli::Materials;
-use crate::ending::{Ending, Failure};
+use crate::command::args::Materials;
+use crate::command::exit::{Ending, Failure};
 use bondline::case::Material;
 use bondline::report::materials;
 

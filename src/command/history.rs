@@ -1,7 +1,7 @@
 //! `history`: how the hot face was heated.
 
-use crate::cli::{Trace, Trusted};
-use crate::ending::{Failure, input};
+use crate::command::args::{Trace, Trusted};
+use crate::command::exit::{Failure, input};
 use bondline::case::Case;
 use bondline::march::March;
 use bondline::study::history::{History, HistoryError, Smoothing, Sought, Wanted, history};

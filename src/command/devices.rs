@@ -1,6 +1,6 @@
 //! `bondline devices`: what there is to march on.
 
-use crate::ending::{Ending, Failure};
+use crate::command::exit::{Ending, Failure};
 use bondline::march::Precision;
 use bondline::march::gpu::device::{self, Adapter, Device};
 use bondline::march::gpu::self_tests::SelfTests;
