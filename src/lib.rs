@@ -24,33 +24,32 @@
 //! [`March`](march::March) carries members through the plan and returns [`Traces`]. A [study] asks a question and
 //! gives its answer; a [`Fit`](fit::Fit) is the end of a least-squares minimisation, which knows no heat.
 //!
-//! A hundred variations of a slab, and the hottest back face among them:
+//! A [`Session`] does all of it for a case: it gives what the command gives, to the last bit. A hundred variations of a
+//! slab, and the hottest back face among them:
 //!
 //! ```
-//! use bondline::case::Bounds;
-//! use bondline::ensemble::{Sampling, SamplingKind};
-//! use bondline::march::{Precision, cpu::Cpu, extrapolated::Extrapolated, march_all};
-//! use bondline::pilot::pilot;
-//! use bondline::{Case, Ensemble};
+//! use bondline::ensemble::SamplingKind;
+//! use bondline::session::{Options, UncertaintyOptions};
+//! use bondline::{Case, Session};
 //!
 //! let case = Case::load("cases/slab".as_ref())?;
-//! let plan = pilot(&case)?;
-//! let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
-//! let sampling = Sampling { kind: SamplingKind::Sobol, seed: 1 };
-//! let ensemble = Ensemble::sample(&case.factors, Bounds::Small, &sampling, 100);
 //! let back = case.sensors.iter().position(|sensor| sensor.name == "BACK").expect("the slab has one");
+//! let mut session = Session::open(case, &Options::default())?;
+//! let options = UncertaintyOptions { members: 100, sampling: SamplingKind::Sobol, ..Default::default() };
 //! let mut hottest_k = 0.0_f64;
-//! march_all(&mut march, &plan, &ensemble, &mut |traces| {
+//! let spread = session.uncertainty_with(&options, &mut |_, traces| {
 //!     for member in 0..traces.members() {
 //!         hottest_k = traces.trace(member, back).iter().copied().fold(hottest_k, f64::max);
 //!     }
 //! })?;
 //! assert!(hottest_k > 700.0, "the nominal one reaches 633 K");
+//! assert!(spread.peaks[back].mean_k < hottest_k);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # In reading order
 //!
+//! - [`session`]: one case and its questions: the entry point
 //! - [`case`]: what is asked, as written in a file and as it holds
 //! - [`plan`]: the bridge; cells, steps and rows of numbers
 //! - [`pilot`]: cells and steps for an error that was asked for
@@ -76,6 +75,7 @@ pub mod physics;
 pub mod pilot;
 pub mod plan;
 pub mod report;
+pub mod session;
 pub mod study;
 pub mod traces;
 pub mod verify;
@@ -83,6 +83,7 @@ pub mod verify;
 pub use case::Case;
 pub use ensemble::Ensemble;
 pub use plan::Plan;
+pub use session::Session;
 pub use traces::Traces;
 
 /// The README's example is compiled and run with the tests.

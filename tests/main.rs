@@ -6,7 +6,6 @@ mod cli; // the built binary from outside: exit codes, messages, files
 mod derivatives; // derivatives at nominal factors, against differences, for every property on every kind of case
 mod differentiated; // kernels that tell changes: each rule against dual numbers, on the device
 mod estimates; // estimates of whole cases: intervals, profiles, standard errors, coverage
-mod example; // the example of the README beside the command
 mod fit; // least squares against certified answers, bounds, identification
 mod golden; // the nominal march of every shipped case, as it was
 mod history; // the flux that heated, from what it left at a thermocouple
@@ -22,6 +21,7 @@ mod readings; // what sensors read beside plies that decompose
 mod reduction; // which factors are left to estimate, beside what the paper left
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod rows; // rows on the device where the host puts them
+mod session; // sessions of the library beside the command; progress, cancellation, refused options
 mod shaders; // naga: kernels, twins of names, the loop budget
 mod states; // conductivities scaled state by state, and PATO's inverse problem
 mod support; // tolerances with their reasons, cases, devices

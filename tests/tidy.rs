@@ -19,6 +19,7 @@ const IMPORTS: &[(&str, &[&str])] = &[
     ("study", &["case", "chance", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
     // Of the march only what records name: backend and precision; of the fit the loss that is told.
     ("report", &["case", "traces", "study", "march", "fit"]),
+    ("session", &["case", "plan", "pilot", "ensemble", "traces", "march", "fit", "study", "report"]),
     ("pilot", &["case", "plan", "ensemble", "traces", "march"]),
     ("verify", &["case", "chance", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
     // The command's folder. It is not part of the library, which it uses by its public face.
@@ -31,7 +32,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("pollster", &["src/march/gpu/"]),
     ("bytemuck", &["src/march/gpu/"]),
     ("simdeez", &["src/physics/lanes", "src/march/cpu.rs"]),
-    ("rayon", &["src/pilot.rs", "src/march/cpu.rs", "src/study/statistics", "src/command/devices.rs"]),
+    ("rayon", &["src/pilot.rs", "src/march/cpu.rs", "src/study/statistics", "src/session/", "src/command/devices.rs"]),
     ("serde", &["src/report/"]),
     ("serde_json", &["src/report/", "src/command/devices.rs", "src/command/verify.rs"]),
     ("clap", &["src/command/args/", "src/main.rs"]),

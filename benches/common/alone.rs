@@ -19,7 +19,7 @@ impl<M> OnOneThread<M> {
     }
 }
 
-impl<M: March + Send> March for OnOneThread<M> {
+impl<M: March> March for OnOneThread<M> {
     fn backend(&self) -> Backend {
         self.march.backend()
     }

@@ -3,6 +3,7 @@
 use bondline::case::CaseError;
 use bondline::march::MarchError;
 use bondline::report::ReportError;
+use bondline::session::{InputError, SessionError};
 
 /// A command that ran: what to print, and why it failed all the same, if it did.
 pub(crate) struct Ending {
@@ -46,4 +47,31 @@ impl From<ReportError> for Failure {
             other => Self::Report(other.into()),
         }
     }
+}
+
+impl From<SessionError> for Failure {
+    fn from(error: SessionError) -> Self {
+        match error {
+            SessionError::Input(error) => input(with_flag(&error)),
+            SessionError::Report(error) => error.into(),
+            other => Self::Device(other.into()),
+        }
+    }
+}
+
+/// What is wrong with an option, by the name under which it is typed.
+fn with_flag(error: &InputError) -> String {
+    let Some(option) = error.option else { return error.message.clone() };
+    let flag = match option {
+        "members" => "-n",
+        "part" => "--members",
+        "twins" => "--study",
+        "sensor" | "limit_k" => "--limit",
+        "within_m" => "--between",
+        "profiles" => "--profile",
+        "noise_k" => "--noise",
+        "correlation_s" => "--correlation",
+        other => return format!("--{other}{}", error.message),
+    };
+    format!("{flag}{}", error.message)
 }

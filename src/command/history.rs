@@ -1,29 +1,25 @@
-//! `history`: how the hot face was heated.
+//! `bondline history`: how the hot face was heated.
 
-use crate::command::args::{Trace, Trusted};
-use crate::command::exit::{Failure, input};
-use bondline::case::Case;
-use bondline::march::March;
-use bondline::study::history::{History, HistoryError, Smoothing, Sought, Wanted, history};
+use crate::command::args::convert;
+use crate::command::args::{Ask, Trace, Trusted};
+use crate::command::exit::{Ending, Failure, input};
+use crate::command::run::{Run, load};
+use bondline::session::HistoryOptions;
+use bondline::study::history::{Smoothing, Sought};
 
-/// Find what heated a case from the data that it trusts, and say where it is not the one that meets them best.
-pub(crate) fn found(
-    case: &Case,
-    march: &mut dyn March,
-    data: &Trusted,
-    trace: &Trace,
-) -> Result<(History, Option<String>), Failure> {
-    if data.bounds.is_some() {
-        return Err(input("--bounds: a history estimates no factor; what is sought is kept from falling below zero"));
-    }
-    let sought = trace.seek.as_deref().map(sought).transpose()?;
-    let wanted = Wanted { sought, knots: trace.knots, smoothing: smoothing(&trace.smoothing)? };
-    let found = history(case, march, &wanted).map_err(|error| match error {
-        HistoryError::March(error) => error.into(),
-        other => input(other),
-    })?;
-    let failed = (!found.converged).then(|| format!("no convergence: {}", found.termination));
-    Ok((found, failed))
+/// Find what heated a case, and say where the minimisation did not converge.
+pub(crate) fn run(ask: &Ask, data: &Trusted, trace: &Trace) -> Result<Ending, Failure> {
+    let options = HistoryOptions {
+        observations: convert::observations(data)?,
+        sought: trace.seek.as_deref().map(sought).transpose()?,
+        knots: trace.knots,
+        smoothing: smoothing(&trace.smoothing)?,
+    };
+    let case = load(&ask.case, &ask.on)?;
+    options.check(&case)?;
+    let mut run = Run::of("history", ask, case)?;
+    let found = run.session.history(&options)?;
+    run.end((!found.converged).then(|| format!("no convergence: {}", found.termination)))
 }
 
 fn smoothing(text: &str) -> Result<Smoothing, Failure> {

@@ -1,172 +1,18 @@
-//! Pieces of a sweep, marched apart, put together to what one march of it would have told.
+//! `bondline merge`: pieces of a sweep put together.
 
 use crate::command::args::Merge;
-use crate::command::exit::{Ending, Failure, input};
-use crate::command::{tell, too_many_failed};
-use bondline::case::{Bounds, Case};
-use bondline::ensemble::{Sampling, SamplingKind};
-use bondline::march::{Backend, Precision};
-use bondline::pilot::pilot;
+use crate::command::exit::{Ending, Failure};
+use crate::command::run::{output_text, too_many_failed};
 use bondline::report::files::OutputFolder;
-use bondline::report::files::piece::{Piece, fingerprint};
-use bondline::report::{Seconds, Story};
-use bondline::study::nominal::Nominal;
-use bondline::study::uncertainty::Gathered;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
-use std::time::Instant;
+use bondline::session;
+use std::path::PathBuf;
 
-/// What is left of a piece once it is merged: one is read after the other, so that a thousand take no more memory than two.
-struct Merged<'a> {
-    path: &'a Path,
-    members: Range<usize>,
-    device: String,
-}
-
-pub(crate) fn merge(merge: &Merge) -> Result<Ending, Failure> {
-    let began = Instant::now();
-    // There is one at least: the command line asks for it.
-    let path = &merge.pieces[0];
-    let first = Piece::read(path)?;
-    is_of_one_sweep((path, &first), (path, &first))?;
-    let case = Case::load_with(merge.case.as_ref().unwrap_or(&first.case.path), &first.case.sets)?;
-    if fingerprint(&case) != first.case.fingerprint {
-        let lies = merge.case.as_ref().unwrap_or(&first.case.path);
-        return Err(input(format!(
-            "{}: the case {:?} at {} is not what was marched (fingerprint {}, expected {}): it has changed since, or \
-             --case names another",
-            path.display(),
-            case.id,
-            lies.display(),
-            fingerprint(&case),
-            first.case.fingerprint
-        )));
-    }
-    let plan = pilot(&case)?;
-    let plan_s = began.elapsed().as_secs_f64();
-    let traces = first.nominal(case.sensors.len());
-    let temperatures = case.sensors.len() * plan.instants_s.len();
-    let envelope = first.envelope();
-    if (traces.temperatures_k.len(), traces.gauges.len(), traces.extremes_k.len())
-        != (temperatures, plan.gauges() * plan.instants_s.len(), case.layup.plies.len())
-        || (envelope.below_k.len(), envelope.above_k.len()) != (temperatures, temperatures)
-    {
-        return Err(damaged(path));
-    }
-    let nominal = Nominal::of(&case, &plan, &traces, 0);
-    let bounds = Bounds::named(&first.draw.bounds).ok_or_else(|| damaged(path))?;
-    let kind = SamplingKind::named(&first.draw.sampling).ok_or_else(|| damaged(path))?;
-    let mut whole = Gathered::new(&case, &nominal, &envelope, bounds, kind);
-    let mut merged = Vec::with_capacity(merge.pieces.len());
-    for at in &merge.pieces {
-        let piece = Piece::read(at)?;
-        is_of_one_sweep((at, &piece), (path, &first))?;
-        let part = whole.restored(piece.numbers(), piece.kept().clone(), &piece.failures());
-        let part = part.filter(|part| part.members() == piece.members.len()).ok_or_else(|| damaged(at))?;
-        whole.merge(&part);
-        merged.push(Merged { path: at, members: piece.members, device: piece.backend.name });
-    }
-    merged.sort_by_key(|piece| (piece.members.start, piece.members.end));
-    is_whole(&merged, first.draw.members)?;
-    let outcome = whole.answer(&nominal, &Sampling { kind, seed: first.draw.seed }, first.draw.members);
-    let why = too_many_failed(&outcome, merge.max_failed);
-
-    let out = merge.out.clone().unwrap_or_else(|| PathBuf::from("out").join(&case.id).join("merge"));
-    let folder = OutputFolder::open(&out, &case.id, merge.force)?;
-    let story = Story {
-        case: &case,
-        others: &[],
-        command: "merge",
-        version: env!("CARGO_PKG_VERSION"),
-        backend: &backend(&first, &merged),
-        seed: Some(first.draw.seed),
-        // Nothing is marched here; what the pieces took is theirs to tell.
-        seconds: Seconds { plan_s, march_s: 0.0, reduce_s: began.elapsed().as_secs_f64() - plan_s, began },
-        nominal: Some(&nominal),
-        uncertainty: Some(&outcome),
-        sensitivity: None,
-        estimated: None,
-        posterior: None,
-        beside: None,
-        sizing: None,
-        history: None,
-        recovery: None,
-    };
-    Ok(Ending { text: tell(&story, &folder, merge.json)?, why })
-}
-
-fn damaged(path: &Path) -> Failure {
-    input(format!("{}: damaged: what it holds does not add up to what it says it is", path.display()))
-}
-
-/// A piece is of this version, and of the case, the draw and the nominal march of the first.
-fn is_of_one_sweep((path, piece): (&Path, &Piece), (at, first): (&Path, &Piece)) -> Result<(), Failure> {
-    let version = env!("CARGO_PKG_VERSION");
-    if piece.bondline != version {
-        let (path, made) = (path.display(), &piece.bondline);
-        return Err(input(format!("{path}: made by bondline {made}, expected {version} as this one")));
-    }
-    let differs = |what: &str, found: &str, wanted: &str| {
-        Err(input(format!(
-            "{} and {} are not of one sweep: their {what} differ, {found} and {wanted}",
-            path.display(),
-            at.display()
-        )))
-    };
-    if (&piece.case.id, &piece.case.fingerprint) != (&first.case.id, &first.case.fingerprint) {
-        let word = |piece: &Piece| format!("{} ({})", piece.case.id, piece.case.fingerprint);
-        return differs("cases", &word(piece), &word(first));
-    }
-    if piece.draw != first.draw {
-        let word = |piece: &Piece| {
-            let draw = &piece.draw;
-            format!("{} members by {}, seed {}, {} bounds", draw.members, draw.sampling, draw.seed, draw.bounds)
-        };
-        return differs("draws", &word(piece), &word(first));
-    }
-    let carrier = |piece: &Piece| format!("{} {}", piece.backend.kind, piece.backend.precision);
-    if carrier(piece) != carrier(first) {
-        return differs("backends", &carrier(piece), &carrier(first));
-    }
-    if !piece.has_nominal_of(first) {
-        let word = |piece: &Piece| format!("on {}", piece.backend.name);
-        return differs("nominal marches", &word(piece), &word(first));
-    }
-    Ok(())
-}
-
-/// The pieces, in order, hold every member once.
-fn is_whole(pieces: &[Merged], all: usize) -> Result<(), Failure> {
-    let mut next = 0;
-    for Merged { path, members, .. } in pieces {
-        let Range { start, end } = *members;
-        if start >= end || end > all {
-            return Err(damaged(path));
-        }
-        if start < next {
-            let path = path.display();
-            return Err(input(format!("{path}: members {start}..{end} overlap another piece, which ends at {next}")));
-        }
-        if start > next {
-            return Err(missing(next, start, all));
-        }
-        next = end;
-    }
-    if next < all { Err(missing(next, all, all)) } else { Ok(()) }
-}
-
-fn missing(start: usize, end: usize, all: usize) -> Failure {
-    input(format!("no piece holds members {start}..{end} of the {all} drawn"))
-}
-
-/// What marched: the names of all the devices, once each.
-fn backend(first: &Piece, pieces: &[Merged]) -> Backend {
-    let mut names: Vec<&str> = pieces.iter().map(|piece| piece.device.as_str()).collect();
-    names.sort_unstable();
-    names.dedup();
-    Backend {
-        name: names.join("; "),
-        kind: if first.backend.kind == "gpu" { "gpu" } else { "cpu" },
-        precision: if first.backend.precision == "f32" { Precision::F32 } else { Precision::F64 },
-    }
+pub(crate) fn run(merge: &Merge) -> Result<Ending, Failure> {
+    let answers = session::merge(&merge.pieces, merge.case.as_deref())?;
+    let id = &answers.case.id;
+    let out = merge.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join("merge"));
+    let folder = OutputFolder::open(&out, id, merge.force)?;
+    let text = output_text(&answers.report(&folder)?, merge.json, || Ok(answers.summary()))?;
+    let why = answers.uncertainty.as_ref().and_then(|outcome| too_many_failed(outcome, merge.max_failed));
+    Ok(Ending { text, why })
 }

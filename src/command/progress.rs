@@ -1,71 +1,57 @@
-//! Progress on standard error, and where the time goes.
+//! A progress bar on standard error.
 
-use bondline::ensemble::Ensemble;
-use bondline::march::{Backend, Begun, March, MarchError, Precision};
-use bondline::plan::Plan;
-use bondline::traces::Traces;
+use bondline::session::Progress;
 use indicatif::style::ProgressTracker;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
-use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// A march that shows how far it is and keeps the time.
-pub(crate) struct Watched {
-    march: Box<dyn March>,
+/// The style where the number of members is not known beforehand.
+const WITHOUT_END: &str = "{spinner} {human_pos} members marched, {elapsed}";
+
+/// A bar that shows how far a computation is. Clones share one bar.
+#[derive(Clone)]
+pub(crate) struct Bar {
     bar: ProgressBar,
-    /// Time inside the march, s.
-    pub seconds: f64,
+    /// The size of the sweep that the style shows.
+    expected: Arc<Mutex<Option<usize>>>,
 }
 
-impl Watched {
+impl Bar {
     /// The bar shows where standard error is a terminal, unless `quiet`.
-    pub(crate) fn new(march: Box<dyn March>, quiet: bool) -> Self {
+    pub(crate) fn new(quiet: bool) -> Self {
         let bar = ProgressBar::no_length();
         bar.set_draw_target(if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
-        bar.set_style(style("{spinner} {human_pos} members marched, {elapsed}"));
+        bar.set_style(style(WITHOUT_END));
         bar.enable_steady_tick(Duration::from_millis(200));
-        Self { march, bar, seconds: 0.0 }
+        Self { bar, expected: Arc::default() }
     }
 
-    /// Many members are coming: show how far and how long.
-    pub(crate) fn expect(&self, members: usize) {
-        let before = self.bar.position();
-        self.bar.set_length(before + members as u64);
-        let began = Instant::now();
-        let left = Left { began, before, marched: 0, last: began };
-        let shown = "{bar:30} {human_pos} of {human_len} members in {elapsed}, {left}";
-        self.bar.set_style(style(shown).with_key("left", left));
+    /// Show the progress. A sweep of known size has a bar and the time left.
+    pub(crate) fn show(&self, progress: Progress) {
+        let mut expected = self.expected.lock().unwrap_or_else(PoisonError::into_inner);
+        if *expected != progress.expected {
+            *expected = progress.expected;
+            match progress.expected {
+                Some(members) => {
+                    self.bar.set_length(members as u64);
+                    let now = Instant::now();
+                    let left = Left { began: now, marched: 0, last: now };
+                    let shown = "{bar:30} {human_pos} of {human_len} members in {elapsed}, {left}";
+                    self.bar.set_style(style(shown).with_key("left", left));
+                }
+                None => {
+                    self.bar.unset_length();
+                    self.bar.set_style(style(WITHOUT_END));
+                }
+            }
+        }
+        self.bar.set_position(progress.marched as u64);
     }
 
     pub(crate) fn done(&self) {
         self.bar.finish_and_clear();
-    }
-
-    pub(crate) fn backend_now(&self) -> Backend {
-        self.march.backend()
-    }
-
-    /// March so many members, keeping the time.
-    fn timed<T>(&mut self, members: usize, march: impl FnOnce(&mut dyn March) -> T) -> T {
-        let began = Instant::now();
-        let traces = march(&mut *self.march);
-        self.seconds += began.elapsed().as_secs_f64();
-        self.count(members);
-        traces
-    }
-
-    /// So many members were marched.
-    fn count(&self, members: usize) {
-        self.bar.inc(members as u64);
-        if self.bar.length().is_some_and(|length| self.bar.position() >= length) {
-            self.bar.unset_length();
-            self.bar.set_style(style("{spinner} {human_pos} members marched, {elapsed}"));
-        }
-    }
-
-    pub(crate) fn precision(&self) -> Precision {
-        self.march.backend().precision
     }
 }
 
@@ -74,9 +60,7 @@ impl Watched {
 #[derive(Clone)]
 struct Left {
     began: Instant,
-    /// Members marched before.
-    before: u64,
-    /// Members marched since, and when the last run of them came back.
+    /// Members marched, and when the last run of them came back.
     marched: u64,
     last: Instant,
 }
@@ -87,9 +71,8 @@ impl ProgressTracker for Left {
     }
 
     fn tick(&mut self, state: &ProgressState, now: Instant) {
-        let marched = state.pos().saturating_sub(self.before);
-        if marched != self.marched {
-            (self.marched, self.last) = (marched, now);
+        if state.pos() != self.marched {
+            (self.marched, self.last) = (state.pos(), now);
         }
     }
 
@@ -115,50 +98,6 @@ fn left(took: Duration, marched: u64, rest: u64, since: Duration) -> Option<Dura
 
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
-}
-
-impl March for Watched {
-    fn backend(&self) -> Backend {
-        self.march.backend()
-    }
-
-    fn capacity(&self, plan: &Plan) -> usize {
-        self.march.capacity(plan)
-    }
-
-    fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        let count = members.len();
-        self.timed(count, |march| march.march(plan, ensemble, members))
-    }
-
-    fn begin<'a>(
-        &mut self,
-        plan: &'a Plan,
-        ensemble: &Ensemble,
-        members: Range<usize>,
-    ) -> Result<Begun<'a>, MarchError> {
-        self.timed(0, |march| march.begin(plan, ensemble, members))
-    }
-
-    fn finish(&mut self, begun: Begun<'_>) -> Result<Traces, MarchError> {
-        let traces = self.timed(0, |march| march.finish(begun))?;
-        self.count(traces.arrivals.len());
-        Ok(traces)
-    }
-
-    fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
-        self.timed(points.len(), |march| march.tangents(plan, points, factors))
-    }
-
-    fn march_plans(
-        &mut self,
-        plans: &[&Plan],
-        ensemble: &Ensemble,
-        members: Range<usize>,
-    ) -> Result<Vec<Traces>, MarchError> {
-        let count = plans.len() * members.len();
-        self.timed(count, |march| march.march_plans(plans, ensemble, members))
-    }
 }
 
 #[cfg(test)]

@@ -1,39 +1,18 @@
-//! `size`: how thick a ply must be.
+//! `bondline size`: how thick a ply must be.
 
 use crate::command::args::convert;
-use crate::command::args::{Limit, Sweep};
-use crate::command::exit::{Failure, input};
-use bondline::case::{Bounds, Case};
-use bondline::march::March;
-use bondline::study::proportion::fewest_draws;
-use bondline::study::size::{SizeError, Sizing, size};
+use crate::command::args::{Ask, Limit, Sweep};
+use crate::command::exit::{Ending, Failure};
+use crate::command::run::{Run, load};
 
 /// Size the ply, and say where more members failed than are put up with.
-pub(crate) fn sized(
-    case: &Case,
-    march: &mut dyn March,
-    limit: &Limit,
-    sweep: &Sweep,
-) -> Result<(Sizing, Option<String>), Failure> {
-    let demand = convert::demand(case, limit)?;
-    let fewest = fewest_draws(demand.probability);
-    if sweep.members < fewest.max(2) {
-        return Err(input(format!(
-            "-n {}: a probability of {} takes at least {} members: of fewer the chance is above 2.5 % that none is among \
-             those that need more",
-            sweep.members,
-            demand.probability,
-            fewest.max(2)
-        )));
-    }
-    let bounds = sweep.spread.map_or(Bounds::Small, convert::bounds);
-    let sizing =
-        size(case, march, &demand, bounds, &convert::sampling(sweep), sweep.members).map_err(|error| match error {
-            SizeError::March(error) => error.into(),
-            other => input(other),
-        })?;
+pub(crate) fn run(ask: &Ask, limit: &Limit, sweep: &Sweep) -> Result<Ending, Failure> {
+    let options = convert::size(limit, sweep)?;
+    let case = load(&ask.case, &ask.on)?;
+    options.check(&case)?;
+    let mut run = Run::of("size", ask, case)?;
+    let sizing = run.session.size(&options)?;
     let failed: usize = sizing.failures.iter().map(|failure| failure.members).sum();
     let most = sweep.max_failed.unwrap_or(sizing.members / 100);
-    let why = (failed > most).then(|| format!("{failed} members failed, more than the {most} put up with"));
-    Ok((sizing, why))
+    run.end((failed > most).then(|| format!("{failed} members failed, more than the {most} put up with")))
 }

@@ -1,19 +1,15 @@
-//! `twin`: synthetic observations from known factors, and studies of many.
+//! `bondline twin`: synthetic observations from known factors, and studies of many.
 
 use crate::command::args::convert;
 use crate::command::args::{Ask, Fit, Trusted, Twin};
 use crate::command::exit::{Ending, Failure, input};
-use crate::command::load;
-use crate::command::progress::Watched;
+use crate::command::progress::Bar;
+use crate::command::run::{Run, load};
+use bondline::Session;
 use bondline::case::unit::Dimension;
-use bondline::case::{Bounds, Case};
-use bondline::march::{March, Precision, choose};
-use bondline::pilot::pilot;
-use bondline::plan::Plan;
+use bondline::march::Precision;
 use bondline::report;
-use bondline::study::estimate::{EstimateError, Search};
-use bondline::study::recovery::{Recovery, recovery};
-use bondline::study::twin::{Noise, TwinError, twin};
+use bondline::session::{TwinOptions, TwinStudyOptions};
 use std::path::PathBuf;
 
 /// Make the observations of one truth.
@@ -31,66 +27,61 @@ pub(crate) fn make(asked: &Twin, data: &Trusted, fit: &Fit) -> Result<Ending, Fa
         )));
     }
     let case = load(&asked.case, &asked.on)?;
-    let mut row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
-    for (factor, value) in convert::values(&case, &asked.truth, "--truth")? {
-        row[factor] = value;
-    }
-    let noise_k = noise_k(asked)?.unwrap_or(0.0);
-    let noise = noise(asked)?;
+    let options = TwinOptions {
+        truth: convert::values(&asked.truth, "--truth")?,
+        noise_k: noise_k(asked)?.unwrap_or(0.0),
+        correlation_s: correlation_s(asked)?,
+        seed: seed(asked),
+    };
+    options.check(&case)?;
     let idle = [asked.seed.map(|_| "--seed"), asked.correlation.as_ref().map(|_| "--correlation")];
-    if let (Some(option), true) = (idle.into_iter().flatten().next(), noise_k == 0.0) {
+    if let (Some(option), true) = (idle.into_iter().flatten().next(), options.noise_k == 0.0) {
         return Err(input(format!("{option} without noise changes nothing: give --noise, such as --noise \"2 K\"")));
     }
     let out = asked.out.clone().unwrap_or_else(|| PathBuf::from("measured.csv"));
     if out.exists() && !asked.force {
         return Err(input(format!("{} exists already; give --force to overwrite it", out.display())));
     }
-    let plan = pilot(&case)?;
-    let mut choice = convert::choice(&asked.on)?;
-    choice.precision = choice.precision.or(Some(Precision::F64));
-    let mut march = Watched::new(choose::open_extrapolated(&choice, &plan, 1)?, asked.on.quiet);
-    let made = twin(&case, &plan, &mut march, row, noise_k, &noise).map_err(|error| match error {
-        TwinError::March(error) => error.into(),
-        other => input(other),
-    })?;
-    march.done();
-    report::files::measured(&out, &case, &made)?;
+    let bar = Bar::new(asked.on.quiet);
+    let mut march = convert::options(&asked.on, &bar)?;
+    march.precision = march.precision.or(Some(Precision::F64));
+    let mut session = Session::open(case, &march)?;
+    let made = session.twin(&options)?;
+    bar.done();
+    report::files::measured(&out, session.case(), &made)?;
     let text = format!(
-        "{} samples of {} sensors, noise {noise_k} K, seed {}: {}\n",
+        "{} samples of {} sensors, noise {} K, seed {}: {}\n",
         made.instants_s.len(),
-        case.sensors.len(),
-        noise.seed,
+        session.case().sensors.len(),
+        options.noise_k,
+        options.seed,
         out.display()
     );
     Ok(Ending { text, why: None })
 }
 
-/// A study of twins as a question about a case.
-pub(crate) fn ask(asked: &Twin) -> Ask {
-    Ask { case: asked.case.clone(), out: asked.out.clone(), force: asked.force, json: asked.json, on: asked.on.clone() }
-}
-
 /// Make many data sets and fit them.
-pub(crate) fn study(
-    case: &Case,
-    plan: &Plan,
-    march: &mut dyn March,
-    asked: &Twin,
-    fit: &Fit,
-    twins: usize,
-) -> Result<Recovery, Failure> {
-    if twins < 2 {
-        return Err(input(format!("--study {twins}: a study needs at least 2 data sets")));
-    }
-    if !fit.profile.is_empty() {
-        return Err(input("--profile: a study judges the intervals that every estimate has; no profile is part of it"));
-    }
-    let search = Search { landscape: false, ..convert::search(fit, march.backend().precision)? };
-    let outcome = recovery(case, plan, march, &search, Bounds::Small, noise_k(asked)?, noise(asked)?, twins);
-    outcome.map_err(|error| match error {
-        EstimateError::March(error) => error.into(),
-        other => input(other),
-    })
+pub(crate) fn study(asked: &Twin, data: &Trusted, fit: &Fit, twins: usize) -> Result<Ending, Failure> {
+    let options = TwinStudyOptions {
+        observations: convert::observations(data)?,
+        fit: convert::fit(fit)?,
+        noise_k: noise_k(asked)?,
+        correlation_s: correlation_s(asked)?,
+        seed: seed(asked),
+        ..TwinStudyOptions::new(twins)
+    };
+    let ask = Ask {
+        case: asked.case.clone(),
+        out: asked.out.clone(),
+        force: asked.force,
+        json: asked.json,
+        on: asked.on.clone(),
+    };
+    let case = load(&ask.case, &ask.on)?;
+    options.check(&case)?;
+    let mut run = Run::of("twin", &ask, case)?;
+    run.session.twin_study(&options)?;
+    run.end(None)
 }
 
 fn noise_k(asked: &Twin) -> Result<Option<f64>, Failure> {
@@ -98,13 +89,12 @@ fn noise_k(asked: &Twin) -> Result<Option<f64>, Failure> {
     asked.noise.as_deref().map(deviation).transpose()
 }
 
-/// The seed of truths and noise.
-pub(crate) fn seed(asked: &Twin) -> u64 {
-    asked.seed.unwrap_or(1)
+fn correlation_s(asked: &Twin) -> Result<f64, Failure> {
+    let time = |text| convert::none_or_more(text, Dimension::Time, "--correlation");
+    asked.correlation.as_deref().map_or(Ok(0.0), time)
 }
 
-fn noise(asked: &Twin) -> Result<Noise, Failure> {
-    let time = |text| convert::none_or_more(text, Dimension::Time, "--correlation");
-    let correlation_s = asked.correlation.as_deref().map_or(Ok(0.0), time)?;
-    Ok(Noise { correlation_s, seed: seed(asked) })
+/// The seed of truths and noise.
+fn seed(asked: &Twin) -> u64 {
+    asked.seed.unwrap_or(1)
 }

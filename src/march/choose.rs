@@ -42,7 +42,7 @@ pub fn open(choice: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn Marc
     match choice.kind {
         Kind::Gpu => on_gpu(device::find(choice.device.as_deref())?),
         Kind::Auto if choice.device.is_some() => on_gpu(device::find(choice.device.as_deref())?),
-        Kind::Auto if is_worth_a_device(plan, members) && device::hardware_may_exist() => {
+        Kind::Auto if seeks_hardware(choice, plan, members) && device::hardware_may_exist() => {
             let hardware = device::adapters().into_iter().find(|adapter| !adapter.is_software());
             // A device that fails its self-tests is no error here: nobody asked for it.
             match hardware.map(on_gpu) {
@@ -60,6 +60,11 @@ pub fn open(choice: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn Marc
 /// As [`open`].
 pub fn open_extrapolated(choice: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn March>, MarchError> {
     Ok(Box::new(Extrapolated::new(open(choice, plan, members)?)))
+}
+
+/// Whether [`open`] looks for a hardware device because the work is worth one.
+pub fn seeks_hardware(choice: &Choice, plan: &Plan, members: usize) -> bool {
+    choice.kind == Kind::Auto && choice.device.is_none() && is_worth_a_device(plan, members)
 }
 
 fn on_cpu(choice: &Choice) -> Box<dyn March> {

@@ -4,6 +4,7 @@ pub mod choose;
 pub mod cpu;
 pub mod extrapolated;
 pub mod gpu;
+pub mod monitored;
 pub mod together;
 
 use crate::ensemble::Ensemble;
@@ -41,13 +42,15 @@ pub enum MarchError {
     TooLarge { device: String, limit: u64, what: &'static str, needed: u64 },
     #[error("device {device:?}: {message}")]
     Device { device: String, message: String },
+    #[error("cancelled")]
+    Cancelled,
 }
 
 /// Members that are on their way: waits for them, and tells what came of them.
 pub type Begun<'a> = Box<dyn FnOnce() -> Result<Traces, MarchError> + 'a>;
 
 /// Carries members of an ensemble through a plan.
-pub trait March {
+pub trait March: Send {
     fn backend(&self) -> Backend;
     /// Members it can carry at once.
     fn capacity(&self, plan: &Plan) -> usize;

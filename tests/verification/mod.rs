@@ -87,7 +87,7 @@ fn a_tolerance_beyond_ten_times_what_is_met_needs_a_reason() {
 /// A march whose traces are not what they should be.
 struct Spoiled<F>(F);
 
-impl<F: Fn(&Plan, &mut Traces)> March for Spoiled<F> {
+impl<F: Fn(&Plan, &mut Traces) + Send> March for Spoiled<F> {
     fn backend(&self) -> Backend {
         Reference(Precision::F64).backend()
     }

@@ -1,0 +1,181 @@
+//! A march that counts its members, keeps the time, reports progress and can be cancelled.
+
+use super::{Backend, Begun, March, MarchError};
+use crate::ensemble::Ensemble;
+use crate::plan::Plan;
+use crate::traces::Traces;
+use std::fmt;
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Cancels marches from another thread or from a progress callback. Clones share one state. A cancelled token stays
+/// cancelled until it is reset.
+#[derive(Clone, Debug, Default)]
+pub struct CancelToken(Arc<AtomicBool>);
+
+impl CancelToken {
+    /// A token that is not cancelled.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// End the marches that have this token before their next batch of members.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Let marches run again.
+    pub fn reset(&self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
+
+    /// Whether marches are to end.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// # Errors
+    /// [`MarchError::Cancelled`] once the token is cancelled.
+    pub fn check(&self) -> Result<(), MarchError> {
+        if self.is_cancelled() { Err(MarchError::Cancelled) } else { Ok(()) }
+    }
+}
+
+/// How far a computation is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Progress {
+    /// Members marched: of the sweep where `expected` states its size, otherwise since the computation began.
+    pub marched: usize,
+    /// Members of the sweep in progress; `None` where their number is not known beforehand.
+    pub expected: Option<usize>,
+}
+
+/// A function that is called with the progress after every batch of members.
+#[derive(Clone)]
+pub struct ProgressCallback(Arc<dyn Fn(Progress) + Send + Sync>);
+
+impl ProgressCallback {
+    /// Calls `report` on the thread that runs the computation.
+    pub fn new(report: impl Fn(Progress) + Send + Sync + 'static) -> Self {
+        Self(Arc::new(report))
+    }
+}
+
+impl fmt::Debug for ProgressCallback {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("ProgressCallback")
+    }
+}
+
+/// Any march, monitored.
+pub struct Monitored {
+    march: Box<dyn March>,
+    progress: Option<ProgressCallback>,
+    cancel: CancelToken,
+    marched: usize,
+    /// Members marched before the sweep in progress, and its size.
+    sweep: Option<(usize, usize)>,
+    seconds: f64,
+}
+
+impl Monitored {
+    /// Reports to `progress` and ends once `cancel` is cancelled.
+    pub fn new(march: Box<dyn March>, progress: Option<ProgressCallback>, cancel: CancelToken) -> Self {
+        Self { march, progress, cancel, marched: 0, sweep: None, seconds: 0.0 }
+    }
+
+    /// Count members and time from zero.
+    pub fn restart(&mut self) {
+        (self.marched, self.sweep, self.seconds) = (0, None, 0.0);
+    }
+
+    /// The next members are a sweep of this size.
+    pub fn expect(&mut self, members: usize) {
+        self.sweep = Some((self.marched, members));
+        self.report();
+    }
+
+    /// Time inside the march since the last restart, s.
+    pub fn seconds(&self) -> f64 {
+        self.seconds
+    }
+
+    /// March so many members, keeping the time.
+    fn timed<T>(
+        &mut self,
+        members: usize,
+        march: impl FnOnce(&mut dyn March) -> Result<T, MarchError>,
+    ) -> Result<T, MarchError> {
+        self.cancel.check()?;
+        let began = Instant::now();
+        let marched = march(&mut *self.march);
+        self.seconds += began.elapsed().as_secs_f64();
+        if marched.is_ok() && members > 0 {
+            self.count(members);
+        }
+        marched
+    }
+
+    fn count(&mut self, members: usize) {
+        self.marched += members;
+        self.report();
+        if self.sweep.is_some_and(|(before, size)| self.marched >= before + size) {
+            self.sweep = None;
+        }
+    }
+
+    fn report(&self) {
+        let Some(ProgressCallback(report)) = &self.progress else { return };
+        report(match self.sweep {
+            Some((before, size)) => Progress { marched: self.marched - before, expected: Some(size) },
+            None => Progress { marched: self.marched, expected: None },
+        });
+    }
+}
+
+impl March for Monitored {
+    fn backend(&self) -> Backend {
+        self.march.backend()
+    }
+
+    fn capacity(&self, plan: &Plan) -> usize {
+        self.march.capacity(plan)
+    }
+
+    fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
+        let count = members.len();
+        self.timed(count, |march| march.march(plan, ensemble, members))
+    }
+
+    fn begin<'a>(
+        &mut self,
+        plan: &'a Plan,
+        ensemble: &Ensemble,
+        members: Range<usize>,
+    ) -> Result<Begun<'a>, MarchError> {
+        self.timed(0, |march| march.begin(plan, ensemble, members))
+    }
+
+    fn finish(&mut self, begun: Begun<'_>) -> Result<Traces, MarchError> {
+        let traces = self.timed(0, |march| march.finish(begun))?;
+        self.count(traces.members());
+        Ok(traces)
+    }
+
+    fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
+        self.timed(points.len(), |march| march.tangents(plan, points, factors))
+    }
+
+    fn march_plans(
+        &mut self,
+        plans: &[&Plan],
+        ensemble: &Ensemble,
+        members: Range<usize>,
+    ) -> Result<Vec<Traces>, MarchError> {
+        let count = plans.len() * members.len();
+        self.timed(count, |march| march.march_plans(plans, ensemble, members))
+    }
+}

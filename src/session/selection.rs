@@ -1,0 +1,171 @@
+//! Which observations and factors of the cases a question uses, in place of what the case files say.
+
+use super::error::{InputError, SessionError};
+use super::options::{FitOptions, ObservationSelection, Start};
+use crate::case::Case;
+use std::cmp::Ordering;
+
+impl ObservationSelection {
+    /// The cases with these sensors, window and bounds in place of their own.
+    pub(super) fn apply(&self, cases: &mut [Case]) -> Result<(), SessionError> {
+        if !self.sensors.is_empty() {
+            let names = |case: &Case| case.sensors.iter().map(|sensor| sensor.name.clone()).collect();
+            let chosen = chosen(cases, &self.sensors, "sensors", "sensor", names)?;
+            for (case, chosen) in cases.iter_mut().zip(chosen) {
+                if chosen.is_empty() {
+                    let message = format!(": {:?} has none of {}", case.id, self.sensors.join(", "));
+                    return Err(InputError::of("sensors", message).into());
+                }
+                case.estimate.sensors = chosen;
+            }
+        }
+        let reversed_s = self.window_s.filter(|(start_s, end_s)| start_s.partial_cmp(end_s) != Some(Ordering::Less));
+        if let Some((start_s, end_s)) = reversed_s {
+            let message = format!(": expected a start before the end, found {start_s} s and {end_s} s");
+            return Err(InputError::of("window", message).into());
+        }
+        for case in cases {
+            if self.window_s.is_some() {
+                case.estimate.window_s = self.window_s;
+                // A stated window holds for every sensor, also where the case file has one of its own.
+                case.observations.iter_mut().for_each(|seen| seen.window_s = None);
+            }
+            case.estimate.bounds = self.bounds.unwrap_or(case.estimate.bounds);
+            all_seen(case)?;
+        }
+        Ok(())
+    }
+}
+
+impl FitOptions {
+    /// The cases with these factors, starts, loss and prior in place of their own.
+    pub(super) fn apply(&self, cases: &mut [Case]) -> Result<(), SessionError> {
+        const MOST_STARTS: usize = 10_000;
+        if !(1..=MOST_STARTS).contains(&self.starts) {
+            let message = format!(" {}: expected from 1 to {MOST_STARTS}", self.starts);
+            return Err(InputError::of("starts", message).into());
+        }
+        if !self.factors.is_empty() {
+            let names = |case: &Case| case.factors.iter().map(|factor| factor.name.clone()).collect();
+            let chosen = chosen(cases, &self.factors, "factors", "factor", names)?;
+            for (case, chosen) in cases.iter_mut().zip(chosen) {
+                case.estimate.factors = chosen;
+                case.estimate.start.clear();
+            }
+        }
+        starts(cases, &self.start)?;
+        for case in cases.iter_mut() {
+            case.estimate.loss = self.loss.unwrap_or(case.estimate.loss);
+            case.estimate.prior = self.prior.unwrap_or(case.estimate.prior);
+        }
+        starts_within_bounds(cases)
+    }
+}
+
+/// The place of a name among those known.
+pub(super) fn find<'a>(
+    names: impl Iterator<Item = &'a str>,
+    name: &str,
+    option: &'static str,
+    noun: &str,
+) -> Result<usize, SessionError> {
+    let names: Vec<&str> = names.collect();
+    let place = names.iter().position(|known| *known == name);
+    place.ok_or_else(|| {
+        let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        InputError::of(option, format!(": no {noun} is called {name:?}; there are {known}")).into()
+    })
+}
+
+/// Refuses cases in which some of the chosen sensors have samples in their windows and others have none. Where none
+/// has, all instants take the place of the samples.
+fn all_seen(case: &Case) -> Result<(), SessionError> {
+    let is_seen = |sensor: usize| {
+        let (from_s, to_s) = case.window_s(sensor);
+        let mut times_s = case.observations.iter().filter(|seen| seen.sensor == sensor).flat_map(|seen| &seen.times_s);
+        times_s.any(|time_s| (from_s..=to_s).contains(time_s))
+    };
+    let (seen, unseen): (Vec<usize>, Vec<usize>) = case.estimate.sensors.iter().partition(|&&sensor| is_seen(sensor));
+    match (seen.is_empty(), unseen.first()) {
+        (false, Some(&sensor)) => {
+            let ((from_s, to_s), name) = (case.window_s(sensor), &case.sensors[sensor].name);
+            let id = &case.id;
+            Err(InputError::plain(format!(
+                "{id}: {name:?} is chosen and has no samples between {from_s} s and {to_s} s; leave it out"
+            ))
+            .into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The places of the chosen names among those that each case has; one case at least must have each name.
+fn chosen(
+    cases: &[Case],
+    chosen: &[String],
+    option: &'static str,
+    noun: &str,
+    names: impl Fn(&Case) -> Vec<String>,
+) -> Result<Vec<Vec<usize>>, SessionError> {
+    let known: Vec<Vec<String>> = cases.iter().map(names).collect();
+    let mut all: Vec<&str> = Vec::new();
+    for name in known.iter().flatten() {
+        if !all.contains(&name.as_str()) {
+            all.push(name);
+        }
+    }
+    for (place, name) in chosen.iter().enumerate() {
+        find(all.iter().copied(), name, option, noun)?;
+        if chosen[..place].contains(name) {
+            return Err(InputError::of(option, format!(" names {name:?} twice")).into());
+        }
+    }
+    let places =
+        |known: &Vec<String>| chosen.iter().filter_map(|name| known.iter().position(|other| other == name)).collect();
+    Ok(known.iter().map(places).collect())
+}
+
+/// Sets the starts of every case that estimates a factor of the name, or of the one case that the start names.
+fn starts(cases: &mut [Case], starts: &[Start]) -> Result<(), SessionError> {
+    if starts.is_empty() {
+        return Ok(());
+    }
+    for case in cases.iter_mut() {
+        case.estimate.start = case.estimate.factors.iter().map(|&factor| case.factors[factor].nominal).collect();
+    }
+    for Start { factor: name, case: home, value } in starts {
+        let mut is_estimated = false;
+        for case in cases.iter_mut().filter(|case| home.as_ref().is_none_or(|id| *id == case.id)) {
+            let place = case.estimate.factors.iter().position(|&chosen| case.factors[chosen].name == *name);
+            let Some(place) = place else { continue };
+            let (low, high) = case.factors[case.estimate.factors[place]].bounds(case.estimate.bounds);
+            if !(low..=high).contains(value) {
+                let message = format!(" {name}={value}: outside its bounds {low} to {high}");
+                return Err(InputError::of("start", message).into());
+            }
+            case.estimate.start[place] = *value;
+            is_estimated = true;
+        }
+        if !is_estimated {
+            return Err(InputError::of("start", format!(" {name}: that factor is not estimated")).into());
+        }
+    }
+    Ok(())
+}
+
+fn starts_within_bounds(cases: &[Case]) -> Result<(), SessionError> {
+    for case in cases {
+        for (&factor, &start) in case.estimate.factors.iter().zip(&case.estimate.start) {
+            let (factor, bounds) = (&case.factors[factor], case.estimate.bounds);
+            let (low, high) = factor.bounds(bounds);
+            if !(low..=high).contains(&start) {
+                let (id, name, bounds) = (&case.id, &factor.name, bounds.name());
+                return Err(InputError::plain(format!(
+                    "{id}: the start {start} of {name:?} lies outside its {bounds} bounds {low} to {high}; give --start"
+                ))
+                .into());
+            }
+        }
+    }
+    Ok(())
+}
