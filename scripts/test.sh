@@ -49,9 +49,9 @@ done
 say 'format'
 cargo fmt --check
 say 'lints'
-cargo clippy --release --all-targets -- -D warnings
+cargo clippy --profile work --all-targets -- -D warnings
 say 'tests'
-cargo test --release
+cargo test --profile work
 say 'documentation'
-RUSTDOCFLAGS='-D warnings' cargo doc --release --no-deps
+RUSTDOCFLAGS='-D warnings' cargo doc --profile work --no-deps
 say 'all passed'
