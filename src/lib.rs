@@ -74,6 +74,7 @@ pub mod march;
 pub mod physics;
 pub mod pilot;
 pub mod plan;
+#[cfg(feature = "report")]
 pub mod report;
 pub mod session;
 pub mod study;

@@ -2,8 +2,11 @@
 
 use super::cpu::Cpu;
 use super::extrapolated::Extrapolated;
-use super::gpu::Gpu;
-use super::gpu::device::{self, Adapter, Device};
+#[cfg(feature = "gpu")]
+use super::gpu::{
+    Gpu,
+    device::{self, Adapter, Device},
+};
 use super::{March, MarchError, Precision};
 use crate::plan::Plan;
 
@@ -35,23 +38,46 @@ const WORTH_A_DEVICE: f64 = 3e8;
 /// # Errors
 /// When a device was asked for and none is found, opens, or passes its self-tests.
 pub fn open(choice: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn March>, MarchError> {
-    let on_gpu = |adapter: Adapter| -> Result<Box<dyn March>, MarchError> {
-        let device = Device::open(adapter, false)?;
-        Ok(Box::new(Gpu::new(device, choice.precision.unwrap_or(Precision::F32))?))
-    };
     match choice.kind {
-        Kind::Gpu => on_gpu(device::find(choice.device.as_deref())?),
-        Kind::Auto if choice.device.is_some() => on_gpu(device::find(choice.device.as_deref())?),
-        Kind::Auto if seeks_hardware(choice, plan, members) && device::hardware_may_exist() => {
-            let hardware = device::adapters().into_iter().find(|adapter| !adapter.is_software());
-            // A device that fails its self-tests is no error here: nobody asked for it.
-            match hardware.map(on_gpu) {
-                Some(Ok(march)) => Ok(march),
-                Some(Err(_)) | None => Ok(on_cpu(choice)),
-            }
+        Kind::Gpu => on_device(choice),
+        Kind::Auto if choice.device.is_some() => on_device(choice),
+        Kind::Auto if seeks_hardware(choice, plan, members) => {
+            Ok(on_hardware(choice).unwrap_or_else(|| on_cpu(choice)))
         }
         Kind::Auto | Kind::Cpu => Ok(on_cpu(choice)),
     }
+}
+
+/// The device that was asked for.
+#[cfg(feature = "gpu")]
+fn on_device(choice: &Choice) -> Result<Box<dyn March>, MarchError> {
+    on_adapter(choice, device::find(choice.device.as_deref())?)
+}
+
+#[cfg(not(feature = "gpu"))]
+fn on_device(_choice: &Choice) -> Result<Box<dyn March>, MarchError> {
+    let reason = "this build marches on the processor alone".to_owned();
+    Err(MarchError::NoDevice { reason, remedy: "build it with the feature `gpu`".to_owned() })
+}
+
+/// A hardware device, where there is one. One that fails its self-tests is no error here: nobody asked for it.
+#[cfg(feature = "gpu")]
+fn on_hardware(choice: &Choice) -> Option<Box<dyn March>> {
+    let may_exist = device::hardware_may_exist();
+    let adapters = may_exist.then(device::adapters).into_iter().flatten();
+    let hardware = adapters.into_iter().find(|adapter| !adapter.is_software())?;
+    on_adapter(choice, hardware).ok()
+}
+
+#[cfg(not(feature = "gpu"))]
+fn on_hardware(_choice: &Choice) -> Option<Box<dyn March>> {
+    None
+}
+
+#[cfg(feature = "gpu")]
+fn on_adapter(choice: &Choice, adapter: Adapter) -> Result<Box<dyn March>, MarchError> {
+    let device = Device::open(adapter, false)?;
+    Ok(Box::new(Gpu::new(device, choice.precision.unwrap_or(Precision::F32))?))
 }
 
 /// What [`open`] opens, marched at both resolutions of a plan.

@@ -3,6 +3,7 @@
 pub mod choose;
 pub mod cpu;
 pub mod extrapolated;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod monitored;
 pub mod together;

@@ -1,6 +1,6 @@
 //! Made-up outcomes with the shapes of real ones, for the tests of the report.
 
-use super::{Seconds, Story};
+use super::Story;
 use crate::case::exposure::OpenFace;
 use crate::case::material::{Mark, Provenance};
 use crate::case::*;
@@ -10,6 +10,7 @@ use crate::study::estimate::Estimated;
 use crate::study::nominal::{Misfit, Nominal, Peak, Reached};
 use crate::study::posterior::Posterior;
 use crate::study::proportion::Proportion;
+use crate::study::seconds::Seconds;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 use crate::study::statistics::{Causes, Likely};
 use crate::study::uncertainty::{Failure, PeakSpread, Spread, Uncertainty};

@@ -34,6 +34,7 @@ use crate::study::history::History;
 use crate::study::nominal::{Misfit, Nominal};
 use crate::study::posterior::Posterior;
 use crate::study::recovery::Recovery;
+use crate::study::seconds::Seconds;
 use crate::study::sensitivity::Sensitivity;
 use crate::study::size::Sizing;
 use crate::study::uncertainty::Uncertainty;
@@ -63,16 +64,6 @@ pub struct Story<'a> {
     pub sizing: Option<&'a Sizing>,
     pub history: Option<&'a History>,
     pub recovery: Option<&'a Recovery>,
-}
-
-/// Where the time went before the report, s.
-#[derive(Clone, Copy, Debug)]
-pub struct Seconds {
-    pub plan_s: f64,
-    pub march_s: f64,
-    pub reduce_s: f64,
-    /// When the command began: the total is counted from here.
-    pub began: Instant,
 }
 
 /// Why a report could not be written.

@@ -1,19 +1,22 @@
 //! What a session found, as its report needs it.
 
+#[cfg(feature = "report")]
 use super::error::SessionError;
 use crate::case::Case;
 use crate::march::Backend;
-use crate::report::files::OutputFolder;
-use crate::report::{self, Seconds, Story, summary};
+#[cfg(feature = "report")]
+use crate::report::{self, Story, files::OutputFolder, summary};
 use crate::study::beside::Beside;
 use crate::study::estimate::Estimated;
 use crate::study::history::History;
 use crate::study::nominal::Nominal;
 use crate::study::posterior::Posterior;
 use crate::study::recovery::Recovery;
+use crate::study::seconds::Seconds;
 use crate::study::sensitivity::Sensitivity;
 use crate::study::size::Sizing;
 use crate::study::uncertainty::Uncertainty;
+#[cfg(feature = "report")]
 use std::path::PathBuf;
 
 /// The answers to a question.
@@ -76,7 +79,10 @@ impl Answers {
             recovery: None,
         }
     }
+}
 
+#[cfg(feature = "report")]
+impl Answers {
     /// Write the report into a folder: the page, figures, tables and `summary.json`, whose path is the last of those
     /// returned.
     ///

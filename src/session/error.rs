@@ -2,6 +2,7 @@
 
 use crate::case::CaseError;
 use crate::march::MarchError;
+#[cfg(feature = "report")]
 use crate::report::ReportError;
 use crate::study::beside::BesideError;
 use crate::study::estimate::EstimateError;
@@ -25,6 +26,7 @@ pub enum SessionError {
     #[error("cancelled")]
     Cancelled,
     /// The report could not be written.
+    #[cfg(feature = "report")]
     #[error(transparent)]
     Report(#[from] ReportError),
 }

@@ -7,6 +7,7 @@
 
 mod answers;
 mod error;
+#[cfg(feature = "report")]
 mod merge;
 mod options;
 mod selection;
@@ -15,6 +16,7 @@ pub use crate::march::choose::Kind;
 pub use crate::march::monitored::{CancelToken, Progress, ProgressCallback};
 pub use answers::Answers;
 pub use error::{InputError, SessionError};
+#[cfg(feature = "report")]
 pub use merge::merge;
 pub use options::{
     Derivatives, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions,
@@ -27,7 +29,7 @@ use crate::march::monitored::Monitored;
 use crate::march::{Backend, March, Precision, choose, march_all};
 use crate::pilot::pilot;
 use crate::plan::Plan;
-use crate::report::Seconds;
+#[cfg(feature = "report")]
 use crate::report::files::OutputFolder;
 use crate::study::beside::beside;
 use crate::study::estimate::{Estimated, Search, estimate};
@@ -35,6 +37,7 @@ use crate::study::history::{History, history};
 use crate::study::nominal::{Nominal, nominal};
 use crate::study::posterior::{Walkers, posterior};
 use crate::study::recovery::{Recovery, recovery};
+use crate::study::seconds::Seconds;
 use crate::study::sensitivity::{Sensitivity, sensitivity};
 use crate::study::size::{Sizing, size};
 use crate::study::twin::{Twin, twin};
@@ -43,6 +46,7 @@ use crate::study::whole_traces::Envelope;
 use crate::traces::Traces;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
+#[cfg(feature = "report")]
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -339,6 +343,7 @@ impl Session {
     ///
     /// # Errors
     /// When there is no answer or the folder cannot be written.
+    #[cfg(feature = "report")]
     pub fn report(&self, folder: &OutputFolder) -> Result<Vec<PathBuf>, SessionError> {
         self.answers.as_ref().ok_or_else(nothing_to_report)?.report(folder)
     }
@@ -347,6 +352,7 @@ impl Session {
     ///
     /// # Errors
     /// When there is no answer.
+    #[cfg(feature = "report")]
     pub fn summary(&self) -> Result<String, SessionError> {
         Ok(self.answers.as_ref().ok_or_else(nothing_to_report)?.summary())
     }
@@ -527,6 +533,7 @@ fn in_pool<T: Send>(pool: Option<&ThreadPool>, work: impl FnOnce() -> T + Send) 
     }
 }
 
+#[cfg(feature = "report")]
 fn nothing_to_report() -> SessionError {
     InputError::plain("there is nothing to report: the last question failed or none was asked").into()
 }

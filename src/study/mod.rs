@@ -7,6 +7,7 @@ pub mod nominal;
 pub mod posterior;
 pub mod proportion;
 pub mod recovery;
+pub mod seconds;
 pub mod sensitivity;
 pub mod size;
 pub mod statistics;

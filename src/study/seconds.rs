@@ -1,0 +1,16 @@
+//! How long a question took.
+
+use std::time::Instant;
+
+/// Where the time of a question went before its report, s.
+#[derive(Clone, Copy, Debug)]
+pub struct Seconds {
+    /// Adapting cells and time steps.
+    pub plan_s: f64,
+    /// Marching.
+    pub march_s: f64,
+    /// All else that the question took: statistics, minimisation.
+    pub reduce_s: f64,
+    /// When the question was asked: the total is counted from here.
+    pub began: Instant,
+}
