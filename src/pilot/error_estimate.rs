@@ -76,8 +76,9 @@ impl Estimate {
     }
 }
 
-/// The smallest error of a gauge that is reported, as a share of its tolerance: 1 µm of a front.
-const LEAST: f64 = 1e-2;
+/// The smallest error of a gauge that is reported, as a share of its tolerance: 0.01 mm of a front, 0.05 % of a peak. Of 300 random cases
+/// one had a front that was off by 14 µm where two finer marches agreed to 2 µm.
+const LEAST: f64 = 0.1;
 /// An error below this share of its tolerance is not told from rounding.
 const ROUNDING: f64 = 1e-3;
 
