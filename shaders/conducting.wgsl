@@ -66,8 +66,20 @@ fn properties(step: u32, stage: u32) {
     }
 }
 
-fn moved(cell: u32, stage: u32) -> real {
-    return select(first[cell], 0.0, stage == 0u);
+fn blend(p: u32, i: u32, step: u32, stage: u32) {
+    let at = spot(temperatures[i].high + moved(i, stage));
+    let level_here = level_of(i, step, stage);
+    let row = row_of(p, levelled(at, level_here)[0]);
+    let here = mixture(p, at, row, level_here, phases_at(p, i, stage), stage == 0u);
+    conductivities[i] = here.conductivity;
+    slopes[i] = here.slope;
+    evaluated[i] = cells[i].width_m * here.heat_capacity;
+    if reads_gas(stage) {
+        gas_enthalpy(i, gas_of(p, row));
+    }
+    if GAS && stage == 0u && plan.plies[p].end_reaction > plan.plies[p].first_reaction {
+        rise_at(p, i, row);
+    }
 }
 
 // Its heat capacity is that of the whole cell, J/m²/K.
@@ -162,10 +174,6 @@ fn link(
         link.slopes = flux_slopes(conductance, gained);
     }
     return link;
-}
-
-fn staged(cell: u32, stage: u32) -> Pair {
-    return raised(temperatures[cell], moved(cell, stage));
 }
 
 fn surface(face: u32, cell: u32, stage: u32) -> Surface {

@@ -80,22 +80,6 @@ fn enthalpy_of(ply: u32, state: u32, risen_j_kg: real) -> real {
     return own.stores * risen_j_kg + own.formation_j_kg;
 }
 
-fn blend(p: u32, i: u32, step: u32, stage: u32) {
-    let at = spot(temperatures[i].high + moved(i, stage));
-    let level_here = level_of(i, step, stage);
-    let row = row_of(p, levelled(at, level_here)[0]);
-    let here = mixture(p, at, row, level_here, phases_at(p, i, stage), stage == 0u);
-    conductivities[i] = here.conductivity;
-    slopes[i] = here.slope;
-    evaluated[i] = cells[i].width_m * here.heat_capacity;
-    if reads_gas(stage) {
-        gas_enthalpy(i, gas_of(p, row));
-    }
-    if GAS && stage == 0u && plan.plies[p].end_reaction > plan.plies[p].first_reaction {
-        rise_at(p, i, row);
-    }
-}
-
 fn rise_at(p: u32, i: u32, row: Segment) {
     for (var state = 0u; state < plan.plies[p].rows; state++) {
         let own = state_of(state, row);

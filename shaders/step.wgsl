@@ -1,6 +1,5 @@
 // One step of one member: twin of src/physics/step.rs, where the scheme is written out.
 
-const GAMMA = 0.2928932188134524;
 const STRAY_MARGIN_K = 1.0;
 const STRAY_SPAN_K = STRAY_MARGIN_K + TABLE_STEP_K * (f32(TABLE_NODES) - 1.0);
 
@@ -57,10 +56,6 @@ fn advance(step: u32) {
             }
         }
     }
-}
-
-fn length_s(step: u32) -> real {
-    return lengths[min(step, run.steps - 1u)];
 }
 
 fn ascend() {

@@ -103,7 +103,6 @@ fn no_kernel_binds_more_uniform_buffers_than_a_driver_compiles_without_spoiling_
 
 /// Functions that only one side of a twin has, and why.
 const ONE_SIDED: &[(&str, &str, &str)] = &[
-    ("member", "scale", "a dispatch forgets the scales that a member on the processor keeps from its start"),
     ("member", "note", "the processor hands readings to its caller, the device writes them to a binding"),
     ("compensated", "lane", "the host reads a member through it; the device has bindings"),
     ("member", "shown_k", "the host reads a member through it; the device has bindings"),

@@ -3,10 +3,10 @@
 //! Gas is as warm as the solid it passes. Through the face under a cell it carries the mean of the enthalpies
 //! on both sides, so that either cell gains half the flux times the fall of enthalpy towards it.
 
+use super::GAMMA;
 use super::Real;
 use super::compensated::{advanced, keep};
 use super::member::Member;
-use super::step::GAMMA;
 use super::table::{Segment, spot, value};
 use crate::plan::GasPath;
 
@@ -30,19 +30,18 @@ pub(super) fn gas_enthalpy<R: Real>(here: Segment<'_, R>) -> [R; 2] {
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// Whether a stage reads the enthalpy of gas from tables: the first does. At the second it goes on straight, which keeps the order, but
-    /// by Darcy's law cells hold gas whose heat capacity must be that of the stage.
+    /// Whether a stage reads the enthalpy of gas from tables. The first does. The second continues it linearly, which
+    /// keeps the order, but by Darcy's law cells hold gas, whose heat capacity must be that of the stage.
     #[inline(always)]
     pub(super) fn reads_gas(&self, stage: usize) -> bool {
         GAS && (stage == 0 || self.plan.gas == Some(GasPath::Darcy))
     }
-
     /// The enthalpy of gas at the second stage, from that at the first.
     #[inline(always)]
     pub(super) fn gas_onward(&mut self) {
-        let first = &self.first[..];
-        let gas_j_kg = &mut self.gas_j_kg[..first.len()];
-        let gas_rises = &self.gas_rises[..first.len()];
+        let first = &self.thermal.first[..];
+        let gas_j_kg = &mut self.gas.gas_j_kg[..first.len()];
+        let gas_rises = &self.gas.gas_rises[..first.len()];
         for i in 0..first.len() {
             gas_j_kg[i] = gas_j_kg[i] + gas_rises[i] * first[i];
         }
@@ -51,13 +50,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Heat capacity of the gas in the pores of a cell, J/m²/K.
     #[inline(always)]
     pub(super) fn gas_capacity(&self, cell: usize) -> R {
-        self.pores[cell].storage * self.pressures[cell].high * self.gas_rises[cell]
+        self.darcy.pores[cell].storage * self.darcy.pressures[cell].high * self.gas.gas_rises[cell]
     }
 
     /// Pressure over density of the gas in a cell, J/kg.
     #[inline(always)]
     fn gas_work(&self, p: usize, cell: usize, stage: usize) -> R {
-        let temperature_k = self.temperatures[cell].high + self.moved(cell, stage);
+        let temperature_k = self.thermal.temperatures[cell].high + self.moved(cell, stage);
         temperature_k / value(self.gas_of(p, self.row_of(p, spot(temperature_k))), 2)
     }
 
@@ -68,13 +67,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         if !GAS || self.plan.gas != Some(GasPath::Darcy) {
             return zero;
         }
-        let now_kg_m2 = self.pores[cell].storage * self.pressures[cell].high;
-        let now_j_kg = self.gas_j_kg[cell] - self.gas_work(p, cell, 0);
+        let now_kg_m2 = self.darcy.pores[cell].storage * self.darcy.pressures[cell].high;
+        let now_j_kg = self.gas.gas_j_kg[cell] - self.gas_work(p, cell, 0);
         let then_kg_m2 = self.first_storage(p, cell) * R::of(self.rows.drives[0].pressure_pa);
         let start_k = R::of(self.rows.cells[cell].start_k);
         let then = self.gas_of(p, self.row_of(p, spot(start_k)));
         let then_j_kg = value(then, 0) - start_k / value(then, 2);
-        self.lost_and_stored[1] = self.lost_and_stored[1] + keep(now_kg_m2 - then_kg_m2);
+        self.accounts.lost_and_stored[1] = self.accounts.lost_and_stored[1] + keep(now_kg_m2 - then_kg_m2);
         now_kg_m2 * now_j_kg - then_kg_m2 * then_j_kg
     }
 
@@ -84,25 +83,25 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let start_k = R::of(self.rows.cells[cell].start_k);
         let molar = value(self.gas_of(p, self.row_of(p, spot(start_k))), 2);
         let virgin = self.rows.substances[self.plan.plies[p].first_state as usize];
-        let volume_m = R::of(self.rows.cells[cell].width_m) * self.plies[p].thickness;
+        let volume_m = R::of(self.rows.cells[cell].width_m) * self.scales.plies[p].thickness;
         volume_m * R::of(virgin.porosity) * (molar / start_k)
     }
 
     /// What pressure does in the pores of a cell at a stage, W/m².
     #[inline(always)]
     pub(super) fn swept(&self, p: usize, cell: usize, stage: usize) -> R {
-        self.pores[cell].storage * self.gas_work(p, cell, stage) * self.pressure_rates[cell]
+        self.darcy.pores[cell].storage * self.gas_work(p, cell, stage) * self.darcy.pressure_rates[cell]
     }
 
     /// Tell what heat gas takes out; and what it draws from held faces, which they must supply, W/m².
     #[inline(always)]
     pub(super) fn warm(&mut self, step: usize, stage: usize) -> [R; 2] {
-        let last = self.temperatures.len() - 1;
-        let mut drawn = [-self.given_ends[0], -self.given_ends[1]];
+        let last = self.thermal.temperatures.len() - 1;
+        let mut drawn = [-self.reactions.given_ends[0], -self.reactions.given_ends[1]];
         let mut out = R::constant(0.0);
         if self.plan.gas == Some(GasPath::Unhindered) {
             for i in 0..=last {
-                let leaves = self.made_at(i, stage) * self.gas_j_kg[i];
+                let leaves = self.made_at(i, stage) * self.gas.gas_j_kg[i];
                 out = out + leaves;
                 if i == 0 {
                     drawn[0] = drawn[0] + leaves;
@@ -112,9 +111,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 }
             }
         } else {
-            out = self.leaving[stage] * self.gas_j_kg[0];
+            out = self.gas.leaving[stage] * self.gas.gas_j_kg[0];
             drawn[0] = drawn[0] + (out - self.carried(0));
-            let back = self.back_leaving * self.gas_j_kg[last];
+            let back = self.gas.back_leaving * self.gas.gas_j_kg[last];
             drawn[1] = drawn[1] + (self.carried(last - 1) + back);
             out = out + back;
         }
@@ -126,7 +125,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Heat that gas carries up from the cell under one, W/m².
     #[inline(always)]
     fn carried(&self, cell: usize) -> R {
-        self.flows[cell] * R::fixed(0.5) * (self.gas_j_kg[cell + 1] + self.gas_j_kg[cell])
+        self.gas.flows[cell] * R::fixed(0.5) * (self.gas.gas_j_kg[cell + 1] + self.gas.gas_j_kg[cell])
     }
 
     /// Take the heat that gas carried out, and what reactions gave beyond enthalpies, into the accounts: the mean of
@@ -134,12 +133,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn tally(&mut self, step: usize, stage: usize, out: R) {
         if stage == 0 {
-            self.stage_heat = out;
+            self.accounts.stage_heat = out;
             return;
         }
         let half_length = R::constant(0.5) * R::of(self.rows.lengths_s[step]);
-        self.gas_heat = advanced(self.gas_heat, half_length * (self.stage_heat + out));
-        self.reaction_gain = advanced(self.reaction_gain, half_length * self.given);
+        self.accounts.gas_heat = advanced(self.accounts.gas_heat, half_length * (self.accounts.stage_heat + out));
+        self.accounts.reaction_gain = advanced(self.accounts.reaction_gain, half_length * self.reactions.given);
     }
 
     /// The part in the system of gas that takes heat out through a face, W/m²/K, by how much that heat rises with the temperature
@@ -151,7 +150,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         if self.plan.gas == Some(GasPath::Unhindered) {
             return zero;
         }
-        let leaving = if face == 0 { self.leaving[0] } else { self.back_leaving };
-        leaving.max(zero) * self.gas_rises[cell] * R::fixed(GAMMA)
+        let leaving = if face == 0 { self.gas.leaving[0] } else { self.gas.back_leaving };
+        leaving.max(zero) * self.gas.gas_rises[cell] * R::fixed(GAMMA)
     }
 }

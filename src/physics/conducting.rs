@@ -5,23 +5,14 @@ use super::carrying::{carried_gain, carried_slopes, gas_enthalpy};
 use super::compensated::{Pair, difference, raised};
 use super::faces::{FaceFlux, face_flux};
 use super::holder::flux_sideways;
-use super::material::{conductance_across, conductance_within, flux_slopes, gain_across, solid};
+use super::material::{conductance_across, conductance_within, flux_slopes, gain_across, levelled, solid};
 use super::member::Member;
 use super::mixing::{left_of, together};
+use super::state::Matter;
 use super::table::{beyond, integral, read, segment, spot, value};
 use crate::plan::GasPath;
 use crate::plan::layout::{Cell, Drive, FACE_COLUMNS, GAS_COLUMNS};
 use std::ops::Range;
-
-/// What a cell is like at a stage.
-#[derive(Clone, Copy)]
-pub(super) struct Matter<R> {
-    /// W/m/K, and at the first stage its slope, W/m/K².
-    pub(super) conductivity: R,
-    pub(super) slope: R,
-    /// Heat capacity, J/m²/K.
-    pub(super) capacity: R,
-}
 
 /// A cell where it stands at a stage, as the links on both sides of it see it.
 #[derive(Clone, Copy)]
@@ -84,7 +75,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         if GAS && !self.reads_gas(stage) {
             self.gas_onward();
         }
-        for p in 0..self.plies.len() {
+        for p in 0..self.scales.plies.len() {
             let ply = &self.plan.plies[p];
             if ply.rows > 1 || self.plan.levels > 1 {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
@@ -95,45 +86,58 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             if GAS && self.plan.gas == Some(GasPath::Darcy) {
                 for i in ply.first_cell as usize..ply.end_cell as usize {
-                    self.matter[i].capacity = self.matter[i].capacity + self.gas_capacity(i);
+                    self.thermal.matter[i].capacity = self.thermal.matter[i].capacity + self.gas_capacity(i);
                 }
             }
         }
     }
 
-    /// How far a cell has moved at a stage, K.
+    /// Conductivity, its slope and heat capacity of a cell that is a mixture, or whose pressure changes.
     #[inline(always)]
-    pub(super) fn moved(&self, cell: usize, stage: usize) -> R {
-        if stage == 0 { R::constant(0.0) } else { self.first[cell] }
+    pub(super) fn blend(&mut self, p: usize, i: usize, step: usize, stage: usize) {
+        let at = spot(self.thermal.temperatures[i].high + self.moved(i, stage));
+        let level = self.level_of(i, step, stage);
+        let row = self.row_of(p, levelled(at, level)[0]);
+        let phases = self.phases_at(p, i, stage);
+        let here = self.mixture(p, at, row, level, phases, stage == 0);
+        let capacity = here.heat_capacity * R::still(self.rows.cells[i].width_m);
+        self.thermal.matter[i] = Matter { conductivity: here.conductivity, slope: here.slope, capacity };
+        if self.reads_gas(stage) {
+            [self.gas.gas_j_kg[i], self.gas.gas_rises[i]] = gas_enthalpy(self.gas_of(p, row));
+        }
+        let ply = self.plan.plies[p];
+        if GAS && stage == 0 && ply.end_reaction > ply.first_reaction {
+            self.rise_at(p, i, row);
+        }
     }
 
     /// Properties of the cells of a ply at one pressure whose states are one substance, or so many times one. Columns are cut to its cells
     /// beforehand, as half of the march is here and looking whether a cell is within them takes as long as to look its properties up.
     #[inline(always)]
     fn plain(&mut self, p: usize, stage: usize) {
-        let (plan, ply, bulk, whole) = (self.plan, self.plan.plies[p], self.rows.bulks[p], self.plies[p]);
+        let (plan, ply, bulk, whole) = (self.plan, self.plan.plies[p], self.rows.bulks[p], self.scales.plies[p]);
         let (states, stride, parts) = (ply.states as usize, plan.states, ply.parts as usize);
-        let own = &self.states[ply.first_state as usize..][..states];
+        let own = &self.scales.states[ply.first_state as usize..][..states];
         // The row's columns, told in numbers that are known beforehand: each read would be checked against the ply's.
         let columns = 2 * plan.properties() + if GAS { GAS_COLUMNS } else { 0 };
         let table = &self.rows.tables[ply.table as usize..];
         let (with_slope, reads_gas) = (stage == 0, self.reads_gas(stage));
         let cells = ply.first_cell as usize..ply.end_cell as usize;
         let rows = &self.rows.cells[cells.clone()];
-        let temperatures = &self.temperatures[cells.clone()][..rows.len()];
-        let first = &self.first[cells.clone()][..rows.len()];
-        let matter = &mut self.matter[cells.clone()][..rows.len()];
+        let temperatures = &self.thermal.temperatures[cells.clone()][..rows.len()];
+        let first = &self.thermal.first[cells.clone()][..rows.len()];
+        let matter = &mut self.thermal.matter[cells.clone()][..rows.len()];
         let of_gas = if GAS { cells.clone() } else { 0..0 };
-        let gas_j_kg = &mut self.gas_j_kg[of_gas.clone()];
-        let gas_rises = &mut self.gas_rises[of_gas];
+        let gas_j_kg = &mut self.gas.gas_j_kg[of_gas.clone()];
+        let gas_rises = &mut self.gas.gas_rises[of_gas];
         let mixes = GAS && states > 1;
         let of_states = if mixes { cells.start * stride..cells.end * stride } else { 0..0 };
-        let phases = &self.phases[stage][of_states.clone()];
-        let risen = &mut self.risen[of_states];
+        let phases = &self.reactions.phases[stage][of_states.clone()];
+        let risen = &mut self.reactions.risen[of_states];
         // All cells are placed before any row is read: a processor looks no further ahead than to so many operations that wait,
         // and all of a row's would wait for its place (0.93 of the time in f64 and 0.83 in f32).
-        let places = &mut self.row_places[..rows.len()];
-        let shares = &mut self.row_shares[..rows.len()];
+        let places = &mut self.thermal.row_places[..rows.len()];
+        let shares = &mut self.thermal.row_shares[..rows.len()];
         let found = R::rows(
             places,
             table,
@@ -192,11 +196,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let of_gas = if GAS { cells.clone() } else { 0..0 };
         Nodes {
             cells: &self.rows.cells[cells.clone()],
-            temperatures: &self.temperatures[cells.clone()],
-            first: &self.first[cells.clone()][..cells.len()],
-            matter: &self.matter[cells.clone()][..cells.len()],
-            gas_j_kg: &self.gas_j_kg[of_gas.clone()],
-            gas_rises: &self.gas_rises[of_gas],
+            temperatures: &self.thermal.temperatures[cells.clone()],
+            first: &self.thermal.first[cells.clone()][..cells.len()],
+            matter: &self.thermal.matter[cells.clone()][..cells.len()],
+            gas_j_kg: &self.gas.gas_j_kg[of_gas.clone()],
+            gas_rises: &self.gas.gas_rises[of_gas],
         }
     }
 
@@ -225,7 +229,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     pub(super) fn link_across(&self, p: usize, here: Node<R>, next: Node<R>, stage: usize) -> Link<R> {
         let (cell, rows) = (self.plan.plies[p].first_cell as usize - 1, &self.rows.cells);
         let (below_m, above_m) = (R::still(rows[cell].below_m), R::still(rows[cell + 1].above_m));
-        let contact_m2_k_w = self.contacts_m2_k_w[p - 1];
+        let contact_m2_k_w = self.scales.contacts_m2_k_w[p - 1];
         let conductance =
             conductance_across(here.matter.conductivity, below_m, next.matter.conductivity, above_m, contact_m2_k_w);
         let drop = difference(here.temperature, next.temperature);
@@ -253,29 +257,23 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     ) -> Link<R> {
         let mut link = Link { conducted: conductance * drop, ..no_link() };
         if GAS {
-            link.gained = carried_gain(self.flows[cell], here.gas_j_kg, next.gas_j_kg);
+            link.gained = carried_gain(self.gas.flows[cell], here.gas_j_kg, next.gas_j_kg);
         }
         if stage == 0 {
             if GAS {
-                gained = less(gained, carried_slopes(self.flows[cell], here.gas_rise, next.gas_rise));
+                gained = less(gained, carried_slopes(self.gas.flows[cell], here.gas_rise, next.gas_rise));
             }
             link.slopes = flux_slopes(conductance, gained);
         }
         link
     }
 
-    /// A cell's temperature at `T + Δ₁`.
-    #[inline(always)]
-    pub(super) fn staged(&self, cell: usize, stage: usize) -> Pair<R> {
-        raised(self.temperatures[cell], self.moved(cell, stage))
-    }
-
     /// The cell of a face at a stage.
     #[inline(always)]
     pub(super) fn surface(&self, face: usize, cell: usize, stage: usize) -> Surface<R> {
-        let temperature_k = self.temperatures[cell].high + self.moved(cell, stage);
+        let temperature_k = self.thermal.temperatures[cell].high + self.moved(cell, stage);
         let at = spot(temperature_k);
-        let ply = face * (self.plies.len() - 1);
+        let ply = face * (self.scales.plies.len() - 1);
         let emissivity = self.face_emissivity(face, ply, cell, at, stage);
         let air = segment(&self.rows.tables, at, FACE_COLUMNS, self.plan.face_table());
         Surface { temperature_k, emissivity, enthalpy_j_kg: value(air, 0), rise_j_kg_k: value(air, 1) }
@@ -288,12 +286,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let open = face_flux(
             drive,
             row,
-            self.faces[face],
+            self.scales.faces[face],
             surface.temperature_k,
             surface.emissivity,
             surface.enthalpy_j_kg,
             surface.rise_j_kg_k,
-            self.outflow,
+            self.gas.outflow,
         );
         let free = R::constant(1.0) - R::of(row.held);
         FaceFlux { flux: free * open.flux, slope: free * open.slope }
@@ -303,12 +301,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// the holder.
     #[inline(always)]
     pub(super) fn passed_through(&self, face: usize, cell: usize, step: usize, stage: usize) -> R {
-        let mut passed_on = self.passed[face];
+        let mut passed_on = self.thermal.passed[face];
         if self.plan.has_holder {
             let drive = self.rows.drives[4 * step + 2 * face + stage];
-            let sideways = self.conductance_sideways(face * (self.plies.len() - 1), cell);
+            let sideways = self.conductance_sideways(face * (self.scales.plies.len() - 1), cell);
             passed_on = passed_on - flux_sideways(sideways, R::of(drive.holder_k), self.staged(cell, stage));
         }
-        self.edges[face].flux + R::of(self.rows.faces[face].held) * passed_on
+        self.thermal.edges[face].flux + R::of(self.rows.faces[face].held) * passed_on
     }
 }

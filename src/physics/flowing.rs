@@ -50,19 +50,19 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         let carries = R::fixed(if self.plan.gas == Some(GasPath::QuasiSteady) { 1.0 } else { 0.0 });
         let mut risen = R::constant(0.0);
-        for from_back in 0..self.plies.len() {
-            let p = self.plies.len() - 1 - from_back;
+        for from_back in 0..self.scales.plies.len() {
+            let p = self.scales.plies.len() - 1 - from_back;
             let ply = self.plan.plies[p];
             for up in 0..(ply.end_cell - ply.first_cell) as usize {
                 let i = ply.end_cell as usize - 1 - up;
                 let here = self.made_at(i, stage);
-                self.flows[i] = risen * carries;
+                self.gas.flows[i] = risen * carries;
                 risen = risen + here;
             }
         }
-        self.leaving[stage] = risen;
+        self.gas.leaving[stage] = risen;
         if stage == 1 {
-            let mean = R::constant(0.5) * (self.leaving[0] + self.leaving[1]);
+            let mean = R::constant(0.5) * (self.gas.leaving[0] + self.gas.leaving[1]);
             self.let_out(step, mean, R::constant(0.0));
         }
     }
@@ -72,15 +72,15 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     fn let_out(&mut self, step: usize, hot_kg_m2_s: R, back_kg_m2_s: R) {
         let length_s = R::of(self.rows.lengths_s[step]);
         self.pass_out(hot_kg_m2_s * length_s, back_kg_m2_s * length_s);
-        self.recent = [self.recent[1], hot_kg_m2_s];
+        self.gas.recent = [self.gas.recent[1], hot_kg_m2_s];
     }
 
     /// Add gas that passed the faces outward to what went out, or to what came in.
     #[inline(always)]
     fn pass_out(&mut self, hot_kg_m2: R, back_kg_m2: R) {
         let zero = R::constant(0.0);
-        self.gas_in = advanced(self.gas_in, (-hot_kg_m2).max(zero) + (-back_kg_m2).max(zero));
-        self.gas_out = advanced(self.gas_out, hot_kg_m2.max(zero) + back_kg_m2.max(zero));
+        self.accounts.gas_in = advanced(self.accounts.gas_in, (-hot_kg_m2).max(zero) + (-back_kg_m2).max(zero));
+        self.accounts.gas_out = advanced(self.accounts.gas_out, hot_kg_m2.max(zero) + back_kg_m2.max(zero));
     }
 
     /// Gas in the pores of a cell at `T + Δ₁`.
@@ -88,12 +88,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     pub(super) fn porous(&self, p: usize, i: usize, stage: usize) -> Porous<R> {
         let ply = &self.plan.plies[p];
-        let temperature_k = self.temperatures[i].high + self.moved(i, stage);
+        let temperature_k = self.thermal.temperatures[i].high + self.moved(i, stage);
         let at = spot(temperature_k);
         let gas = self.gas_of(p, self.row_of(p, at));
         let (molar_kg_k_j, viscosity_pa_s) = (value(gas, 2), value(gas, 3));
         let phases = self.phases_of(p, i);
-        let stretch = stretch_of(self.mass_left(p, phases), self.plies[p], self.rows.bulks[p]);
+        let stretch = stretch_of(self.mass_left(p, phases), self.scales.plies[p], self.rows.bulks[p]);
         let zero = R::constant(0.0);
         let (mut porosity, mut permeability, mut slip, mut inertia) = (zero, zero, zero, zero);
         for state in 0..STATES_MAX {
@@ -106,9 +106,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             slip = slip + phases[state] * R::of(row.slip_pa_k);
             inertia = inertia + phases[state] * R::of(row.inertia_1_m);
         }
-        let ease = self.plies[p].permeability * permeability / (viscosity_pa_s * stretch);
+        let ease = self.scales.plies[p].permeability * permeability / (viscosity_pa_s * stretch);
         let density_s2_m2 = molar_kg_k_j / temperature_k;
-        let volume_m = R::of(self.rows.cells[i].width_m) * self.plies[p].thickness * stretch;
+        let volume_m = R::of(self.rows.cells[i].width_m) * self.scales.plies[p].thickness * stretch;
         Porous {
             // A sealed cell holds next to nothing, which keeps its pivot from vanishing.
             storage: (volume_m * porosity * density_s2_m2).max(R::constant(1e-18)),
@@ -123,32 +123,32 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// cancels against what that is off by. (Pressures put right at once were off by the first order of a step.)
     #[inline(always)]
     fn settle(&mut self, step: usize) {
-        for p in 0..self.plies.len() {
+        for p in 0..self.scales.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                let held = self.pores[i].storage;
-                self.flows[i] = self.mean_flows[i];
-                self.pores[i] = self.porous(p, i, 0);
+                let held = self.darcy.pores[i].storage;
+                self.gas.flows[i] = self.darcy.mean_flows[i];
+                self.darcy.pores[i] = self.porous(p, i, 0);
                 if step > 0 {
-                    self.pores[i].storage = held;
+                    self.darcy.pores[i].storage = held;
                 }
             }
         }
-        self.leaving[0] = self.mean_leaving;
+        self.gas.leaving[0] = self.darcy.mean_leaving;
         self.face_pressures(step);
     }
 
     /// Put the cells of open faces on the pressure outside, which may jump between steps; what that takes comes in.
     #[inline(always)]
     fn face_pressures(&mut self, step: usize) {
-        let last = self.pressures.len() - 1;
+        let last = self.darcy.pressures.len() - 1;
         let none = R::constant(0.0);
         for (cell, drive, is_open) in [(0, 4 * step, true), (last, 4 * step + 2, self.plan.back_is_open)] {
             if is_open {
                 let outside = Pair { high: R::of(self.rows.drives[drive].pressure_pa), low: none };
-                let taken = self.pores[cell].storage * difference(self.pressures[cell], outside);
+                let taken = self.darcy.pores[cell].storage * difference(self.darcy.pressures[cell], outside);
                 self.pass_out(taken, none);
-                self.pressures[cell] = outside;
+                self.darcy.pressures[cell] = outside;
             }
         }
     }
@@ -158,10 +158,10 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn gas_under(&self, i: usize, at_end: bool) -> GasFlux<R> {
         let (above_m, below_m) = (R::of(self.rows.cells[i].below_m), R::of(self.rows.cells[i + 1].above_m));
-        let (mut upper, mut under) = (self.later[i], self.later[i + 1]);
+        let (mut upper, mut under) = (self.darcy.later[i], self.darcy.later[i + 1]);
         if !at_end {
-            upper = midway(self.pores[i], upper);
-            under = midway(self.pores[i + 1], under);
+            upper = midway(self.darcy.pores[i], upper);
+            under = midway(self.darcy.pores[i + 1], under);
         }
         gas_flux(upper, above_m, self.pressed(i), under, below_m, self.pressed(i + 1))
     }
@@ -169,32 +169,32 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// A cell's pressure at `p + δ₁`.
     #[inline(always)]
     pub(super) fn pressed(&self, cell: usize) -> Pair<R> {
-        raised(self.pressures[cell], self.pressed_first[cell])
+        raised(self.darcy.pressures[cell], self.darcy.pressed_first[cell])
     }
 
     /// March the pressures over a step whose end the temperatures have foretold, and find the mean fluxes.
     #[inline(always)]
     fn percolate(&mut self, step: usize) {
-        let last = self.flows.len() - 1;
+        let last = self.gas.flows.len() - 1;
         let gamma = R::constant(PRESSURE_GAMMA);
         let (zero, one) = (R::constant(0.0), R::constant(1.0));
         let per_length = one / R::of(self.rows.lengths_s[step]);
         let open = [one, R::constant(if self.plan.back_is_open { 1.0 } else { 0.0 })];
         for i in 0..=last {
-            self.pressed_first[i] = zero;
+            self.darcy.pressed_first[i] = zero;
         }
         let length_s = R::of(self.rows.lengths_s[step]);
         let before_s = R::of(self.rows.lengths_s[step.max(1) - 1]);
         let share = (gamma - R::constant(0.5)) * R::constant(2.0) * length_s / (length_s + before_s);
         // The second stage's pores wait in `later`; what a cell makes and what its expansion drives out, in `supply`.
-        for p in 0..self.plies.len() {
+        for p in 0..self.scales.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                self.later[i] = self.porous(p, i, 1);
-                let expansion = (self.later[i].storage - self.pores[i].storage) * per_length;
-                let supply = self.made_mean[i] - self.pressures[i].high * expansion;
-                self.surges[i] = share * (supply - self.supply[i]);
-                self.supply[i] = supply;
+                self.darcy.later[i] = self.porous(p, i, 1);
+                let expansion = (self.darcy.later[i].storage - self.darcy.pores[i].storage) * per_length;
+                let supply = self.reactions.made_mean[i] - self.darcy.pressures[i].high * expansion;
+                self.darcy.surges[i] = share * (supply - self.darcy.supply[i]);
+                self.darcy.supply[i] = supply;
             }
         }
         let mut arriving = zero;
@@ -207,15 +207,16 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let under = if i < last { self.gas_under(i, false) } else { none };
             let ending = if i < last { self.gas_under(i, true).flux } else { zero };
             let surge = surging * (ending - under.flux);
-            self.surges[i] = self.surges[i] + keep(surge - surged);
+            self.darcy.surges[i] = self.darcy.surges[i] + keep(surge - surged);
             surged = surge;
-            self.slopes_above[i] = under.above;
-            self.slopes_below[i] = under.below;
-            self.first_flows[i] = under.flux;
-            self.pressed_second[i] = under.flux - above + keep(self.supply[i] + self.surges[i]);
-            self.pressure_diagonal[i] = self.later[i].storage * per_length + gamma * (under.above + returned);
-            self.pressure_lower[i] = -(gamma * arriving);
-            self.pressure_upper[i] = -(gamma * under.below);
+            self.darcy.slopes_above[i] = under.above;
+            self.darcy.slopes_below[i] = under.below;
+            self.darcy.first_flows[i] = under.flux;
+            self.darcy.pressed_second[i] = under.flux - above + keep(self.darcy.supply[i] + self.darcy.surges[i]);
+            self.darcy.pressure_diagonal[i] =
+                self.darcy.later[i].storage * per_length + gamma * (under.above + returned);
+            self.darcy.pressure_lower[i] = -(gamma * arriving);
+            self.darcy.pressure_upper[i] = -(gamma * under.below);
             arriving = under.above;
             returned = under.below;
             above = under.flux;
@@ -223,29 +224,40 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let rises = self.pressure_rises(step);
         for (cell, face) in [(0, 0), (last, 1)] {
             let free = one - open[face];
-            self.pressure_diagonal[cell] = open[face] + free * self.pressure_diagonal[cell];
-            self.pressure_lower[cell] = free * self.pressure_lower[cell];
-            self.pressure_upper[cell] = free * self.pressure_upper[cell];
-            self.pressed_second[cell] = open[face] * rises[face] + free * self.pressed_second[cell];
+            self.darcy.pressure_diagonal[cell] = open[face] + free * self.darcy.pressure_diagonal[cell];
+            self.darcy.pressure_lower[cell] = free * self.darcy.pressure_lower[cell];
+            self.darcy.pressure_upper[cell] = free * self.darcy.pressure_upper[cell];
+            self.darcy.pressed_second[cell] = open[face] * rises[face] + free * self.darcy.pressed_second[cell];
         }
-        factorise(&mut self.pressure_lower, &mut self.pressure_diagonal, &mut self.pressure_upper);
-        substitute(&self.pressure_lower, &self.pressure_diagonal, &self.pressure_upper, &mut self.pressed_second);
+        factorise(&mut self.darcy.pressure_lower, &mut self.darcy.pressure_diagonal, &mut self.darcy.pressure_upper);
+        substitute(
+            &self.darcy.pressure_lower,
+            &self.darcy.pressure_diagonal,
+            &self.darcy.pressure_upper,
+            &mut self.darcy.pressed_second,
+        );
         for i in 0..=last {
-            self.pressed_first[i] = self.pressed_second[i];
+            self.darcy.pressed_first[i] = self.darcy.pressed_second[i];
         }
         let mut above = zero;
         for i in 0..=last {
             let under = if i < last { self.gas_under(i, false).flux } else { zero };
-            let carried = self.later[i].storage * per_length * self.pressed_first[i];
-            self.pressed_second[i] = under - above + keep(self.supply[i] - self.surges[i]) - (carried + carried);
-            self.first_flows[i] = self.first_flows[i] + under;
+            let carried = self.darcy.later[i].storage * per_length * self.darcy.pressed_first[i];
+            self.darcy.pressed_second[i] =
+                under - above + keep(self.darcy.supply[i] - self.darcy.surges[i]) - (carried + carried);
+            self.darcy.first_flows[i] = self.darcy.first_flows[i] + under;
             above = under;
         }
         for (cell, face) in [(0, 0), (last, 1)] {
             let free = one - open[face];
-            self.pressed_second[cell] = free * self.pressed_second[cell] - open[face] * rises[face];
+            self.darcy.pressed_second[cell] = free * self.darcy.pressed_second[cell] - open[face] * rises[face];
         }
-        substitute(&self.pressure_lower, &self.pressure_diagonal, &self.pressure_upper, &mut self.pressed_second);
+        substitute(
+            &self.darcy.pressure_lower,
+            &self.darcy.pressure_diagonal,
+            &self.darcy.pressure_upper,
+            &mut self.darcy.pressed_second,
+        );
         self.take_in(step);
     }
 
@@ -260,44 +272,45 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// By how much the pressure of a cell rises over a step, Pa.
     #[inline(always)]
     fn pressure_rise(&self, cell: usize) -> R {
-        self.pressed_first[cell] * R::fixed(1.5) + self.pressed_second[cell] * R::fixed(0.5)
+        self.darcy.pressed_first[cell] * R::fixed(1.5) + self.darcy.pressed_second[cell] * R::fixed(0.5)
     }
 
     /// Gas that a cell makes over a step and does not hold at its end, kg/m²/s.
     #[inline(always)]
     fn given_off(&self, cell: usize, per_length: R::Still) -> R {
-        let storage = self.later[cell].storage;
-        let held =
-            storage * self.pressure_rise(cell) + (storage - self.pores[cell].storage) * self.pressures[cell].high;
-        self.made_mean[cell] - held * per_length
+        let storage = self.darcy.later[cell].storage;
+        let held = storage * self.pressure_rise(cell)
+            + (storage - self.darcy.pores[cell].storage) * self.darcy.pressures[cell].high;
+        self.reactions.made_mean[cell] - held * per_length
     }
 
     /// Mean flux of the step by Darcy's law through the face under a cell, as the stages have it.
     #[inline(always)]
     fn driven_through(&self, cell: usize) -> R {
-        let here = self.pressed_first[cell] + self.pressed_second[cell];
-        let next = self.pressed_first[cell + 1] + self.pressed_second[cell + 1];
-        let implicit = (self.slopes_below[cell] * next - self.slopes_above[cell] * here) * R::fixed(PRESSURE_GAMMA);
-        (self.first_flows[cell] + implicit) * R::fixed(0.5)
+        let here = self.darcy.pressed_first[cell] + self.darcy.pressed_second[cell];
+        let next = self.darcy.pressed_first[cell + 1] + self.darcy.pressed_second[cell + 1];
+        let implicit =
+            (self.darcy.slopes_below[cell] * next - self.darcy.slopes_above[cell] * here) * R::fixed(PRESSURE_GAMMA);
+        (self.darcy.first_flows[cell] + implicit) * R::fixed(0.5)
     }
 
     /// One where the face under a cell passes all that comes from behind, zero where it passes nothing, or what the pressures beside it say.
     #[inline(always)]
     fn passing(&self, cell: usize) -> R {
-        let last = self.flows.len() - 1;
+        let last = self.gas.flows.len() - 1;
         if cell == last {
             return R::constant(1.0);
         }
         if cell + 1 == last && self.plan.back_is_open {
             return R::constant(0.0);
         }
-        (self.slopes_above[cell] + self.slopes_below[cell]).reached(R::constant(LEAST_PASSING))
+        (self.darcy.slopes_above[cell] + self.darcy.slopes_below[cell]).reached(R::constant(LEAST_PASSING))
     }
 
     /// What passes the face under a cell, the mean of a step, by what passes that behind it, kg/m²/s.
     #[inline(always)]
     fn driven_into(&self, cell: usize, behind: R, per_length: R::Still) -> R {
-        let last = self.flows.len() - 1;
+        let last = self.gas.flows.len() - 1;
         if cell == last {
             return behind;
         }
@@ -312,7 +325,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// pivots hardly know in f32 what a cell holds (2.5e-5 of the mass that moves). Where the law lets nothing pass nothing does.
     #[inline(always)]
     fn take_in(&mut self, step: usize) {
-        let last = self.flows.len() - 1;
+        let last = self.gas.flows.len() - 1;
         let zero = R::constant(0.0);
         let per_length = R::fixed(1.0) / R::still(self.rows.lengths_s[step]);
         let mut mean = zero;
@@ -320,23 +333,23 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let i = last - up;
             mean = self.driven_into(i, mean, per_length);
             // The stages of heat: that of the step before, and what makes their mean the mean.
-            self.flows[i] = mean * R::fixed(2.0) - self.mean_flows[i];
-            self.mean_flows[i] = mean;
+            self.gas.flows[i] = mean * R::fixed(2.0) - self.darcy.mean_flows[i];
+            self.darcy.mean_flows[i] = mean;
         }
-        let mut left = [self.mean_flows[0] + self.given_off(0, per_length), zero];
+        let mut left = [self.darcy.mean_flows[0] + self.given_off(0, per_length), zero];
         if self.plan.back_is_open {
-            left[1] = self.given_off(last, per_length) - self.mean_flows[last - 1];
+            left[1] = self.given_off(last, per_length) - self.darcy.mean_flows[last - 1];
         }
-        self.leaving = [self.mean_leaving, R::constant(2.0) * left[0] - self.mean_leaving];
-        self.mean_leaving = left[0];
-        self.back_leaving = left[1];
+        self.gas.leaving = [self.darcy.mean_leaving, R::constant(2.0) * left[0] - self.darcy.mean_leaving];
+        self.darcy.mean_leaving = left[0];
+        self.gas.back_leaving = left[1];
         self.let_out(step, left[0], left[1]);
         for i in 0..=last {
             let rise = self.pressure_rise(i);
-            self.pressures[i] = advanced(self.pressures[i], rise);
+            self.darcy.pressures[i] = advanced(self.darcy.pressures[i], rise);
             // From here on the pores are those of the end, as foretold.
-            self.pores[i] = self.later[i];
-            self.pressure_rates[i] = rise * per_length;
+            self.darcy.pores[i] = self.darcy.later[i];
+            self.darcy.pressure_rates[i] = rise * per_length;
         }
     }
 }

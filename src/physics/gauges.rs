@@ -30,7 +30,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     pub fn gauges(&self, step: usize) -> [R; GAUGES] {
         let zero = R::constant(0.0);
-        let last = self.temperatures.len() - 1;
+        let last = self.thermal.temperatures.len() - 1;
         let outside = R::of(self.rows.drives[4 * step].pressure_pa);
         let mut lost = zero;
         let nowhere = Crossing { upper: zero, upper_m: zero, lower: zero, lower_m: zero };
@@ -39,13 +39,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mut depth_m = zero;
         let mut before = zero;
         let mut before_m = zero;
-        for p in 0..self.plies.len() {
+        for p in 0..self.scales.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 let density = self.mass_left(p, self.phases_of(p, i));
                 let width_m = R::of(self.rows.cells[i].width_m);
-                lost = lost + self.plies[p].mass_kg_m3 * width_m * (R::constant(1.0) - density);
-                let here = converted(density, self.plies[p]);
+                lost = lost + self.scales.plies[p].mass_kg_m3 * width_m * (R::constant(1.0) - density);
+                let here = converted(density, self.scales.plies[p]);
                 let node_m = depth_m + R::of(self.rows.cells[i].above_m);
                 // Conversion jumps from material to material: a front between their nodes lies on the interface.
                 let jumps = i == ply.first_cell as usize && (p == 0 || ply.table != self.plan.plies[p - 1].table);
@@ -68,12 +68,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mut back = outside;
         if self.plan.gas == Some(GasPath::Darcy) {
             for i in 0..=last {
-                peak = peak.max(self.pressures[i].high);
+                peak = peak.max(self.darcy.pressures[i].high);
             }
-            back = self.pressures[last].high;
+            back = self.darcy.pressures[last].high;
         }
         // Fluxes are means of steps: those of the last two, continued to the instant.
-        let flux = R::constant(1.5) * self.recent[1] - R::constant(0.5) * self.recent[0];
+        let flux = R::constant(1.5) * self.gas.recent[1] - R::constant(0.5) * self.gas.recent[0];
         [flux, lost, virgin_m, char_m, peak, back]
     }
 }

@@ -5,10 +5,10 @@
 //! ahead of the schedule by γ of the rise at the first and behind it by as much at the second, so that it
 //! cancels in the heat. What a held cell loses its face makes good.
 
+use super::GAMMA;
 use super::Real;
 use super::compensated::{Pair, advanced};
 use super::member::Member;
-use super::step::GAMMA;
 
 /// Heat flux from the holder into a cell, W/m².
 #[inline(always)]
@@ -29,7 +29,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Conductance from the holder to a cell of a ply, W/m²/K.
     #[inline(always)]
     pub(super) fn conductance_sideways(&self, ply: usize, cell: usize) -> R {
-        self.plies[ply].holder_w_m3_k * R::still(self.rows.cells[cell].width_m)
+        self.scales.plies[ply].holder_w_m3_k * R::still(self.rows.cells[cell].width_m)
     }
 
     /// What a cell takes up from the holder at a stage, W/m².
@@ -43,16 +43,16 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     pub(super) fn account_sideways(&mut self, step: usize, start: R, end: R) {
         let mut taken = R::constant(0.0);
-        for p in 0..self.plies.len() {
+        for p in 0..self.scales.plies.len() {
             let ply = &self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
-                taken = taken + self.conductance_sideways(p, i) * self.system[i].second;
+                taken = taken + self.conductance_sideways(p, i) * self.thermal.system[i].second;
             }
         }
         let half_length = R::constant(0.5) * R::of(self.rows.lengths_s[step]);
         let amount = half_length * (start + end - R::constant(GAMMA) * taken);
         let zero = R::constant(0.0);
-        self.heat[4] = advanced(self.heat[4], amount.max(zero));
-        self.heat[5] = advanced(self.heat[5], (-amount).max(zero));
+        self.accounts.heat[4] = advanced(self.accounts.heat[4], amount.max(zero));
+        self.accounts.heat[5] = advanced(self.accounts.heat[5], (-amount).max(zero));
     }
 }

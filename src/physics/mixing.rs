@@ -1,9 +1,7 @@
 //! What a member's cells are made of, and what that is like.
 
 use super::Real;
-use super::carrying::gas_enthalpy;
 use super::compensated::keep;
-use super::conducting::Matter;
 use super::gas::level;
 use super::material::{Level, Parts, PlyScale, Solid, StateScale, levelled, solid};
 use super::member::Member;
@@ -15,7 +13,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     /// What a member's factors make of a state of a ply.
     #[inline(always)]
     fn scale_of(&self, ply: usize, state: usize) -> &StateScale<R> {
-        &self.states[self.plan.plies[ply].first_state as usize + state]
+        &self.scales.states[self.plan.plies[ply].first_state as usize + state]
     }
 
     /// Volume of a cell in each state of its ply where its reactions stand. Here and below loops run over all states that there
@@ -26,7 +24,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         let mut phases = Self::virgin();
         for j in row.first_reaction as usize..row.end_reaction as usize {
             let place = cell * self.plan.reactions + j - row.first_reaction as usize;
-            let moved = self.advancements[place].high * R::still(self.rows.reactions[j].share);
+            let moved = self.reactions.advancements[place].high * R::still(self.rows.reactions[j].share);
             phases = transferred(phases, self.plan.paths[j], moved);
         }
         phases
@@ -39,7 +37,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         let mut phases = Self::virgin();
         for state in 0..STATES_MAX {
             if GAS && state < self.plan.plies[ply].states as usize {
-                phases[state] = self.phases[stage][cell * self.plan.states + state];
+                phases[state] = self.reactions.phases[stage][cell * self.plan.states + state];
             }
         }
         phases
@@ -111,32 +109,13 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         own.stores * risen_j_kg + own.formation_j_kg
     }
 
-    /// Conductivity, its slope and heat capacity of a cell that is a mixture, or whose pressure changes.
-    #[inline(always)]
-    pub(super) fn blend(&mut self, p: usize, i: usize, step: usize, stage: usize) {
-        let at = spot(self.temperatures[i].high + self.moved(i, stage));
-        let level = self.level_of(i, step, stage);
-        let row = self.row_of(p, levelled(at, level)[0]);
-        let phases = self.phases_at(p, i, stage);
-        let here = self.mixture(p, at, row, level, phases, stage == 0);
-        let capacity = here.heat_capacity * R::still(self.rows.cells[i].width_m);
-        self.matter[i] = Matter { conductivity: here.conductivity, slope: here.slope, capacity };
-        if self.reads_gas(stage) {
-            [self.gas_j_kg[i], self.gas_rises[i]] = gas_enthalpy(self.gas_of(p, row));
-        }
-        let ply = self.plan.plies[p];
-        if GAS && stage == 0 && ply.end_reaction > ply.first_reaction {
-            self.rise_at(p, i, row);
-        }
-    }
-
     /// How much enthalpy has risen in a cell and how fast it rises, of all states of its ply that have rows.
     #[inline(always)]
-    fn rise_at(&mut self, p: usize, i: usize, row: Segment<'a, R>) {
+    pub(super) fn rise_at(&mut self, p: usize, i: usize, row: Segment<'a, R>) {
         for state in 0..STATES_MAX {
             if state < self.plan.plies[p].rows as usize {
                 let own = self.state_of(state, row);
-                self.risen[i * self.plan.states + state] = [integral(own, 1), value(own, 1)];
+                self.reactions.risen[i * self.plan.states + state] = [integral(own, 1), value(own, 1)];
             }
         }
     }
@@ -144,7 +123,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     /// What such a cell is like with so much of its volume in each state, by the row of the level under its pressure: its heat
     /// capacity in a volume as drawn, J/m³/K.
     #[inline(always)]
-    fn mixture(
+    pub(super) fn mixture(
         &self,
         p: usize,
         at: Spot<R>,
@@ -153,7 +132,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         phases: [R; STATES_MAX],
         with_slope: bool,
     ) -> Solid<R> {
-        let left = left_of(self.mass_left(p, phases), self.plies[p], self.rows.bulks[p]);
+        let left = left_of(self.mass_left(p, phases), self.scales.plies[p], self.rows.bulks[p]);
         let per_left = R::constant(1.0) / left;
         let mut here = self.of_states(p, row, phases, with_slope);
         if self.plan.levels > 1 {
@@ -169,10 +148,10 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
     #[inline(always)]
     fn of_states(&self, p: usize, row: Segment<'a, R>, phases: [R; STATES_MAX], with_slope: bool) -> Solid<R> {
-        let (mass_kg_m3, ply) = (self.plies[p].mass_kg_m3, self.plan.plies[p]);
+        let (mass_kg_m3, ply) = (self.scales.plies[p].mass_kg_m3, self.plan.plies[p]);
         let (states, rows, parts) = (ply.states as usize, ply.rows as usize, ply.parts as usize);
         let alike = if rows == 1 { states } else { 1 };
-        let sum = together(&phases[..alike], &self.states[ply.first_state as usize..][..alike], parts);
+        let sum = together(&phases[..alike], &self.scales.states[ply.first_state as usize..][..alike], parts);
         let virgin = solid(row, parts, sum.conductivity, with_slope);
         let mut sum = Solid { heat_capacity: sum.stores * (mass_kg_m3 * virgin.heat_capacity), ..virgin };
         for state in 1..STATES_MAX {
@@ -193,9 +172,9 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     pub(super) fn conductivity_now(&self, p: usize, i: usize, step: usize) -> R {
         let ply = self.plan.plies[p];
         if !GAS || ply.end_reaction == ply.first_reaction {
-            return self.matter[i].conductivity;
+            return self.thermal.matter[i].conductivity;
         }
-        let at = spot(self.temperatures[i].high);
+        let at = spot(self.thermal.temperatures[i].high);
         let level = self.level_of(i, step, 0);
         let row = self.row_of(p, levelled(at, level)[0]);
         self.mixture(p, at, row, level, self.phases_of(p, i), false).conductivity
@@ -203,14 +182,14 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
 
     /// Where the pressure of a cell falls among the levels of the tables.
     #[inline(always)]
-    fn level_of(&self, i: usize, step: usize, stage: usize) -> Level<R> {
+    pub(super) fn level_of(&self, i: usize, step: usize, stage: usize) -> Level<R> {
         let zero = R::constant(0.0);
         if self.plan.levels == 1 {
             return Level { under: R::fixed(0.0), share: zero };
         }
         let mut pressure_pa = R::of(self.rows.drives[4 * step + stage].pressure_pa);
         if self.plan.gas == Some(GasPath::Darcy) {
-            pressure_pa = self.pressures[i].high;
+            pressure_pa = self.darcy.pressures[i].high;
         }
         let last = self.plan.levels - 2;
         let way = level(pressure_pa, R::constant(self.plan.middle_pa)) * R::fixed((last + 1) as f64);

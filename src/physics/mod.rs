@@ -9,6 +9,7 @@ pub mod compensated;
 mod conducting;
 pub mod decomposition;
 pub mod dual;
+mod energy;
 pub mod exponential;
 pub mod faces;
 mod flowing;
@@ -21,6 +22,8 @@ pub mod member;
 mod mixing;
 mod reacting;
 pub mod reading;
+mod sensors;
+mod state;
 pub mod step;
 mod system;
 pub mod table;
@@ -28,6 +31,9 @@ pub mod tridiagonal;
 
 use crate::plan::layout::ABREAST;
 use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// γ of the time scheme, 1 − 1/√2: see [`step`].
+pub(crate) const GAMMA: f64 = 0.292_893_218_813_452_4;
 
 /// Twin files: the Rust text under `src/physics`, the WGSL text under `shaders`.
 pub const TWINS: &[&str] = &[
@@ -41,14 +47,16 @@ pub const TWINS: &[&str] = &[
     "tridiagonal",
     "reading",
     "member",
-    "conducting",
     "mixing",
+    "holder",
     "reacting",
     "flowing",
     "carrying",
-    "gauges",
-    "holder",
+    "conducting",
     "system",
+    "sensors",
+    "gauges",
+    "energy",
     "step",
 ];
 

@@ -1,11 +1,11 @@
 //! A member's reactions: what its cells give off, the heat it takes.
 
+use super::GAMMA;
 use super::Real;
 use super::compensated::{advanced, keep};
 use super::decomposition::{consumed, rate};
 use super::member::Member;
 use super::mixing::transferred;
-use super::step::GAMMA;
 use crate::plan::layout::STATES_MAX;
 use std::ops::Range;
 
@@ -39,8 +39,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     pub(super) fn react(&mut self, step: usize, stage: usize) {
         let zero = R::constant(0.0);
-        self.given = zero;
-        self.given_ends = [zero; 2];
+        self.reactions.given = zero;
+        self.reactions.given_ends = [zero; 2];
         if stage == 0 {
             return;
         }
@@ -48,7 +48,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         // The end of the march is seen as it is.
         let is_last = step + 1 == self.plan.steps();
         let next_s = if is_last { R::fixed(0.0) } else { R::still(self.rows.lengths_s[step + 1]) };
-        for p in 0..self.plies.len() {
+        for p in 0..self.scales.plies.len() {
             let ply = self.plan.plies[p];
             let (first, end) = (ply.first_reaction as usize, ply.end_reaction as usize);
             if end == first {
@@ -66,17 +66,18 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     #[inline(always)]
     fn react_cell(&mut self, p: usize, i: usize, reactions: Range<usize>, length_s: R::Still, next_s: R::Still) {
         let (zero, one) = (R::constant(0.0), R::constant(1.0));
-        let (scale, ply, states) = (self.plies[p], self.plan.plies[p], self.plan.states);
-        let rise_k = self.first[i] * R::fixed(0.5);
-        let temperature_k = self.temperatures[i].high + rise_k;
-        let gas_j_kg = self.gas_j_kg[i] + self.gas_rises[i] * rise_k;
+        let (scale, ply, states) = (self.scales.plies[p], self.plan.plies[p], self.plan.states);
+        let rise_k = self.thermal.first[i] * R::fixed(0.5);
+        let temperature_k = self.thermal.temperatures[i].high + rise_k;
+        let gas_j_kg = self.gas.gas_j_kg[i] + self.gas.gas_rises[i] * rise_k;
         let is_absolute = self.rows.bulks[p].absolute == R::scalar(1.0);
         let mut held_j_kg = [zero; STATES_MAX];
-        let mut risen_j_kg = self.risen[i * states][0] + self.risen[i * states][1] * rise_k;
+        let mut risen_j_kg = self.reactions.risen[i * states][0] + self.reactions.risen[i * states][1] * rise_k;
         for state in 0..STATES_MAX {
             if state < ply.states as usize {
                 if state > 0 && ply.rows > 1 {
-                    risen_j_kg = self.risen[i * states + state][0] + self.risen[i * states + state][1] * rise_k;
+                    risen_j_kg = self.reactions.risen[i * states + state][0]
+                        + self.reactions.risen[i * states + state][1] * rise_k;
                 }
                 held_j_kg[state] = self.enthalpy_of(p, state, risen_j_kg);
             }
@@ -92,7 +93,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let place = i * self.plan.reactions + j - reactions.start;
             let reaction = self.rows.reactions[j];
             let steepness = steepness_k * R::still(reaction.activation_k);
-            let done = self.advancements[place];
+            let done = self.reactions.advancements[place];
             let path = self.plan.paths[j];
             let is_chained = reaction.chained == R::scalar(1.0);
             let ahead = if is_chained { before } else { one };
@@ -117,7 +118,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             let spent = reactant * share;
             fed = spent;
             let done = advanced(done, spent);
-            self.advancements[place] = done;
+            self.reactions.advancements[place] = done;
             // So far on as they went in this step, but by no more than a stage's share of what is left.
             let lag = spent * R::fixed(GAMMA);
             let lead = (lag * growth).min((one - done.high) * R::fixed(GAMMA));
@@ -144,20 +145,20 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         for state in 0..STATES_MAX {
             if state < ply.states as usize {
-                self.phases[0][i * states + state] = onward[state];
-                self.phases[1][i * states + state] = behind[state];
+                self.reactions.phases[0][i * states + state] = onward[state];
+                self.reactions.phases[1][i * states + state] = behind[state];
             }
         }
         let flux_kg_m2_s = scale.mass_kg_m3 * R::still(self.rows.cells[i].width_m) * per_length;
         let given = keep(keep(made * gas_j_kg - freed) - absorbed);
         self.take_stage(i, flux_kg_m2_s * made, flux_kg_m2_s * absorbed, (flux_kg_m2_s * given) * R::fixed(2.0));
-        self.restraints[i] = (flux_kg_m2_s * (rises * per_kelvin)).max(zero);
+        self.reactions.restraints[i] = (flux_kg_m2_s * (rises * per_kelvin)).max(zero);
     }
 
     /// Gas that a cell makes at a stage: the mean of the step before, then what makes the mean of both stages that of the step.
     #[inline(always)]
     pub(super) fn made_at(&self, i: usize, stage: usize) -> R {
-        if stage == 0 { self.made_mean[i] } else { self.made[i] }
+        if stage == 0 { self.reactions.made_mean[i] } else { self.reactions.made[i] }
     }
 
     /// Heat that its reactions take up at a stage, likewise.
@@ -166,23 +167,23 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         if !GAS {
             return R::constant(0.0);
         }
-        if stage == 0 { self.absorbed_mean[i] } else { self.absorbed[i] }
+        if stage == 0 { self.reactions.absorbed_mean[i] } else { self.reactions.absorbed[i] }
     }
 
     /// Of the means over a step, what the second stage takes for the mean of both to be that.
     #[inline(always)]
     fn take_stage(&mut self, i: usize, made: R, absorbed: R, given: R) {
         let two = R::fixed(2.0);
-        self.made[i] = made * two - self.made_mean[i];
-        self.absorbed[i] = absorbed * two - self.absorbed_mean[i];
-        self.made_mean[i] = made;
-        self.absorbed_mean[i] = absorbed;
-        self.given = self.given + given;
+        self.reactions.made[i] = made * two - self.reactions.made_mean[i];
+        self.reactions.absorbed[i] = absorbed * two - self.reactions.absorbed_mean[i];
+        self.reactions.made_mean[i] = made;
+        self.reactions.absorbed_mean[i] = absorbed;
+        self.reactions.given = self.reactions.given + given;
         if i == 0 {
-            self.given_ends[0] = given;
+            self.reactions.given_ends[0] = given;
         }
-        if i == self.made.len() - 1 {
-            self.given_ends[1] = given;
+        if i == self.reactions.made.len() - 1 {
+            self.reactions.given_ends[1] = given;
         }
     }
 }

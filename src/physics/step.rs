@@ -22,7 +22,6 @@ use super::member::Member;
 use super::tridiagonal::{ascended, settled};
 use crate::plan::layout::{TABLE_NODES, TABLE_STEP_K};
 
-pub(super) const GAMMA: f64 = 0.292_893_218_813_452_4;
 /// Round-off below absolute zero is forgiven, a kelvin is not.
 const STRAY_MARGIN_K: f32 = 1.0;
 /// From the margin to the last node of the tables.
@@ -33,7 +32,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// called between the two.
     #[inline(always)]
     pub fn advance(&mut self, step: usize, mut note: impl FnMut(&Self)) {
-        let (last, zero) = (self.temperatures.len() - 1, R::constant(0.0));
+        let (last, zero) = (self.thermal.temperatures.len() - 1, R::constant(0.0));
         self.hold(step);
         let mut start = [zero; 2];
         let mut start_sideways = zero;
@@ -41,11 +40,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             if GAS {
                 self.react(step, stage);
                 self.flow(step, stage);
-                self.outflow = self.leaving[stage];
+                self.gas.outflow = self.gas.leaving[stage];
             }
             self.properties(step, stage);
             for face in 0..self.plan.open_faces {
-                self.edges[face] = self.edge(face, face * last, step, stage);
+                self.thermal.edges[face] = self.edge(face, face * last, step, stage);
             }
             let sideways = if stage == 0 { self.assemble(step) } else { self.correct(step) };
             let mut through = [self.passed_through(0, 0, step, stage), self.passed_through(1, last, step, stage)];
@@ -74,17 +73,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
     }
 
-    /// Length of a step, s. Where all steps are done one more is assembled, which nobody solves: as long as the last.
-    #[inline(always)]
-    pub(super) fn length_s(&self, step: usize) -> R::Still {
-        R::still(self.rows.lengths_s[step.min(self.plan.steps() - 1)])
-    }
-
     /// The increments of the first stage, on the way up.
     #[inline(always)]
     fn ascend(&mut self) {
-        let first = &mut self.first[..];
-        let system = &self.system[..first.len()];
+        let first = &mut self.thermal.first[..];
+        let system = &self.thermal.system[..first.len()];
         let mut before = R::constant(0.0);
         for i in (0..first.len()).rev() {
             let row = system[i];
@@ -96,14 +89,14 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Add the heat through a face over a step: the stages' mean, and the scheme's own implicit part.
     #[inline(always)]
     fn account(&mut self, face: usize, step: usize, start: R, end: R, cell: usize, neighbour: usize) {
-        let (sum, beside) = (self.system[cell].second, self.system[neighbour].second);
-        let (edge, [by_cell, by_neighbour]) = (self.edges[face], self.passed_slopes[face]);
+        let (sum, beside) = (self.thermal.system[cell].second, self.thermal.system[neighbour].second);
+        let (edge, [by_cell, by_neighbour]) = (self.thermal.edges[face], self.thermal.passed_slopes[face]);
         let implicit = edge.slope * sum - (by_cell * sum - by_neighbour * beside) * edge.held;
         let half_length = R::fixed(0.5) * R::still(self.rows.lengths_s[step]);
         let amount = (start + end + implicit) * half_length;
         let zero = R::constant(0.0);
-        self.heat[2 * face] = advanced(self.heat[2 * face], amount.max(zero));
-        self.heat[2 * face + 1] = advanced(self.heat[2 * face + 1], (-amount).max(zero));
+        self.accounts.heat[2 * face] = advanced(self.accounts.heat[2 * face], amount.max(zero));
+        self.accounts.heat[2 * face + 1] = advanced(self.accounts.heat[2 * face + 1], (-amount).max(zero));
     }
 
     /// The increments of the second stage, on the way up, and with those of the first into the temperatures; both together stay in the
@@ -113,13 +106,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     fn update(&mut self, step: usize) {
         let margin_k = R::fixed(f64::from(STRAY_MARGIN_K));
         let mut before = R::constant(0.0);
-        for p in (0..self.plies.len()).rev() {
+        for p in (0..self.scales.plies.len()).rev() {
             let ply = &self.plan.plies[p];
             let cells = ply.first_cell as usize..ply.end_cell as usize;
-            let temperatures = &mut self.temperatures[cells.clone()];
-            let first = &self.first[cells.clone()][..temperatures.len()];
-            let system = &mut self.system[cells][..temperatures.len()];
-            let (mut coldest, mut hottest) = self.extremes_k[p];
+            let temperatures = &mut self.thermal.temperatures[cells.clone()];
+            let first = &self.thermal.first[cells.clone()][..temperatures.len()];
+            let system = &mut self.thermal.system[cells][..temperatures.len()];
+            let (mut coldest, mut hottest) = self.accounts.extremes_k[p];
             for i in (0..temperatures.len()).rev() {
                 let row = system[i];
                 before = ascended(row.second, row.reciprocal, row.over, before);
@@ -131,11 +124,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 coldest = coldest.min(high);
                 hottest = hottest.max(high);
             }
-            self.extremes_k[p] = (coldest, hottest);
+            self.accounts.extremes_k[p] = (coldest, hottest);
             for (watched, span_k) in
                 [(coldest, STRAY_SPAN_K), (hottest, STRAY_SPAN_K), (temperatures[0].high, f32::MAX)]
             {
-                let strayed = &mut self.strayed;
+                let strayed = &mut self.accounts.strayed;
                 (watched + margin_k).within(span_k, |lane| {
                     strayed[lane].get_or_insert(step);
                 });

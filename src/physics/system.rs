@@ -4,25 +4,14 @@
 //! is done to it: what flows from cell to cell, the row that this makes, and its elimination. A row is known once the node under it is,
 //! so that it is made on the way over the link between them.
 
+use super::GAMMA;
 use super::Real;
 use super::conducting::{Link, Node, no_link};
 use super::member::Member;
 use super::reacting::{EASE, restraint};
-use super::step::GAMMA;
+use super::state::{Edge, Eliminated};
 use super::tridiagonal::{descended, eliminated, settled};
 use crate::plan::GasPath;
-
-/// What a face does to the row of its cell.
-#[derive(Clone, Copy)]
-pub(super) struct Edge<R: Real> {
-    /// One where it follows its schedule, and how much that rises over the step, K.
-    pub(super) held: R::Still,
-    pub(super) rise_k: R::Still,
-    /// What comes in from outside at the stage at hand; γr, W/m²; and γ times the slope of what comes in, W/m²/K.
-    pub(super) flux: R,
-    pub(super) driven: R,
-    pub(super) slope: R,
-}
 
 /// A cell's row of the system on its way into it.
 #[derive(Clone, Copy)]
@@ -31,19 +20,6 @@ struct Row<R> {
     diagonal: R,
     upper: R,
     side: R,
-}
-
-/// A cell's row once it is eliminated: the ratio under the diagonal, the reciprocal of the pivot, and the ratio over the diagonal; the heat
-/// capacity of the cell at the first stage, J/m²/K, which the second asks for; and of the stage at hand the right-hand side, W/m², at last
-/// what both stages move the cell by, K. All of a cell lies together: a way over columns of their own has more of them than a processor
-/// has registers to tell where they are.
-#[derive(Clone, Copy)]
-pub(super) struct Eliminated<R> {
-    pub(super) under: R,
-    pub(super) reciprocal: R,
-    pub(super) over: R,
-    pub(super) capacity: R,
-    pub(super) second: R,
 }
 
 /// What the way down has with it from cell to cell.
@@ -131,7 +107,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let surface = self.surface(face, cell, stage);
         let now = self.through(face, self.rows.drives[start + stage], surface);
         if stage == 1 {
-            return Edge { flux: now.flux, ..self.edges[face] };
+            return Edge { flux: now.flux, ..self.thermal.edges[face] };
         }
         let end = self.through(face, self.rows.drives[start + 1], surface);
         Edge {
@@ -151,7 +127,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             net = ((way.conducted + way.gained) - (link.conducted - link.gained)) - self.absorbed_at(at.cell, stage);
         }
         if let Some(face) = at.face {
-            net = net + self.edges[face].flux;
+            net = net + self.thermal.edges[face].flux;
         }
         if GAS && self.plan.gas == Some(GasPath::Darcy) {
             net = net + self.swept(at.ply, at.cell, stage);
@@ -191,7 +167,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
         if GAS && self.plan.plies[at.ply].end_reaction > self.plan.plies[at.ply].first_reaction {
             let eased = per_length * R::fixed(EASE);
-            row.diagonal = row.diagonal + restraint(self.restraints[at.cell], node.matter.capacity, eased);
+            row.diagonal = row.diagonal + restraint(self.reactions.restraints[at.cell], node.matter.capacity, eased);
         }
         if let Some(face) = at.face {
             let (passed, slopes) =
@@ -199,7 +175,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             way.passed[face] = passed;
             way.passed_slopes[face] = slopes;
             let let_out = if GAS { self.let_out_heat(face, at.cell) } else { R::constant(0.0) };
-            row = self.edges[face].bounds(row, let_out);
+            row = self.thermal.edges[face].bounds(row, let_out);
         }
         let [under, reciprocal] = eliminated(row.lower, row.diagonal, way.reciprocal, way.upper);
         way.side = descended(row.side, under, way.side);
@@ -232,7 +208,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mut side = row.capacity / node.matter.capacity * net - row.capacity * twice_per_length * node.moved;
         if let Some(face) = at.face {
             way.passed[face] = [link.conducted, -way.conducted][face];
-            side = self.edges[face].corrects(side);
+            side = self.thermal.edges[face].corrects(side);
         }
         way.side = descended(side, row.under, way.side);
         (way.conducted, way.gained) = (link.conducted, link.gained);
@@ -243,11 +219,11 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// leaves one cell enters the next, so the columns of K sum to nothing.
     #[inline(always)]
     pub(super) fn assemble(&mut self, step: usize) -> R {
-        let last = self.temperatures.len() - 1;
+        let last = self.thermal.temperatures.len() - 1;
         let per_length = R::fixed(1.0) / self.length_s(step);
         let mut way = way();
-        let mut system = std::mem::take(&mut self.system);
-        for p in 0..self.plies.len() {
+        let mut system = std::mem::take(&mut self.thermal.system);
+        for p in 0..self.scales.plies.len() {
             let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
             let nodes = self.nodes(cells.clone());
             if p > 0 {
@@ -275,22 +251,22 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 *row = self.row(&mut way, at, here, link, per_length, step);
             }
         }
-        let at_back = Position { ply: self.plies.len() - 1, cell: last, face: Some(1) };
+        let at_back = Position { ply: self.scales.plies.len() - 1, cell: last, face: Some(1) };
         let here = self.nodes(last..last + 1).node::<GAS>(0, 0);
         system[last] = self.row(&mut way, at_back, here, no_link(), per_length, step);
-        self.system = system;
-        (self.passed, self.passed_slopes) = (way.passed, way.passed_slopes);
+        self.thermal.system = system;
+        (self.thermal.passed, self.thermal.passed_slopes) = (way.passed, way.passed_slopes);
         way.taken
     }
 
     /// The right-hand side of the second stage, on the way down; what all cells take from the holder, W/m².
     #[inline(always)]
     pub(super) fn correct(&mut self, step: usize) -> R {
-        let last = self.temperatures.len() - 1;
+        let last = self.thermal.temperatures.len() - 1;
         let twice_per_length = R::fixed(2.0) / self.length_s(step);
         let mut way = way();
-        let mut system = std::mem::take(&mut self.system);
-        for p in 0..self.plies.len() {
+        let mut system = std::mem::take(&mut self.thermal.system);
+        for p in 0..self.scales.plies.len() {
             let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
             let nodes = self.nodes(cells.clone());
             if p > 0 {
@@ -317,12 +293,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 row.second = self.side(&mut way, at, here, link, *row, twice_per_length, step);
             }
         }
-        let at_back = Position { ply: self.plies.len() - 1, cell: last, face: Some(1) };
+        let at_back = Position { ply: self.scales.plies.len() - 1, cell: last, face: Some(1) };
         let here = self.nodes(last..last + 1).node::<GAS>(0, 1);
         let row = system[last];
         system[last].second = self.side(&mut way, at_back, here, no_link(), row, twice_per_length, step);
-        self.system = system;
-        self.passed = way.passed;
+        self.thermal.system = system;
+        self.thermal.passed = way.passed;
         way.taken
     }
 }

@@ -5,6 +5,7 @@
 //! private arrays cannot be sized by pipeline constants, so that text is made for each plan, and serves those of fewer cells.
 
 use crate::march::Precision;
+use crate::physics::GAMMA;
 use crate::plan::layout::{
     ABREAST, AIR_PROPERTIES, FACE_COLUMNS, GAUGES, HEATS, NO_INSTANT, Ply, STATES_MAX, TABLE_NODES, TABLE_STEP_K,
 };
@@ -41,14 +42,16 @@ pub const PARTS: &[(&str, &str)] = &[
     part!("tridiagonal"),
     part!("reading"),
     part!("member"),
-    part!("conducting"),
     part!("mixing"),
+    part!("holder"),
     part!("reacting"),
     part!("flowing"),
     part!("carrying"),
-    part!("gauges"),
-    part!("holder"),
+    part!("conducting"),
     part!("system"),
+    part!("sensors"),
+    part!("gauges"),
+    part!("energy"),
     part!("step"),
 ];
 
@@ -64,14 +67,17 @@ pub fn placed(part: &str, lanes: u32) -> String {
     part.replace("<COLUMNS>", if lanes == 1 { "<private>" } else { "<workgroup>" })
 }
 
-/// What all parts lean on: the real number, its binary digits behind the first, one so large that the next is one more, and whether
-/// next to nothing is nothing.
+/// What all parts use: the real number, its binary digits behind the first, a number so large that the next is one more,
+/// whether tiny results are flushed to zero, and γ of the time scheme.
 pub fn head(precision: Precision) -> String {
     let (real, digits, whole, settles) = match precision {
         Precision::F32 => ("f32", 23, "12582912.0", true),
         Precision::F64 => ("f64", 52, "6755399441055744.0", false),
     };
-    format!("alias real = {real};\nconst DIGITS = {digits}u;\nconst WHOLE = {whole};\nconst SETTLES = {settles};\n")
+    format!(
+        "alias real = {real};\nconst DIGITS = {digits}u;\nconst WHOLE = {whole};\nconst SETTLES = {settles};\n\
+         const GAMMA = {GAMMA:?};\n"
+    )
 }
 
 /// The text of a kernel that has room for a plan.

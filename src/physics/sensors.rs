@@ -1,0 +1,85 @@
+//! The sensors of a member: temperatures between nodes, and thermocouple beads that lag behind them.
+
+use super::Real;
+use super::compensated::{Pair, difference, raised};
+use super::material::{conductance_across, conductance_within};
+use super::member::Member;
+use super::reading::{covered, followed, reading};
+
+impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
+    /// The temperature at a sensor's place.
+    #[inline(always)]
+    pub(super) fn read_sensor(&self, sensor: usize, step: usize) -> Pair<R> {
+        let (place, cells) = (self.plan.places[sensor], &self.rows.cells);
+        let (i, ply) = (place.cell as usize, place.ply_above as usize);
+        let conductivity = self.conductivity_now(ply, i, step);
+        let next = self.conductivity_now(place.ply_below as usize, i + 1, step);
+        let conductance = if place.ply_above == place.ply_below {
+            conductance_within(conductivity, next, R::still(cells[i].half_over_next_1_m))
+        } else {
+            let (below_m, above_m) = (R::still(cells[i].below_m), R::still(cells[i + 1].above_m));
+            conductance_across(conductivity, below_m, next, above_m, self.scales.contacts_m2_k_w[ply])
+        };
+        let (here, below) = (self.thermal.temperatures[i], self.thermal.temperatures[i + 1]);
+        let nominal = reading(here, below, conductivity, next, conductance, self.rows.sensors[sensor]);
+        if self.plan.has_depths {
+            let flux = conductance * difference(here, below);
+            let displaced = self.displaced(sensor, flux / conductivity, flux / next);
+            return raised(nominal, displaced);
+        }
+        nominal
+    }
+
+    /// What a sensor reads more as it lies deeper than nominal, K: along straight lines from its face to the nearest
+    /// node, given how much temperature falls there over and under the face (K/m), and on from node to node, on the side that it
+    /// is shifted to.
+    #[inline(always)]
+    fn displaced(&self, sensor: usize, fall_above_k_m: R, fall_below_k_m: R) -> R {
+        let (place, row, cells) = (self.plan.places[sensor], self.rows.sensors[sensor], &self.rows.cells);
+        let zero = R::constant(0.0);
+        let shift_m = self.scales.shifts_m[sensor];
+        // On an outer face the node is on the face, and there are nodes on one side only.
+        let is_inside = place.node_above < place.node_below;
+        let mut start_m = R::of(row.below_m);
+        let mut rise = zero;
+        if is_inside {
+            rise = -(fall_below_k_m * covered(shift_m, zero, start_m, false));
+        }
+        for step in 0..place.steps_below as usize {
+            let j = place.node_below as usize + step;
+            let length_m = R::of(cells[j].below_m) + R::of(cells[j + 1].above_m);
+            let gain = difference(self.thermal.temperatures[j + 1], self.thermal.temperatures[j]) / length_m;
+            rise = rise + gain * covered(shift_m, start_m, length_m, !is_inside && step == 0);
+            start_m = start_m + length_m;
+        }
+        start_m = R::of(row.above_m);
+        if is_inside {
+            rise = rise + fall_above_k_m * covered(-shift_m, zero, start_m, false);
+        }
+        for step in 0..place.steps_above as usize {
+            let j = place.node_above as usize - step;
+            let length_m = R::of(cells[j - 1].below_m) + R::of(cells[j].above_m);
+            let gain = difference(self.thermal.temperatures[j - 1], self.thermal.temperatures[j]) / length_m;
+            rise = rise + gain * covered(-shift_m, start_m, length_m, !is_inside && step == 0);
+            start_m = start_m + length_m;
+        }
+        rise
+    }
+
+    /// Read the sensors at the start of a step, and let the beads follow over the step before.
+    #[inline(always)]
+    pub(super) fn look(&mut self, step: usize) {
+        let sensors = self.sensors.beads.len();
+        for sensor in 0..sensors {
+            let now = self.read_sensor(sensor, step);
+            if step == 0 {
+                self.sensors.beads[sensor] = now;
+            } else {
+                let weights = self.rows.beads[(step - 1) * sensors + sensor];
+                self.sensors.beads[sensor] =
+                    followed(self.sensors.beads[sensor], self.sensors.readings[sensor], now, weights);
+            }
+            self.sensors.readings[sensor] = now;
+        }
+    }
+}
