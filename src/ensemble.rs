@@ -4,7 +4,7 @@ pub mod marginal;
 pub mod sampling;
 
 pub use marginal::Marginal;
-pub use sampling::{Sampling, SamplingKind};
+pub use sampling::Sampling;
 
 use crate::case::{Bounds, Correlation, Factor};
 use sampling::Draw;
@@ -78,5 +78,42 @@ impl Ensemble {
             Rows::Given(values) => values[member * self.factors..(member + 1) * self.factors].to_vec(),
             Rows::Drawn(draw) => draw.row(member),
         }
+    }
+}
+
+/// What the members are drawn from.
+///
+/// All but `Uniform` follow one distribution, a normal of mean nominal and standard deviation (high − low)/4 that is
+/// cut off at the side constraints: they are two deviations away where the nominal value lies midway, as the paper
+/// has it. A nominal value outside its side constraints counts as the nearer one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SamplingKind {
+    /// Independent draws.
+    #[default]
+    Normal,
+    /// Independent draws, every value between the side constraints equally likely.
+    Uniform,
+    /// Each factor's distribution is cut into as many equally likely strata as there are members, and each stratum
+    /// holds one member (McKay, Beckman & Conover, Technometrics 21, 1979).
+    LatinHypercube,
+    /// A Sobol sequence with hashed Owen scrambling (Burley, J. Comput. Graph. Tech. 9(4), 2020): even coverage of all
+    /// factors together. Every 65,536 members, and every 256 factors, begin a sequence scrambled anew.
+    Sobol,
+}
+
+impl SamplingKind {
+    /// `normal`, `uniform`, `lhs` or `sobol`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Normal => "normal",
+            Self::Uniform => "uniform",
+            Self::LatinHypercube => "lhs",
+            Self::Sobol => "sobol",
+        }
+    }
+
+    /// The kind of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Normal, Self::Uniform, Self::LatinHypercube, Self::Sobol].into_iter().find(|kind| kind.name() == name)
     }
 }

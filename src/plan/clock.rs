@@ -5,6 +5,7 @@
 
 use super::forcing::Forcing;
 use super::readout::Readout;
+use super::same_instant::same_instant_s;
 use crate::case::{Case, Resolution};
 
 /// Steps through time.
@@ -160,14 +161,6 @@ impl Clock {
         let readout = (!lands).then(|| Readout::new(&times_s, &breaks_s, &instants_s));
         Self { times_s, instants_s, readout }
     }
-}
-
-/// Two times are one instant when they lie no further apart than this, s.
-///
-/// Multiples of an interval and times converted from other units differ by rounding (3 × 0.1 s is not 0.3 s), which is some
-/// 1e-16 of the duration; no step that a march takes is as short as 1e-9 of it. Whatever compares times of a march uses this.
-pub(super) fn same_instant_s(duration_s: f64) -> f64 {
-    1e-9 * duration_s
 }
 
 /// Times in order, within the march, once each.

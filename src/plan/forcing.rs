@@ -9,8 +9,8 @@
 
 mod transform;
 
-use super::clock::same_instant_s;
 use super::layout::Drive;
+use super::same_instant::same_instant_s;
 use crate::case::{Case, Exposure, Face, Schedule};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

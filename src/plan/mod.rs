@@ -5,10 +5,12 @@
 //! quantity points at a column of the ensemble, and what nobody scales points at column 0, which is one.
 
 pub mod clock;
+mod columns;
 mod forcing;
 pub mod grid;
 pub mod layout;
 pub mod readout;
+mod same_instant;
 mod steps;
 mod substances;
 mod tables;
@@ -18,6 +20,7 @@ use crate::case::air::air_enthalpy_j_kg;
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutOfRange, Property, Table};
 use crate::traces::Gauge;
 use clock::{Clock, Pace, Slice};
+use columns::{column, conductions};
 use forcing::Forcing;
 use grid::{Density, Grid};
 use layout::{
@@ -27,8 +30,8 @@ use layout::{
 use readout::Readout;
 use std::sync::Arc;
 use steps::{beads, instants};
-use substances::{bulk, conductions, paths, plies, reactions, states, substances};
-use tables::Tables;
+use substances::{bulk, paths, plies, reactions, substances};
+use tables::{Tables, states};
 
 /// The estimated discretisation error of one gauge of the nominal member, and its tolerance: of fronts in m, at 95 % of the instants; of
 /// the others as a share of their peak, at any instant.
@@ -349,23 +352,6 @@ fn held_readings(
         })
     })
     .collect()
-}
-
-/// The ensemble column of the factor on a property of a ply (by its group or name, or of all plies), 0 where there is none.
-fn column(case: &Case, ply: &str, property: Property) -> u32 {
-    column_of_state(case, ply, "", property)
-}
-
-/// As [`column`], of one state of the ply.
-fn column_of_state(case: &Case, ply: &str, state: &str, property: Property) -> u32 {
-    let group = case.layup.plies.iter().find(|p| p.name == ply).map_or("", |p| p.group.as_str());
-    case.factors
-        .iter()
-        .position(|factor| {
-            let holds = ply.is_empty() || factor.group.is_empty() || factor.group == group || factor.group == ply;
-            factor.property == property && holds && factor.state.as_deref().is_none_or(|only| only == state)
-        })
-        .map_or(0, |factor| factor as u32 + 1)
 }
 
 fn scalings(case: &Case) -> [Scaling<u32>; 2] {

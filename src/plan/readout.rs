@@ -3,7 +3,7 @@
 //! Steps that had to end on every instant would be many where nothing happens any more. A reading between steps is taken from the
 //! cubic through the two steps before it and the two after, none of them beyond a corner of a schedule, where slopes jump.
 
-use super::clock::same_instant_s;
+use super::same_instant::same_instant_s;
 
 /// Steps that a reading is taken from, at most.
 pub const TAPS: usize = 4;

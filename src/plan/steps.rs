@@ -1,8 +1,9 @@
 //! What of a plan goes step by step, and so ends with it.
 
-use super::clock::{Clock, same_instant_s};
+use super::clock::Clock;
 use super::forcing::{Forcing, last_drives};
 use super::layout::{Bead, NO_INSTANT};
+use super::same_instant::same_instant_s;
 use super::{HeldReading, Plan, Rows};
 use crate::case::{Case, Exposure};
 use std::sync::Arc;

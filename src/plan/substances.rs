@@ -1,7 +1,8 @@
 //! Rows of plies: what they are made of, what that turns into, and what scales it.
 
-use super::layout::{Bulk, Conduction, Path, Ply, Reaction, Substance};
-use super::{column, column_of_state, tables};
+use super::columns::column;
+use super::layout::{Bulk, Path, Ply, Reaction, Substance};
+use super::tables::{columns, enthalpy_j_kg, parts_of, rows, states};
 use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Material, Mixing, Pores, Property, PyrolysisHeat, Sequence, Table};
 
@@ -16,10 +17,10 @@ pub(super) fn plies(case: &Case, cells: &[(usize, usize)], tables: &[usize], par
             first_cell: first as u32,
             end_cell: end as u32,
             table: table as u32,
-            columns: tables::columns(case, &ply.material, parts) as u32,
+            columns: columns(case, &ply.material, parts) as u32,
             states: states as u32,
             rows: rows(&ply.material) as u32,
-            parts: tables::parts_of(case, ply) as u32,
+            parts: parts_of(case, ply) as u32,
             first_state: state as u32,
             first_reaction: reaction as u32,
             end_reaction: (reaction + reactions) as u32,
@@ -38,33 +39,6 @@ pub(super) fn plies(case: &Case, cells: &[(usize, usize)], tables: &[usize], par
         row
     })
     .collect()
-}
-
-/// What scales the conductivity of every state of a ply.
-pub(super) fn conductions(case: &Case, ply: &crate::case::Ply) -> Vec<Conduction<u32>> {
-    let states = ply.material.conductivities();
-    states
-        .map(|(state, conductivity)| {
-            let of = |property| column_of_state(case, &ply.name, state, property);
-            Conduction {
-                whole: of(Property::Conductivity),
-                solid: of(Property::ConductivitySolid),
-                gas: of(Property::ConductivityGas),
-                radiative: of(Property::ConductivityRadiative),
-                extinction: if conductivity.extinction_follows_density() { of(Property::Density) } else { 0 },
-            }
-        })
-        .collect()
-}
-
-/// States of a material: virgin and its residues.
-pub(super) fn states(material: &Material) -> usize {
-    1 + material.decomposition.as_ref().map_or(0, |decomposition| decomposition.residues.len())
-}
-
-/// Those of them that have rows in the tables: the others are so many times the virgin one.
-pub(super) fn rows(material: &Material) -> usize {
-    if material.multiples().is_some() { 1 } else { states(material) }
 }
 
 /// Between which states the reactions of a material lead: all to the char, or one after the other.
@@ -105,7 +79,7 @@ pub(super) fn substances(material: &Material) -> Vec<Substance<f64>> {
     };
     // Tables begin their enthalpy at their first node.
     let over = |heat_capacity: &Table, stated_j_kg: f64, reference_k: f64| {
-        stated_j_kg - tables::enthalpy_j_kg(heat_capacity, reference_k)
+        stated_j_kg - enthalpy_j_kg(heat_capacity, reference_k)
     };
     let mut rows = vec![row(0, 1.0, &material.pores)];
     if let Some(decomposition) = &material.decomposition {

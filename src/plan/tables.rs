@@ -1,8 +1,8 @@
 //! Every property as columns on one uniform temperature grid.
 
 use super::COLD_WALL_K;
+use super::columns::conductions;
 use super::layout::{FACE_COLUMNS, GAS_COLUMNS, LEVELS_MAX, STATES_MAX, TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
-use super::substances::{conductions, rows};
 use crate::case::air::air_enthalpy_j_kg;
 use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Conductivity, Emissivity, Face, GasPath, Material, Ply, Table};
@@ -36,7 +36,7 @@ fn tables(case: &Case) -> (Vec<f64>, Vec<usize>) {
         places.push(alike.map_or(words.len(), |before| places[before]));
         if alike.is_none() {
             for &pressure_pa in &pressures_pa {
-                let rows = states(&ply.material).take(rows(&ply.material));
+                let rows = state_tables(&ply.material).take(rows(&ply.material));
                 let solid = rows.flat_map(|(conductivity, heat_capacity)| {
                     solid_properties(conductivity, heat_capacity, pressure_pa, [own, parts])
                 });
@@ -49,10 +49,20 @@ fn tables(case: &Case) -> (Vec<f64>, Vec<usize>) {
 }
 
 /// What each state of a material conducts and stores.
-fn states(material: &Material) -> impl Iterator<Item = (&Conductivity, &Table)> {
+fn state_tables(material: &Material) -> impl Iterator<Item = (&Conductivity, &Table)> {
     let residues = material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
     std::iter::once((&material.conductivity, &material.heat_capacity))
         .chain(residues.map(|residue| (&residue.conductivity, &residue.heat_capacity)))
+}
+
+/// States of a material: virgin and its residues.
+pub(super) fn states(material: &Material) -> usize {
+    1 + material.decomposition.as_ref().map_or(0, |decomposition| decomposition.residues.len())
+}
+
+/// Those of them that have rows in the tables: the others are so many times the virgin one.
+pub(super) fn rows(material: &Material) -> usize {
+    if material.multiples().is_some() { 1 } else { states(material) }
 }
 
 /// Conductivity columns that are told apart in a ply: see [`Plan::parts`](super::Plan::parts).

@@ -99,3 +99,18 @@ impl From<BesideError> for SessionError {
         }
     }
 }
+
+/// The place of a name among those known.
+pub(super) fn find<'a>(
+    names: impl Iterator<Item = &'a str>,
+    name: &str,
+    option: &'static str,
+    noun: &str,
+) -> Result<usize, SessionError> {
+    let names: Vec<&str> = names.collect();
+    let place = names.iter().position(|known| *known == name);
+    place.ok_or_else(|| {
+        let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        InputError::of(option, format!(": no {noun} is called {name:?}; there are {known}")).into()
+    })
+}

@@ -1,7 +1,6 @@
 //! Options of a session and of its questions. Every default is that of the command.
 
-use super::error::{InputError, SessionError};
-use super::selection::find;
+use super::error::{InputError, SessionError, find};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::fit::{Loss, Rules};

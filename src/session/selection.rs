@@ -1,6 +1,6 @@
 //! Which observations and factors of the cases a question uses, in place of what the case files say.
 
-use super::error::{InputError, SessionError};
+use super::error::{InputError, SessionError, find};
 use super::options::{FitOptions, ObservationSelection, Start};
 use crate::case::Case;
 use std::cmp::Ordering;
@@ -60,21 +60,6 @@ impl FitOptions {
         }
         starts_within_bounds(cases)
     }
-}
-
-/// The place of a name among those known.
-pub(super) fn find<'a>(
-    names: impl Iterator<Item = &'a str>,
-    name: &str,
-    option: &'static str,
-    noun: &str,
-) -> Result<usize, SessionError> {
-    let names: Vec<&str> = names.collect();
-    let place = names.iter().position(|known| *known == name);
-    place.ok_or_else(|| {
-        let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-        InputError::of(option, format!(": no {noun} is called {name:?}; there are {known}")).into()
-    })
 }
 
 /// Refuses cases in which some of the chosen sensors have samples in their windows and others have none. Where none

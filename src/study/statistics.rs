@@ -13,13 +13,15 @@ mod basis;
 mod causes;
 mod expansion;
 mod histogram;
+mod interval;
 mod numbers;
 mod output;
 mod sums;
 #[cfg(test)]
 mod tests;
 
-pub use causes::{Causes, Likely};
+pub use causes::Causes;
+pub use interval::Likely;
 
 use crate::ensemble::Marginal;
 use basis::Basis;

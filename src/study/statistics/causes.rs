@@ -1,17 +1,10 @@
 //! What each factor has to do with an output: correlations of values and of ranks, and Sobol indices.
 
-use super::expansion::{Expansion, Indices, NORMAL_95};
+use super::expansion::{Expansion, Indices};
+use super::interval::Likely;
 use super::{GRADE_QUANTA, Tally, stretch};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-
-/// A number, and the ends of its 95 % interval; all NaN where there are too few members to tell.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Likely {
-    pub value: f64,
-    pub low: f64,
-    pub high: f64,
-}
 
 /// What the factors have to do with one output; each vector is one a factor.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,27 +23,6 @@ pub struct Causes {
     pub total: Vec<Likely>,
     /// The share of the variance that no functions of two factors explain. It may add to any index.
     pub rest: f64,
-}
-
-impl Likely {
-    pub(super) const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
-
-    /// A correlation from so many degrees of freedom: Fisher's transform, with the variance `scatter/(free − 3)`.
-    fn correlation(value: f64, free: f64, scatter: f64) -> Self {
-        if value.is_nan() {
-            return Self::UNKNOWN;
-        }
-        if free <= 3.0 {
-            return Self { value, low: -1.0, high: 1.0 };
-        }
-        let reach = NORMAL_95 * (scatter / (free - 3.0)).sqrt();
-        Self { value, low: (value.atanh() - reach).tanh(), high: (value.atanh() + reach).tanh() }
-    }
-
-    /// A correlation of ranks: their scatter is larger by r²/2 (Bonett & Wright, Psychometrika 65, 2000).
-    fn rank_correlation(value: f64, free: f64) -> Self {
-        Self::correlation(value, free, 1.0 + value * value / 2.0)
-    }
 }
 
 impl Tally {

@@ -13,6 +13,7 @@
 //! that is what would be left of the variance were all others known. These parts overlap or leave gaps: they do not sum to one.
 
 use super::basis::QUANTA;
+use super::interval::NORMAL_95;
 use super::output::Output;
 use super::{COARSE_LOG2, Likely, Tally, stretch};
 use nalgebra::{Cholesky, DMatrix, DVectorView, Dyn};
@@ -20,8 +21,6 @@ use rayon::prelude::*;
 
 /// Members a function at least: with fewer, chance fits more than it leaves.
 const MEMBERS_A_FUNCTION: usize = 8;
-/// Standard deviations of a normal distribution to each end of 95 % of it.
-pub(super) const NORMAL_95: f64 = 1.96;
 /// The rest is no noise: it tends to be largest where functions are, at the ends of ranges, so that a coefficient is moved by
 /// more than the mean of its square tells. Of a product of three factors and functions of two of them the excess is the
 /// fourth moment of a factor over its squared variance, twice: 3.2 where it is evenly drawn, 5.6 where it is normal

@@ -1,0 +1,33 @@
+//! A number with its interval.
+
+/// Standard deviations of a normal distribution to each end of 95 % of it.
+pub(super) const NORMAL_95: f64 = 1.96;
+
+/// A number, and the ends of its 95 % interval; all NaN where there are too few members to tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Likely {
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Likely {
+    pub(super) const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+
+    /// A correlation from so many degrees of freedom: Fisher's transform, with the variance `scatter/(free − 3)`.
+    pub(super) fn correlation(value: f64, free: f64, scatter: f64) -> Self {
+        if value.is_nan() {
+            return Self::UNKNOWN;
+        }
+        if free <= 3.0 {
+            return Self { value, low: -1.0, high: 1.0 };
+        }
+        let reach = NORMAL_95 * (scatter / (free - 3.0)).sqrt();
+        Self { value, low: (value.atanh() - reach).tanh(), high: (value.atanh() + reach).tanh() }
+    }
+
+    /// A correlation of ranks: their scatter is larger by r²/2 (Bonett & Wright, Psychometrika 65, 2000).
+    pub(super) fn rank_correlation(value: f64, free: f64) -> Self {
+        Self::correlation(value, free, 1.0 + value * value / 2.0)
+    }
+}
