@@ -59,6 +59,7 @@ impl Ensemble {
         self.members
     }
 
+    /// Whether it has no members.
     pub fn is_empty(&self) -> bool {
         self.members == 0
     }

@@ -7,13 +7,17 @@ use std::ops::Range;
 pub struct Traces {
     /// Index in the ensemble of the first member here.
     pub first: usize,
+    /// Sensors of the case.
     pub sensors: usize,
+    /// Instants of each trace.
     pub instants: usize,
     /// Member × sensor × instant, K.
     pub temperatures_k: Vec<f64>,
     /// Member × gauge × instant, in the units of each [`Gauge`]; empty where nothing decomposes and no gas flows.
     pub gauges: Vec<f64>,
+    /// One a member.
     pub arrivals: Vec<Arrival>,
+    /// One a member.
     pub balances: Vec<Balance>,
     /// Member × ply: coldest and hottest temperature met, K.
     pub extremes_k: Vec<(f64, f64)>,
@@ -58,6 +62,7 @@ impl Gauge {
         }
     }
 
+    /// The SI unit of its values.
     pub fn unit(self) -> &'static str {
         match self {
             Self::GasFlux => "kg/m²/s",
@@ -71,14 +76,18 @@ impl Gauge {
 /// How a member's march ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Arrival {
+    /// The march reached its end.
     Done,
     /// A temperature left the range in which anything is known, or was no number.
     Strayed {
+        /// When, s.
         time_s: f64,
     },
     /// A table that refuses to be left was left.
     LeftTable {
+        /// The place of the ply in the layup.
         ply: usize,
+        /// The temperature that it met, K.
         temperature_k: f64,
     },
 }
@@ -87,12 +96,19 @@ pub enum Arrival {
 /// stored of both: J/m² and kg/m². All are positive but where a field says otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
+    /// Into the hot face.
     pub hot_in_j_m2: f64,
+    /// Out of the hot face.
     pub hot_out_j_m2: f64,
+    /// Into the back face.
     pub back_in_j_m2: f64,
+    /// Out of the back face.
     pub back_out_j_m2: f64,
+    /// From the holder.
     pub holder_in_j_m2: f64,
+    /// To the holder.
     pub holder_out_j_m2: f64,
+    /// Heat stored at the end less that at the start; of either sign.
     pub stored_j_m2: f64,
     /// Enthalpy that gas took along out of the layup, less what it brought; absolute where enthalpies are, so of either sign.
     pub gas_heat_j_m2: f64,
@@ -100,7 +116,9 @@ pub struct Balance {
     pub reaction_gain_j_m2: f64,
     /// Solid turned into gas.
     pub solid_lost_kg_m2: f64,
+    /// Through both faces, inward.
     pub gas_in_kg_m2: f64,
+    /// Through both faces, outward.
     pub gas_out_kg_m2: f64,
     /// Gas in the pores at the end less that at the start.
     pub gas_stored_kg_m2: f64,
@@ -205,6 +223,7 @@ impl Traces {
         self.extremes_k.extend_from_slice(some(&other.extremes_k, count, of));
     }
 
+    /// Members that the traces are of.
     pub fn members(&self) -> usize {
         self.arrivals.len()
     }

@@ -6,6 +6,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 /// The distribution of one factor between its side constraints, whatever it has to do with the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Marginal {
+    /// The nominal value of the factor.
     pub nominal: f64,
     centre: f64,
     deviation: f64,

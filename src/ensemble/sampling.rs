@@ -13,7 +13,9 @@ use statrs::distribution::{ContinuousCDF, Normal};
 /// How to draw, and from which seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {
+    /// What the members are drawn from.
     pub kind: SamplingKind,
+    /// Members of one seed are the same on every machine.
     pub seed: u64,
 }
 

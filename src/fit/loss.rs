@@ -27,10 +27,16 @@ pub enum Loss {
     #[default]
     Squares,
     /// `2 w² (√(1 + (r/w)²) − 1)`: smooth, and damps a little everywhere.
-    SoftL1 { width: f64 },
+    SoftL1 {
+        /// Where it bends from r² to |r|, in standard deviations.
+        width: f64,
+    },
     /// r² up to the width, `2 w |r| − w²` beyond (Huber, Ann. Math. Stat. 35, 1964). A width of 1.345 keeps 95 % of the
     /// efficiency where residuals are normal.
-    Huber { width: f64 },
+    Huber {
+        /// Where it turns from r² to |r|, in standard deviations.
+        width: f64,
+    },
 }
 
 /// A residual of one standard deviation is half bent (SciPy's `f_scale`).
@@ -164,7 +170,9 @@ impl std::fmt::Display for Loss {
 
 /// A problem whose residuals count by a loss.
 pub struct Robust<P> {
+    /// The problem.
     pub problem: P,
+    /// How its residuals count.
     pub loss: Loss,
 }
 

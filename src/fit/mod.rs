@@ -72,6 +72,7 @@ use nalgebra::{DMatrix, DVector};
 /// A sum of squares to be made least. Cheapest to ask about many points at once: a difference stencil and a ladder of
 /// trials are all just points.
 pub trait LeastSquares {
+    /// Why residuals could not be computed.
     type Error;
 
     /// Low and high side constraint of every variable; infinite where there is none.
@@ -125,6 +126,7 @@ impl<P: LeastSquares> LeastSquares for &mut P {
 /// The residuals at a point and how they change about it.
 #[derive(Clone, Debug)]
 pub struct Tangent {
+    /// One a residual.
     pub residuals: DVector<f64>,
     /// Residual × variable: `∂rᵢ/∂Pⱼ`.
     pub jacobian: DMatrix<f64>,
@@ -169,6 +171,7 @@ pub enum Sides {
 /// How to minimise. The tolerances here do not depend on the units of residuals or variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
+    /// How a step is found and accepted.
     pub rules: Rules,
     /// Steps tried at once under [`Rules::Radius`], each shorter and more damped than the one before. One costs the
     /// fewest points; several cost the fewest ensembles.
@@ -188,6 +191,7 @@ pub struct Options {
     /// The paper's ε₃ as a share: done when the undamped step is no longer than this share of the point's distance from
     /// zero, every variable measured by its effect.
     pub tolerance_step: f64,
+    /// Central or one-sided differences, where the problem has no derivatives.
     pub sides: Sides,
     /// Step of a difference relative to the variable, or to half of what it was relative to a turn before, as a variable may
     /// pass zero; at a start of zero it is the step itself. Large enough that the residuals change by much more than their
@@ -218,9 +222,11 @@ impl Default for Options {
 /// Where a minimisation ended and how it got there.
 #[derive(Clone, Debug)]
 pub struct Fit {
+    /// The variables where it ended.
     pub point: DVector<f64>,
     /// S, the sum of squared residuals.
     pub objective: f64,
+    /// The residuals there.
     pub residuals: DVector<f64>,
     /// Residual × variable, at the point.
     pub jacobian: DMatrix<f64>,
@@ -230,12 +236,14 @@ pub struct Fit {
     pub evaluations: usize,
     /// Points at which the problem told its derivatives.
     pub tangents: usize,
+    /// Which criterion ended it.
     pub termination: Termination,
 }
 
 /// One point visited.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turn {
+    /// The variables.
     pub point: DVector<f64>,
     /// S there.
     pub objective: f64,

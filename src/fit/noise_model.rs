@@ -66,6 +66,7 @@ pub struct OrnsteinUhlenbeck {
     pub correlation_time: f64,
     /// η.
     pub white_share: f64,
+    /// The posterior probability of this point of the grid.
     pub probability: f64,
     /// s².
     pub variance: f64,

@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 pub struct Prior {
     /// The variable, by its place.
     pub variable: usize,
+    /// Its most likely value.
     pub mean: f64,
     /// One standard deviation; above zero.
     pub deviation: f64,
@@ -16,7 +17,9 @@ pub struct Prior {
 /// A problem whose last residuals are those of priors. A loss belongs inside, on the data alone: a prior is not doubted
 /// for being far from what the data say.
 pub struct WithPriors<P> {
+    /// The problem whose residuals come from data.
     pub problem: P,
+    /// At most one a variable.
     pub priors: Vec<Prior>,
 }
 
@@ -60,7 +63,9 @@ impl<P: LeastSquares> LeastSquares for WithPriors<P> {
 
 /// A problem whose residuals count by a weight each, all the same: data by their scatter beside priors at their word.
 pub struct Weighed<P> {
+    /// The problem.
     pub problem: P,
+    /// The factor on every residual; above zero.
     pub weight: f64,
 }
 

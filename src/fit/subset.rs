@@ -42,7 +42,9 @@ pub struct Subset {
 /// A variable left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dropped {
+    /// The place of the variable.
     pub variable: usize,
+    /// Which limit it exceeded.
     pub reason: Reason,
 }
 
@@ -52,13 +54,31 @@ pub enum Reason {
     /// No residual changes with it.
     NoEffect,
     /// It makes no more than this share of the residuals' variance.
-    Slight { share: f64 },
+    Slight {
+        /// Share of the variance of the residuals, 0 to 1.
+        share: f64,
+    },
     /// The two estimates are correlated too closely.
-    Correlation { with: usize, correlation: f64 },
+    Correlation {
+        /// The place of the variable that stayed.
+        with: usize,
+        /// Of the two estimates, −1 to 1.
+        correlation: f64,
+    },
     /// The whole set is too badly conditioned, and these two have the largest part in the weakest direction.
-    Condition { with: usize, condition_number: f64 },
+    Condition {
+        /// The place of the variable that stayed.
+        with: usize,
+        /// Of the Jacobian whose columns have unit length.
+        condition_number: f64,
+    },
     /// The data say less than is known beforehand.
-    StandardError { error: f64, width: f64 },
+    StandardError {
+        /// The standard error of the estimate.
+        error: f64,
+        /// The width of its bounds.
+        width: f64,
+    },
 }
 
 impl Reason {

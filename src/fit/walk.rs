@@ -29,7 +29,9 @@ const JUMPS: f64 = 0.1;
 /// Where walkers went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walk {
+    /// Chains side by side.
     pub walkers: usize,
+    /// Iterations of each chain.
     pub moves: usize,
     /// Of each variable its values, move × walker, the starts left out.
     pub trails: Vec<Vec<f64>>,

@@ -13,6 +13,7 @@ use crate::plan::Plan;
 /// What was asked for.
 #[derive(Clone, Debug, Default)]
 pub struct Choice {
+    /// Processor, device, or whichever suits the work.
     pub kind: Kind,
     /// `None` takes f64 on the processor and f32 on a device.
     pub precision: Option<Precision>,
@@ -20,11 +21,15 @@ pub struct Choice {
     pub device: Option<String>,
 }
 
+/// Which kind of device marches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kind {
+    /// A hardware device where there is one and the work is worth it, else the processor.
     #[default]
     Auto,
+    /// The processor.
     Cpu,
+    /// A Vulkan device.
     Gpu,
 }
 

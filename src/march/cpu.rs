@@ -99,6 +99,7 @@ pub struct Cpu {
 }
 
 impl Cpu {
+    /// The threads of the current pool, with the widest vectors of the processor.
     pub fn new(precision: Precision) -> Self {
         Self { precision, threads: rayon::current_num_threads(), vectors: Vectors::at_hand()[0] }
     }

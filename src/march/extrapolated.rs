@@ -17,6 +17,7 @@ pub struct Extrapolated {
 }
 
 impl Extrapolated {
+    /// Extrapolate what a march finds at two resolutions.
     pub fn new(march: Box<dyn March>) -> Self {
         Self { march }
     }

@@ -16,7 +16,9 @@ use std::ops::Range;
 /// Arithmetic of a march.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
+    /// Single precision, with temperatures in two words.
     F32,
+    /// Double precision.
     F64,
 }
 
@@ -27,22 +29,62 @@ pub struct Backend {
     pub name: String,
     /// `cpu` or `gpu`.
     pub kind: &'static str,
+    /// Arithmetic of the march.
     pub precision: Precision,
 }
 
 /// Why a march could not be carried out at all.
 #[derive(Debug, thiserror::Error)]
 pub enum MarchError {
+    /// No device was found.
     #[error("no Vulkan device: {reason}; {remedy}")]
-    NoDevice { reason: String, remedy: String },
+    NoDevice {
+        /// What was looked for and not found.
+        reason: String,
+        /// What to install.
+        remedy: String,
+    },
+    /// The device computes wrongly.
     #[error("device {device:?} failed its self-test {test}: {found}")]
-    SelfTest { device: String, test: &'static str, found: String },
+    SelfTest {
+        /// Its name.
+        device: String,
+        /// Which test.
+        test: &'static str,
+        /// What it computed, and what was expected.
+        found: String,
+    },
+    /// The device ended a loop early.
     #[error("member {member} was cut short at step {step} of {steps}: the device ended a loop early")]
-    CutShort { member: usize, step: usize, steps: usize },
+    CutShort {
+        /// The first such member.
+        member: usize,
+        /// The step that it reached.
+        step: usize,
+        /// The steps of the plan.
+        steps: usize,
+    },
+    /// The plan does not fit a binding of the device.
     #[error("device {device:?} holds {limit} bytes in one binding; {what} need {needed}")]
-    TooLarge { device: String, limit: u64, what: &'static str, needed: u64 },
+    TooLarge {
+        /// Its name.
+        device: String,
+        /// The most bytes of one binding.
+        limit: u64,
+        /// Which rows.
+        what: &'static str,
+        /// Their bytes.
+        needed: u64,
+    },
+    /// The driver reports an error.
     #[error("device {device:?}: {message}")]
-    Device { device: String, message: String },
+    Device {
+        /// Its name.
+        device: String,
+        /// What its driver reports.
+        message: String,
+    },
+    /// The march was cancelled.
     #[error("cancelled")]
     Cancelled,
 }
@@ -52,6 +94,7 @@ pub type Begun<'a> = Box<dyn FnOnce() -> Result<Traces, MarchError> + 'a>;
 
 /// Carries members of an ensemble through a plan.
 pub trait March: Send {
+    /// Which device marches, for the record of a study.
     fn backend(&self) -> Backend;
     /// Members it can carry at once.
     fn capacity(&self, plan: &Plan) -> usize;

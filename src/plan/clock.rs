@@ -22,6 +22,7 @@ pub struct Clock {
 /// How steps follow one another, before they are cut.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pace {
+    /// How steps grow after a corner of a schedule.
     pub growth: Growth,
     /// Where steps are to be denser or sparser than all that says, in the order of their times.
     pub slices: Vec<Slice>,
@@ -31,10 +32,20 @@ pub struct Pace {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Growth {
     /// A share of that time, between a first and a largest step, s; steps end on every instant too.
-    Stated { first_step_s: f64, share: f64, largest_step_s: f64 },
+    Stated {
+        /// The first step after a corner, s.
+        first_step_s: f64,
+        /// A step is at most this share of the time since the corner.
+        share: f64,
+        /// No step is longer, s.
+        largest_step_s: f64,
+    },
     /// `h = coefficient τ^(1 − 1/GRADING)`, in s^(1/GRADING): the time since the corner is a power of the number of a step. Readings are taken
     /// between steps.
-    Graded { coefficient: f64 },
+    Graded {
+        /// s^(1/GRADING).
+        coefficient: f64,
+    },
 }
 
 /// The power of its number by which the time of a step rises after a corner.
@@ -47,6 +58,7 @@ pub const GRADING: f64 = 4.0;
 /// Steps from a time on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slice {
+    /// Time from which on it holds, s.
     pub from_s: f64,
     /// Steps for each step of the pace.
     pub density: f64,

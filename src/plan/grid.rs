@@ -10,6 +10,7 @@ use crate::case::{self, Case, Property, Side};
 /// Cells from hot face to back face, the plies' shares of them and the sensors' places on them.
 #[derive(Clone, Debug)]
 pub struct Grid {
+    /// Their widths and nodes.
     pub cells: Vec<Cell<f64>>,
     /// First cell of each ply, and one past the last.
     pub plies: Vec<(usize, usize)>,
@@ -25,6 +26,7 @@ const AHEAD: f64 = 0.3;
 /// How many cells each ply of a layup gets, before they are cut: any number, as sensors split plies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Density {
+    /// Cells of each ply.
     pub plies: Vec<f64>,
     /// Each cell of a ply is cut into so many: unlike a density, this refines every stretch, however few cells it has.
     pub cuts: Vec<usize>,

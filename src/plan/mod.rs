@@ -37,8 +37,11 @@ use tables::{Tables, states};
 /// the others as a share of their peak, at any instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaugeError {
+    /// Which gauge.
     pub gauge: Gauge,
+    /// The estimated error.
     pub error: f64,
+    /// The error that adaptation aims for.
     pub tolerance: f64,
 }
 
@@ -58,7 +61,9 @@ pub struct Reached {
 /// How finely a plan cuts space and time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Discretisation {
+    /// Cells of each ply.
     pub density: Density,
+    /// Steps through time.
     pub pace: Pace,
 }
 
@@ -140,6 +145,7 @@ pub struct Plan {
 /// A sensor without lag on a face whose temperature is prescribed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldReading {
+    /// The place of the sensor in the case.
     pub sensor: usize,
     /// Hot 0, back 1.
     pub face: usize,
@@ -299,10 +305,12 @@ impl Plan {
         }
     }
 
+    /// Steps of a march.
     pub fn steps(&self) -> usize {
         self.rows.lengths_s.len()
     }
 
+    /// Cells through the thickness.
     pub fn cells(&self) -> usize {
         self.rows.cells.len()
     }

@@ -46,6 +46,7 @@ impl Readout {
         self.taps.len()
     }
 
+    /// Whether it reads no instant.
     pub fn is_empty(&self) -> bool {
         self.taps.is_empty()
     }

@@ -47,9 +47,11 @@ pub enum Group {
 }
 
 impl Group {
+    /// Every group, in the order of the table.
     pub const ALL: [Self; 7] =
         [Self::Exact, Self::Orders, Self::Codes, Self::Adapted, Self::Balance, Self::Fit, Self::Twins];
 
+    /// The group as printed.
     pub fn name(self) -> &'static str {
         match self {
             Self::Exact => "exact",
@@ -66,15 +68,21 @@ impl Group {
 /// One comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
+    /// What kind of evidence it is.
     pub group: Group,
+    /// The problem.
     pub case: String,
+    /// Where the expected value comes from.
     pub reference: String,
+    /// What is compared, with its unit.
     pub quantity: String,
     /// Largest difference; infinite or no number where the march did not arrive.
     pub difference: f64,
+    /// The largest difference that passes.
     pub tolerance: f64,
     /// Of difference and tolerance.
     pub unit: String,
+    /// Why the tolerance is as wide as it is.
     pub source_of_tolerance: String,
 }
 

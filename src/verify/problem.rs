@@ -17,27 +17,36 @@ use std::sync::Arc;
 
 /// A case with its reference beside it.
 pub struct Problem {
+    /// What kind of evidence it is.
     pub group: Group,
     /// Its sensors and instants are those of the points of all checks.
     pub case: Case,
+    /// What is compared.
     pub checks: Vec<Check>,
 }
 
 /// What a case should read, and how nearly.
 pub struct Check {
+    /// Where the expected values come from.
     pub reference: &'static str,
+    /// What is compared, with its unit.
     pub quantity: &'static str,
+    /// Where and when.
     pub points: Vec<Point>,
     /// In the unit of the measure.
     pub tolerance: f64,
+    /// How differences are summed up.
     pub measure: Measure,
+    /// Why the tolerance is as wide as it is.
     pub source_of_tolerance: &'static str,
 }
 
 /// What is read, when, and what it should be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
+    /// Where.
     pub place: Place,
+    /// When, s.
     pub time_s: f64,
     /// K at a depth, in its own unit of a gauge.
     pub value: f64,
@@ -55,6 +64,7 @@ impl Point {
 pub enum Place {
     /// The temperature so many m below the hot face.
     Depth(f64),
+    /// A gauge of the member as a whole.
     Gauge(Gauge),
 }
 
@@ -101,11 +111,17 @@ impl Measure {
 pub struct Setting {
     /// Material and thickness (m), from the hot face to the back.
     pub plies: Vec<(Arc<Material>, f64)>,
+    /// Uniform temperature at the start, K.
     pub start_k: f64,
+    /// The exposed face.
     pub hot_face: Face,
+    /// The back face.
     pub back_face: Face,
+    /// Cells through the thickness.
     pub cells: usize,
+    /// The first step after a corner, s.
     pub first_step_s: f64,
+    /// A step is at most this share of the time since the last corner.
     pub growth: f64,
 }
 
@@ -276,6 +292,7 @@ pub fn held(temperature_k: f64) -> Face {
     Face::Held(Schedule::constant(temperature_k))
 }
 
+/// A face through which nothing passes.
 pub fn insulated() -> Face {
     Face::Open(OpenFace::insulated())
 }

@@ -18,6 +18,7 @@ pub const DOUBLE_K: f64 = 1e-6;
 /// Largest difference of derivatives that a march tells from central differences in double precision, of the largest of the
 /// factor: what those of step 1e-7 are off by, as a temperature of 1,600 K is rounded at 2e-13 of itself. In f32, rounding.
 pub const DERIVATIVE: f64 = 1e-6;
+/// Tolerance of derivatives in f32, as a share of the largest: see its uses.
 pub const SINGLE_DERIVATIVE: f64 = 1e-5;
 /// Derivatives below this count as if they were it, K by a unit of a factor: a hundredth of the factor moves a kelvin. Of a
 /// factor that hardly moves anything differences and f32 tell rounding.

@@ -9,10 +9,15 @@ use super::GAS_CONSTANT_J_MOL_K;
 /// A gas in a porous slab.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seeping {
+    /// Molar mass of the gas.
     pub molar_mass_kg_mol: f64,
+    /// Viscosity of the gas.
     pub viscosity_pa_s: f64,
+    /// Of the gas and the solid.
     pub temperature_k: f64,
+    /// Permeability of the solid.
     pub permeability_m2: f64,
+    /// Porosity of the solid, 0 to 1.
     pub porosity: f64,
     /// Klinkenberg's b at this temperature.
     pub slip_pa: f64,

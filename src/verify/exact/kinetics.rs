@@ -9,8 +9,11 @@ use super::GAS_CONSTANT_J_MOL_K;
 /// A reaction with its rate constant A exp(−E/RT).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrhenius {
+    /// Pre-exponential factor.
     pub rate_1_s: f64,
+    /// Activation energy.
     pub activation_j_mol: f64,
+    /// Order of the reaction.
     pub order: f64,
     /// Nothing reacts below it.
     pub onset_k: f64,

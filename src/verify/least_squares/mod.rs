@@ -17,15 +17,18 @@ use crate::fit::{LeastSquares, Tangent};
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
+/// A complex number: derivatives by a complex step.
 pub type Complex = nalgebra::Complex<f64>;
 
 /// A sum of squares and its answer.
 pub struct Known {
+    /// Its name in the reference.
     pub name: String,
     /// The standard start; of a set of NIST's, the one far from the answer and the one near it.
     pub starts: Vec<Vec<f64>>,
     /// Sums of squares at its minima, the least first where no start leads astray.
     pub minima: Vec<f64>,
+    /// The certified answer, where there is one.
     pub certified: Option<Certified>,
     residuals: Law,
 }
@@ -35,6 +38,7 @@ type Law = Box<dyn Fn(&[Complex]) -> Vec<Complex> + Send + Sync>;
 
 /// What NIST certifies of a minimum besides its sum of squares.
 pub struct Certified {
+    /// One a variable.
     pub estimates: Vec<f64>,
     /// Standard deviations of the estimates.
     pub deviations: Vec<f64>,
@@ -60,12 +64,14 @@ impl Known {
             .to_vec()
     }
 
+    /// The residuals at a point.
     pub fn residuals(&self, point: &[f64]) -> DVector<f64> {
         let point: Vec<Complex> = point.iter().map(|&value| real(value)).collect();
         let found = (self.residuals)(&point);
         DVector::from_iterator(found.len(), found.iter().map(|value| value.re))
     }
 
+    /// The residuals and their derivatives at a point.
     pub fn tangent(&self, point: &[f64]) -> Tangent {
         let mut at: Vec<Complex> = point.iter().map(|&value| real(value)).collect();
         let columns: Vec<DVector<f64>> = (0..point.len())
@@ -93,6 +99,7 @@ pub struct Asked<'a> {
 }
 
 impl<'a> Asked<'a> {
+    /// A problem for the minimiser, with or without its derivatives.
     pub fn new(known: &'a Known, tells: bool) -> Self {
         let bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); known.starts[0].len()];
         Self { known, bounds, tells, residuals: 0, tangents: 0 }

@@ -9,6 +9,7 @@ use crate::verify::problem::{
 use crate::verify::{exact, reference};
 use std::sync::Arc;
 
+/// Conductivities and capacities that vary with temperature.
 pub fn problems() -> Vec<Problem> {
     let mut problems = kirchhoff();
     problems.extend([heat_wave(), heating(), power_law(), tacot()]);
@@ -17,7 +18,9 @@ pub fn problems() -> Vec<Problem> {
 
 /// Of k and of ρc alike, 1/K.
 pub const KIRCHHOFF_SLOPE_1_K: f64 = 0.002;
+/// Diffusivity of the solid of the Kirchhoff problems.
 pub const KIRCHHOFF_DIFFUSIVITY_M2_S: f64 = 1e-6;
+/// Temperature at its start.
 pub const KIRCHHOFF_START_K: f64 = 300.0;
 const KIRCHHOFF_CONDUCTIVITY_W_M_K: f64 = 0.05;
 
