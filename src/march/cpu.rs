@@ -4,6 +4,7 @@ use super::{Backend, March, MarchError, Precision, arrival, read_out};
 use crate::ensemble::Ensemble;
 use crate::physics::Real;
 use crate::physics::dual::Dual;
+use crate::physics::dual::directions::Twofold;
 use crate::physics::lanes::{Abreast, Doubles, Singles};
 use crate::physics::member::Member;
 use crate::plan::layout::{GAUGES, NO_INSTANT};
@@ -17,6 +18,8 @@ use std::ops::Range;
 /// A group of lanes takes as long as this many members one by one (see benches/README.md), so that up to as many a thread
 /// go alone.
 const ALONE: usize = 2;
+/// Eight directions in which derivatives in f32 are taken at once.
+type SingleDirections = Twofold<Twofold<Twofold<Singles<Scalar>>>>;
 /// Most members in the lanes of a vector.
 const LANES_MOST: usize = 16;
 
@@ -182,9 +185,12 @@ fn in_lanes<S: Abreast>(precision: Precision, plan: &Plan, ensemble: &Ensemble, 
 
 fn along_lanes<S: Abreast>(precision: Precision, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
     match precision {
-        Precision::F64 => carry_along::<S, Dual<f64, S::Directions64>>(plan, &plan.rows, points, factors),
+        Precision::F64 => carry_along::<S, Dual<f64, S::Directions>>(plan, &plan.rows, points, factors),
+        // On the processor f32 is for comparison with devices: vectors for its derivatives would be an eighth of the time
+        // that the crate takes to compile, for nobody's estimate (benches/README.md).
         Precision::F32 => {
-            carry_along::<S, Dual<f32, S::Directions32>>(plan, &plan.rows.map(|x| x as f32), points, factors)
+            let rows = plan.rows.map(|x| x as f32);
+            carry_along::<Scalar, Dual<f32, SingleDirections>>(plan, &rows, points, factors)
         }
     }
 }

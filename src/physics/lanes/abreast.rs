@@ -75,8 +75,7 @@ impl<T, const LANES: usize> Row<'_, T, LANES> {
 pub trait Abreast: Simd {
     /// What holds the changes of a dual number in f64: eight directions at least where there are vectors, so that those of most
     /// layups go beside one march of their member. With AVX2 7 took 3.3 ms where two marches of four took 4.5.
-    type Directions64: Directions<f64>;
-    type Directions32: Directions<f32>;
+    type Directions: Directions<f64>;
 
     /// Where the rows of a table of so many columns begin that whole numbers count to.
     #[inline(always)]
@@ -136,20 +135,18 @@ fn turned<T: Copy + Default, const LANES: usize>(
 }
 
 impl Abreast for Scalar {
-    type Directions64 = Doubles<Self>;
-    type Directions32 = Singles<Self>;
+    type Directions = Doubles<Self>;
 }
 
 #[cfg(target_arch = "aarch64")]
 impl Abreast for simdeez::engines::neon::Neon {
-    type Directions64 = Twofold<Twofold<Doubles<Self>>>;
-    type Directions32 = Twofold<Singles<Self>>;
+    type Directions = Twofold<Twofold<Doubles<Self>>>;
 }
 
 #[cfg(target_arch = "x86_64")]
 #[expect(unsafe_code, reason = "argued at the blocks")]
 mod x86_64 {
-    use super::{Abreast, Doubles, Places, Row, Singles, Twofold};
+    use super::{Abreast, Doubles, Places, Row, Twofold};
     use crate::plan::layout::ABREAST;
     use simdeez::engines::avx2::{Avx2, F32x8, F64x4};
     use simdeez::engines::avx512::{Avx512, F32x16, F64x8};
@@ -161,8 +158,7 @@ mod x86_64 {
     // a row is within it.
 
     impl Abreast for Avx512 {
-        type Directions64 = Doubles<Self>;
-        type Directions32 = Singles<Self>;
+        type Directions = Doubles<Self>;
 
         #[inline(always)]
         fn places_f64(row: F64x8, columns: usize) -> Places<8> {
@@ -248,8 +244,7 @@ mod x86_64 {
     }
 
     impl Abreast for Avx2 {
-        type Directions64 = Twofold<Doubles<Self>>;
-        type Directions32 = Singles<Self>;
+        type Directions = Twofold<Doubles<Self>>;
 
         #[inline(always)]
         fn places_f64(row: F64x4, columns: usize) -> Places<8> {
