@@ -24,8 +24,8 @@ fn main() {
         let plan = Plan::new(&case);
         let mut carriers: Vec<Carrier> = lanes().into_iter().chain(devices(None)).collect();
         // A Jacobian is one ensemble of the point and two neighbours a factor.
-        let nominal: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
-        let stencil = Ensemble::at(nominal.len(), nominal.repeat(1 + 2 * case.estimate.factors.len()));
+        let nominal: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
+        let stencil = Ensemble::at(nominal.len(), nominal.repeat(1 + 2 * case.estimate().factors.len()));
         let mut jacobians = vec![vec![]; carriers.len()];
         let mut estimates = vec![vec![]; carriers.len()];
         let mut rows = vec![(0, 0, 0.0); carriers.len()];

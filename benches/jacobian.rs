@@ -30,7 +30,7 @@ fn main() {
     for id in cases {
         let case = common::case(&id);
         let plan = pilot(&case).unwrap_or_else(|error| panic!("{error}"));
-        let nominal: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+        let nominal: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
         let factors: Vec<usize> = (0..nominal.len()).collect();
         let point = Ensemble::at(nominal.len(), nominal.clone());
         let processor = |precision| Carrier::new("processor", Some(1), OnOneThread::new(Cpu::new(precision)));

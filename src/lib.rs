@@ -18,7 +18,7 @@
 //!
 //! # The nouns
 //!
-//! A [`Case`] says what is asked: [layup](case::Layup), [exposure](case::Exposure), [sensors](case::layup::Sensor),
+//! A [`Case`] says what is asked: [layup](case::Layup), [exposure](case::Exposure), [sensors](case::Sensor),
 //! [factors](case::Factor), [observations](case::Observation). It is planned once into a [`Plan`], flat arrays that
 //! are all a backend reads, with as many cells and steps as a [`pilot`] finds it to need. An [`Ensemble`] says which variations to run, one [member](Ensemble::member) a row. A
 //! [`March`](march::March) carries members through the plan and returns [`Traces`]. A [study] asks a question and
@@ -33,7 +33,7 @@
 //! use bondline::{Case, Session};
 //!
 //! let case = Case::load("cases/slab".as_ref())?;
-//! let back = case.sensors.iter().position(|sensor| sensor.name == "BACK").expect("the slab has one");
+//! let back = case.sensors().iter().position(|sensor| sensor.name == "BACK").expect("the slab has one");
 //! let mut session = Session::open(case, &Options::default())?;
 //! let options = UncertaintyOptions { members: 100, sampling: SamplingKind::Sobol, ..Default::default() };
 //! let mut hottest_k = 0.0_f64;

@@ -1,6 +1,6 @@
 //! Questions of design and of trust: a ply sized against answers in closed form, twins fitted and counted.
 
-use crate::support::case;
+use crate::support::{case, changed};
 use bondline::case::{Bounds, Case};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::Precision;
@@ -40,13 +40,12 @@ fn exact_m(limit_k: f64, f_k: f64, f_cp: f64) -> f64 {
 const LIMIT_K: f64 = 600.0;
 
 fn demand(case: &Case, ply: &str, sensor: &str, limit_k: f64) -> Demand {
-    let sensor = case.sensors.iter().position(|found| found.name == sensor).expect("a sensor of the case");
+    let sensor = case.sensors().iter().position(|found| found.name == sensor).expect("a sensor of the case");
     Demand { ply: ply.to_owned(), sensor, limit_k, probability: 0.9, within_m: None }
 }
 
 fn sized(demand: impl Fn(&Case) -> Demand, members: usize) -> Result<Sizing, SizeError> {
-    let mut case = case("slab");
-    case.resolution.cells = 40;
+    let case = changed(&case("slab"), |case| case.resolution.cells = 40);
     let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
     size(
         &case,
@@ -65,9 +64,8 @@ fn a_slab_is_sized_as_the_closed_form_has_it_nominally_and_for_a_share_of_member
     let exact = exact_m(LIMIT_K, 1.0, 1.0);
     assert!((nominal_m / exact - 1.0).abs() < 1e-3, "{nominal_m} m, not {exact}");
     // What other members need, by the closed form: a Monte Carlo that owes nothing to the march.
-    let factors = case("slab").factors;
     let sampling = Sampling { kind: SamplingKind::Normal, seed: 77 };
-    let others = Ensemble::sample(&factors, Bounds::Small, &sampling, 20_000);
+    let others = Ensemble::sample(case("slab").factors(), Bounds::Small, &sampling, 20_000);
     let holds = |thickness_m: f64| {
         let held = |&member: &usize| {
             let row = others.member(member);
@@ -90,7 +88,7 @@ fn at_each_thickness_the_band_of_peaks_holds_95_in_100_of_the_members_by_the_clo
     const MEMBERS: usize = 400;
     let found = sized(|case| demand(case, "SLAB", "BACK", LIMIT_K), MEMBERS).expect("a thickness");
     let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
-    let members = Ensemble::sample(&case("slab").factors, Bounds::Small, &sampling, MEMBERS);
+    let members = Ensemble::sample(case("slab").factors(), Bounds::Small, &sampling, MEMBERS);
     // Thicker than that, another term of the closed form has not died away.
     let rungs: Vec<_> = found.rungs.iter().filter(|rung| rung.thickness_m < 20e-3).collect();
     assert!(rungs.len() > 3, "{} thicknesses", rungs.len());
@@ -116,8 +114,7 @@ fn the_check_lies_within_what_is_expected_of_it_in_95_of_100_sizings() {
     const SIZINGS: u64 = 40;
     let (mut expected, mut alone) = (0, 0);
     for seed in 0..SIZINGS {
-        let mut case = case("slab");
-        case.resolution.cells = 16;
+        let case = changed(&case("slab"), |case| case.resolution.cells = 16);
         let sampling = Sampling { kind: SamplingKind::Normal, seed: 1000 + 2 * seed };
         let demand = Demand { within_m: Some((8e-3, 16e-3)), ..demand(&case, "SLAB", "BACK", LIMIT_K) };
         let found = size(&case, &mut Cpu::new(Precision::F64), &demand, Bounds::Small, &sampling, 60).expect("one");
@@ -137,9 +134,11 @@ fn a_limit_that_no_thickness_holds_is_an_answer_and_a_ply_that_does_not_cool_is_
     assert!(never.check.is_none() && never.margin_m().is_none() && never.held(never.within_m.1).count == 0);
     let always = sized(|case| demand(case, "SLAB", "BACK", 3000.0), 40).expect("an answer");
     assert!(matches!((always.nominal, always.needed), (Needed::AtMost(_), Needed::AtMost(_))), "{always:?}");
-    let mut behind = case("lcat-2259");
-    behind.resolution.cells = 40;
-    behind.exposure.duration_s = 45.0;
+    let behind = changed(&case("lcat-2259"), |case| {
+        case.resolution.cells = 40;
+        case.exposure.duration_s = 45.0;
+        case.observations.clear();
+    });
     let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
     let asked = demand(&behind, "GB", "TC1", 1000.0);
     let fault =
@@ -150,12 +149,13 @@ fn a_limit_that_no_thickness_holds_is_an_answer_and_a_ply_that_does_not_cool_is_
 
 /// Twins of the slab with noise that forgets itself over ten seconds.
 fn recovered(seed: u64, twins: usize) -> Recovery {
-    let mut case = case("slab");
-    case.resolution.cells = 24;
+    let case = changed(&case("slab"), |case| {
+        case.resolution.cells = 24;
+        case.estimate.bounds = Bounds::Large;
+    });
     let plan = Plan::new(&case);
     let search = Search { landscape: false, ..Search::of(Precision::F64) };
     let noise = Noise { correlation_s: 10.0, seed };
-    case.estimate.bounds = Bounds::Large;
     recovery(
         &case,
         &plan,

@@ -39,8 +39,8 @@ struct Shares {
 
 /// What members of another seed do, sensor by sensor.
 fn others(case: &Case, plan: &Plan, found: &Uncertainty, bounds: Bounds, kind: SamplingKind) -> Vec<Shares> {
-    let ensemble = Ensemble::sample(&case.factors, bounds, &Sampling { kind, seed: 2 }, OTHERS);
-    let mut shares: Vec<Shares> = case.sensors.iter().map(|_| Shares::default()).collect();
+    let ensemble = Ensemble::sample(case.factors(), bounds, &Sampling { kind, seed: 2 }, OTHERS);
+    let mut shares: Vec<Shares> = case.sensors().iter().map(|_| Shares::default()).collect();
     let mut members = 0.0;
     march_all(&mut march(), plan, &ensemble, &mut |traces| {
         for member in (0..traces.members()).filter(|&member| traces.arrivals[member] == Arrival::Done) {
@@ -100,7 +100,7 @@ fn bands_hold_the_shares_of_other_members_that_charts_and_tables_say() {
         let found = swept(&case, &plan, bounds, kind);
         let shares = others(&case, &plan, &found, bounds, kind);
         let mut judged = 0;
-        for ((sensor, spread), of) in case.sensors.iter().zip(&found.spreads).zip(&shares) {
+        for ((sensor, spread), of) in case.sensors().iter().zip(&found.spreads).zip(&shares) {
             let name = format!("{} of {id}", sensor.name);
             if spread.deviation_k.iter().all(|deviation_k| *deviation_k < 0.01) {
                 continue;

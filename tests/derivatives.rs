@@ -5,7 +5,7 @@
 mod kinds;
 
 use crate::parity::numbers;
-use crate::support::{CORNER_DERIVATIVE, FELT_K, FOUND, adapter, coarse, with_factor};
+use crate::support::{CORNER_DERIVATIVE, FELT_K, FOUND, adapter, changed, coarse, with_factor};
 use bondline::Case;
 use bondline::case::{Observation, Property};
 use bondline::ensemble::Ensemble;
@@ -24,7 +24,7 @@ fn cases() -> Vec<Case> {
 }
 
 fn nominal(case: &Case) -> Vec<f64> {
-    case.factors.iter().map(|factor| factor.nominal).collect()
+    case.factors().iter().map(|factor| factor.nominal).collect()
 }
 
 /// Derivatives by all factors, near the nominal ones: these times so much.
@@ -33,7 +33,7 @@ fn tangents(march: &mut dyn March, case: &Case, times: f64) -> Traces {
     let factors: Vec<usize> = (0..point.len()).collect();
     let told = march.tangents(&Plan::new(case), &Ensemble::at(point.len(), point), &factors);
     let told = told.expect("it marches").expect("it gives derivatives");
-    assert!(told.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{}: {:?}", case.name, told.arrivals);
+    assert!(told.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{}: {:?}", case.name(), told.arrivals);
     told
 }
 
@@ -42,7 +42,7 @@ fn tangents(march: &mut dyn March, case: &Case, times: f64) -> Traces {
 fn differences(case: &Case) -> Vec<Vec<f64>> {
     let (plan, nominal, step) = (Plan::new(case), nominal(case), difference_step(Precision::F64));
     let ends: Vec<[f64; 2]> = case
-        .factors
+        .factors()
         .iter()
         .map(|factor| {
             let (low, high) = factor.widest();
@@ -58,7 +58,12 @@ fn differences(case: &Case) -> Vec<Vec<f64>> {
     });
     let ensemble = Ensemble::at(nominal.len(), rows.flatten().collect());
     let marched = Cpu::new(Precision::F64).march(&plan, &ensemble, 0..ensemble.len()).expect("it marches");
-    assert!(marched.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{}: {:?}", case.name, marched.arrivals);
+    assert!(
+        marched.arrivals.iter().all(|arrival| *arrival == Arrival::Done),
+        "{}: {:?}",
+        case.name(),
+        marched.arrivals
+    );
     let of = |(factor, [low, high]): (usize, &[f64; 2])| {
         let pairs = marched.member(2 * factor).iter().zip(marched.member(2 * factor + 1));
         pairs.map(|(low_k, high_k)| (high_k - low_k) / (high - low)).collect()
@@ -70,7 +75,7 @@ fn differences(case: &Case) -> Vec<Vec<f64>> {
 fn wrong(told: &Traces, case: &Case) -> Vec<(String, f64)> {
     let off = differences(case).into_iter().enumerate().map(|(factor, slopes)| {
         let largest = slopes.iter().fold(0.0_f64, |largest, slope| largest.max(slope.abs()));
-        let name = format!("{}: {}", case.name, case.factors[factor].name);
+        let name = format!("{}: {}", case.name(), case.factors()[factor].name);
         assert!(largest > FELT_K, "{name} changes nothing: {largest} K by a unit of it");
         let apart = told.member(1 + factor).iter().zip(&slopes).map(|(told, slope)| (told - slope).abs());
         (name, apart.fold(0.0, f64::max) / largest)
@@ -84,7 +89,7 @@ fn the_kinds_of_case_have_every_property_that_a_factor_can_scale() {
     assert!(cases.len() >= 25, "{} kinds", cases.len());
     for (property, word) in kinds::PROPERTIES {
         assert_eq!(kinds::PROPERTIES[kinds::place(property)].1, word);
-        let scaled = cases.iter().any(|case| case.factors.iter().any(|factor| factor.property == property));
+        let scaled = cases.iter().any(|case| case.factors().iter().any(|factor| factor.property == property));
         assert!(scaled, "no kind of case has a factor on {word}");
     }
 }
@@ -103,10 +108,10 @@ fn derivatives_at_nominal_factors_are_those_of_differences_for_every_property_on
 #[test]
 fn a_derivative_of_one_side_alone_is_caught() {
     let cases = kinds::cases(26);
-    let case = cases.iter().find(|case| case.name.contains("interfaces")).expect("one of the kinds");
+    let case = cases.iter().find(|case| case.name().contains("interfaces")).expect("one of the kinds");
     let told = |times| tangents(&mut Cpu::new(Precision::F64), case, times);
     assert_eq!(wrong(&told(1.0), case), []);
-    assert_eq!(wrong(&told(1.0 + 1e-9), case).len(), case.factors.len());
+    assert_eq!(wrong(&told(1.0 + 1e-9), case).len(), case.factors().len());
 }
 
 #[test]
@@ -114,28 +119,31 @@ fn derivatives_at_nominal_factors_on_the_device_are_those_of_the_processor_to_th
     let device = Device::open(adapter(), false).expect("the device opens");
     let mut gpu = Gpu::new(device, Precision::F32).expect("the device passes its self-tests");
     for word in ["interfaces", "depth of the back", "blowing without gas"] {
-        let case = kinds::cases(26).into_iter().find(|case| case.name.contains(word)).expect("one of the kinds");
+        let case = kinds::cases(26).into_iter().find(|case| case.name().contains(word)).expect("one of the kinds");
         let (here, there) = (tangents(&mut Cpu::new(Precision::F32), &case, 1.0), tangents(&mut gpu, &case, 1.0));
         let pairs = numbers(&here).into_iter().zip(numbers(&there));
-        assert_eq!(pairs.filter(|(here, there)| here != there).count(), 0, "{}", case.name);
-        assert_eq!(wrong(&there, &case), [], "{}", case.name);
+        assert_eq!(pairs.filter(|(here, there)| here != there).count(), 0, "{}", case.name());
+        assert_eq!(wrong(&there, &case), [], "{}", case.name());
     }
 }
 
 #[test]
 fn sensitivities_and_estimates_find_the_depth_of_a_sensor_from_its_nominal_value() {
-    let mut case = with_factor(coarse(), "TC3", Property::Depth);
-    let (depth, sensor, truth) = (case.factors.len() - 1, 2, 1.05);
-    assert_eq!(case.sensors[sensor].name, "TC3");
-    (case.observations, case.estimate.sensors, case.estimate.factors) = (Vec::new(), vec![sensor], vec![depth]);
-    case.estimate.start.clear();
+    let case = with_factor(&coarse(), "TC3", Property::Depth);
+    let (depth, sensor, truth) = (case.factors().len() - 1, 2, 1.05);
+    assert_eq!(case.sensors()[sensor].name, "TC3");
+    let case = changed(&case, |case| {
+        (case.observations, case.estimate.sensors, case.estimate.factors) = (Vec::new(), vec![sensor], vec![depth]);
+        case.estimate.start.clear();
+    });
     let plan = Plan::new(&case);
     let mut point = nominal(&case);
     point[depth] = truth;
     let traces = Cpu::new(Precision::F64).march(&plan, &Ensemble::at(point.len(), point), 0..1).expect("it marches");
     let (times_s, temperatures_k) = (plan.instants_s.clone(), traces.trace(0, sensor).to_vec());
     let sigma_k = vec![2.0; times_s.len()];
-    case.observations = vec![Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None }];
+    let observation = Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None };
+    let case = changed(&case, |case| case.observations = vec![observation]);
     let plan = Plan::new(&case);
 
     let found = |step| sensitivity(&case, &plan, &mut Cpu::new(Precision::F64), step).expect("it marches");

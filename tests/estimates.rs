@@ -1,9 +1,8 @@
 //! Estimates of whole cases: intervals that hold the truth, one objective for estimate and profile, one standard error.
 
-use crate::support::{PROFILE_ENDS, RECOVERED, RECOVERED_SINGLE, case};
-use bondline::case::{Bounds, Case, Factor, Property};
+use crate::support::{PROFILE_ENDS, RECOVERED, RECOVERED_SINGLE, case, changed};
+use bondline::case::{Bounds, Case, Factor, LossFunction, Property, Sensor, Side};
 use bondline::ensemble::Ensemble;
-use bondline::fit::Loss;
 use bondline::fit::interval::NORMAL_95;
 use bondline::march::{March, Precision, cpu::Cpu, extrapolated::Extrapolated};
 use bondline::pilot::pilot;
@@ -42,21 +41,22 @@ fn factors_of_noise_free_data_are_found_and_their_intervals_hold_them_in_both_pr
 /// squares turn into shifts of the estimates far beyond their own standard errors.
 #[test]
 fn an_interval_has_the_error_of_the_march_in_it() {
-    let mut case = case("twin-tc3");
-    let mut fine = case.clone();
-    fine.resolution.tolerance_k = Some(5e-4);
+    let case = case("twin-tc3");
+    let fine = changed(&case, |case| case.resolution.tolerance_k = Some(5e-4));
     let plan = pilot(&fine).expect("the processor does not fail");
-    let truth: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+    let truth: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
     let exact = Noise { correlation_s: 0.0, seed: 1 };
     let made = twin(&fine, &plan, &mut march(Precision::F64), truth, 0.0, &exact).expect("a twin");
-    for seen in &mut case.observations {
-        for (time_s, temperature_k) in seen.times_s.iter().zip(&mut seen.temperatures_k) {
-            let instant = made.instants_s.iter().position(|at_s| (at_s - time_s).abs() < 1e-9).expect("an instant");
-            *temperature_k = made.measured_k[seen.sensor][instant];
+    let case = changed(&case, |case| {
+        for seen in &mut case.observations {
+            for (time_s, temperature_k) in seen.times_s.iter().zip(&mut seen.temperatures_k) {
+                let instant = made.instants_s.iter().position(|at_s| (at_s - time_s).abs() < 1e-9);
+                *temperature_k = made.measured_k[seen.sensor][instant.expect("an instant")];
+            }
         }
-    }
-    // Few cells: an error of some tenths of a kelvin.
-    case.resolution.tolerance_k = Some(0.5);
+        // Few cells: an error of some tenths of a kelvin.
+        case.resolution.tolerance_k = Some(0.5);
+    });
     let found = estimated(&case, Precision::F64, &[]);
     let off = |place: usize| (found.values[place] - 1.0).abs();
     assert!((0..2).any(|place| off(place) > NORMAL_95 * found.independent_errors[place]), "nothing to hold: {found:?}");
@@ -66,9 +66,7 @@ fn an_interval_has_the_error_of_the_march_in_it() {
 
 /// The residuals of the board are twenty times the stated deviations: data weighed by those would leave the prior no say.
 fn board() -> Case {
-    let mut case = case("kaowool-tc");
-    case.estimate.prior = Some(Bounds::Small);
-    case
+    changed(&case("kaowool-tc"), |case| case.estimate.prior = Some(Bounds::Small))
 }
 
 /// Where the objective of an estimate, with one factor held on a grid and the others sought, is as much above its least as a profile's level.
@@ -79,16 +77,19 @@ fn by_grid(case: &Case, found: &Estimated, place: usize) -> (f64, f64) {
     let (from, to) = (low - 0.3 * (high - low), high + 0.3 * (high - low));
     // The objective by its definition: squares of data in their deviations times the shortfall, and of priors.
     let objective = |value: f64| {
-        let mut held = case.clone();
-        let factor = case.estimate.factors[place];
-        held.factors[factor].nominal = value;
-        held.estimate.factors.retain(|&other| other != factor);
-        let own = &case.factors[factor];
+        let factor = case.estimate().factors[place];
+        let held = changed(case, |held| {
+            // Where it is held its side constraints say nothing.
+            let wide = (0.5 * value, 2.0 * value);
+            held.factors[factor] = Factor { nominal: value, small: wide, large: wide, ..held.factors[factor].clone() };
+            held.estimate.factors.retain(|&other| other != factor);
+            // The data count as they do in the whole fit, by deviations that are stated anew.
+            for seen in &mut held.observations {
+                seen.sigma_k.iter_mut().for_each(|sigma_k| *sigma_k *= found.shortfall);
+            }
+        });
+        let own = &case.factors()[factor];
         let of_held = ((value - own.nominal) / own.deviation(Bounds::Small)).powi(2);
-        // The data count as they do in the whole fit, by deviations that are stated anew.
-        for seen in &mut held.observations {
-            seen.sigma_k.iter_mut().for_each(|sigma_k| *sigma_k *= found.shortfall);
-        }
         least(&held, &plan) + of_held
     };
     let grid: Vec<(f64, f64)> = (0..=40)
@@ -103,19 +104,19 @@ fn by_grid(case: &Case, found: &Estimated, place: usize) -> (f64, f64) {
 
 /// The least of data in their stated deviations and of priors, over the one factor that is left, by golden section.
 fn least(case: &Case, plan: &Plan) -> f64 {
-    let place = case.estimate.factors[0];
-    let factor = &case.factors[place];
+    let place = case.estimate().factors[0];
+    let factor = &case.factors()[place];
     let objective = |value: f64| {
-        let mut at = case.clone();
-        at.factors[place].nominal = value;
-        let nominal = Ensemble::nominal(&at.factors);
+        let mut factors = case.factors().to_vec();
+        factors[place].nominal = value;
+        let nominal = Ensemble::nominal(&factors);
         let traces = march(Precision::F64).march(plan, &nominal, 0..1).expect("the processor does not fail");
         let samples = samples(case, plan).concat();
         let squares =
             samples.iter().map(|s| ((traces.trace(0, s.sensor)[s.instant] - s.measured_k) / s.sigma_k).powi(2));
         squares.sum::<f64>() + ((value - factor.nominal) / factor.deviation(Bounds::Small)).powi(2)
     };
-    let (mut low, mut high) = factor.bounds(case.estimate.bounds);
+    let (mut low, mut high) = factor.bounds(case.estimate().bounds);
     let golden = 0.618_033_988_75;
     while high - low > 1e-5 {
         let (a, b) = (high - golden * (high - low), low + golden * (high - low));
@@ -143,10 +144,11 @@ fn profile_and_linear_interval_with_a_prior_are_of_the_objective_that_the_estima
 
 #[test]
 fn a_profile_by_a_robust_loss_with_a_prior_keeps_both_ends() {
-    let mut case = board();
-    case.estimate.loss = Loss::SoftL1 { width: 2.0 };
-    case.estimate.prior = Some(Bounds::Large);
-    case.estimate.bounds = Bounds::Large;
+    let case = changed(&board(), |case| {
+        case.estimate.loss = LossFunction::SoftL1 { width: 2.0 };
+        case.estimate.prior = Some(Bounds::Large);
+        case.estimate.bounds = Bounds::Large;
+    });
     let found = estimated(&case, Precision::F64, &["f_k_INS", "f_cp_INS"]);
     for profile in &found.profiles {
         let value = found.values[profile.factor];
@@ -170,19 +172,22 @@ fn the_standard_error_is_that_of_the_interval_and_not_that_of_independent_residu
 
 #[test]
 fn a_factor_that_the_data_do_not_change_with_has_no_effect_and_no_error() {
-    let mut case = case("twin-tc3");
-    let last = case.factors.len();
-    // The face is held at its measured temperature: the heating that it would have had changes nothing.
-    case.factors.push(Factor {
-        name: "f_q".to_owned(),
-        group: String::new(),
-        property: Property::Heating,
-        state: None,
-        nominal: 1.0,
-        small: (0.9, 1.1),
-        large: (0.8, 1.2),
+    let case = changed(&case("twin-tc3"), |case| {
+        // Nobody observes this sensor: its depth changes no data.
+        let (name, depth_m) = ("FREE".to_owned(), case.layup.origin_m + 1.5e-3);
+        case.sensors.push(Sensor { name: name.clone(), depth_m, side: Side::Both, lag_s: 0.0 });
+        case.factors.push(Factor {
+            name: "f_depth".to_owned(),
+            group: name,
+            property: Property::Depth,
+            state: None,
+            nominal: 1.0,
+            small: (0.95, 1.05),
+            large: (0.95, 1.05),
+        });
+        case.estimate.factors.push(case.factors.len() - 1);
+        case.estimate.start.push(1.0);
     });
-    case.estimate.factors.push(last);
     let found = estimated(&case, Precision::F64, &[]);
     assert_eq!(found.has_effect, [true, true, false]);
     assert!(found.standard_errors[2].is_infinite() && !found.is_determined(2) && found.is_determined(0));
@@ -190,11 +195,12 @@ fn a_factor_that_the_data_do_not_change_with_has_no_effect_and_no_error() {
 
 /// Twins of one factor with correlated noise, between the small bounds.
 fn recovered(id: &str, factor: &str, sensor: &str, window_s: (f64, f64), correlation_s: f64, twins: usize) -> Recovery {
-    let mut case = case(id);
-    case.estimate.factors = vec![case.factors.iter().position(|known| known.name == factor).expect("the factor")];
-    case.estimate.start = Vec::new();
-    case.estimate.sensors = vec![case.sensors.iter().position(|known| known.name == sensor).expect("the sensor")];
-    case.estimate.window_s = Some(window_s);
+    let case = changed(&case(id), |case| {
+        case.estimate.factors = vec![case.factors.iter().position(|known| known.name == factor).expect("the factor")];
+        case.estimate.start = Vec::new();
+        case.estimate.sensors = vec![case.sensors.iter().position(|known| known.name == sensor).expect("the sensor")];
+        case.estimate.window_s = Some(window_s);
+    });
     let plan = pilot(&case).expect("the processor does not fail");
     let search = Search { landscape: false, ..Search::of(Precision::F64) };
     let noise = Noise { correlation_s, seed: 1 };

@@ -1,7 +1,7 @@
 //! The heating history of a flux or a gas that is known, from thermocouples that are noisy.
 
-use crate::support::{HISTORY, HISTORY_FLUENCE, case};
-use bondline::case::{Case, Face, Observation, OpenFace, Schedule};
+use crate::support::{HISTORY, HISTORY_FLUENCE, case, changed, schedule};
+use bondline::case::{Case, Face, Observation, OpenFace, Property, Schedule};
 use bondline::march::Precision;
 use bondline::march::cpu::Cpu;
 use bondline::march::extrapolated::Extrapolated;
@@ -14,14 +14,15 @@ fn march() -> Extrapolated {
     Extrapolated::new(Box::new(Cpu::new(Precision::F64)))
 }
 
-fn heated(mut case: Case, flux_w_m2: Schedule) -> Case {
-    let Face::Open(open) = &mut case.exposure.hot_face else { panic!("it is heated") };
-    open.flux_w_m2 = flux_w_m2;
-    case
+fn heated(case: &Case, flux_w_m2: Schedule) -> Case {
+    changed(case, |case| {
+        let Face::Open(open) = &mut case.exposure.hot_face else { panic!("it is heated") };
+        open.flux_w_m2 = flux_w_m2;
+    })
 }
 
 fn flux(case: &Case) -> Schedule {
-    let Face::Open(open) = &case.exposure.hot_face else { panic!("it is heated") };
+    let Face::Open(open) = &case.exposure().hot_face else { panic!("it is heated") };
     open.flux_w_m2.clone()
 }
 
@@ -31,13 +32,14 @@ fn lumpy() -> Schedule {
     let of = |t: f64| 26.7e4 * (0.75 + 0.3 * lump(t, 12.0, 5.0) - 0.35 * lump(t, 24.0, 4.0) + 0.2 * lump(t, 33.0, 3.0));
     let inner = (0..=162).map(|i| 0.5 + 0.25 * f64::from(i)).map(|t| (t, of(t)));
     let points: Vec<(f64, f64)> = [(0.0, 0.0)].into_iter().chain(inner).chain([(41.2, 0.0)]).collect();
-    Schedule { times_s: points.iter().map(|p| p.0).collect(), values: points.iter().map(|p| p.1).collect() }
+    let (times_s, values): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
+    schedule(&times_s, &values)
 }
 
 /// The paper's case, with readings of TC1 that a true flux makes, every second up to 80 s, with noise.
 fn twin(truth: &Schedule, noise_k: f64, seed: u64) -> Case {
     let case = case("lcat-2259");
-    observed(case.clone(), heated(case, truth.clone()), noise_k, seed)
+    observed(case.clone(), heated(&case, truth.clone()), noise_k, seed)
 }
 
 /// A case with readings of TC1 up to 80 s as the same under its true heating shows them, with noise.
@@ -46,26 +48,29 @@ fn observed(case: Case, made: Case, noise_k: f64, seed: u64) -> Case {
 }
 
 /// The same of another sensor.
-fn observed_by(sensor: usize, mut case: Case, made: Case, noise_k: f64, seed: u64) -> Case {
-    case.observations.clear();
-    case.estimate.sensors.clear();
-    case.estimate.window_s = Some((0.0, 80.0));
+fn observed_by(sensor: usize, case: Case, made: Case, noise_k: f64, seed: u64) -> Case {
     // Marched on a clock of its own: the fit must not owe its success to sharing the truth's steps.
     let made = nominal(&made, &pilot(&made).expect("a plan"), &mut march()).expect("a march");
     let noise = Noise { correlation_s: 0.0, seed }.at(&made.instants_s, 0, 0);
     let readings = made.temperatures_k[sensor].iter().zip(noise).map(|(at_k, noise)| at_k + noise_k * noise).collect();
     let sigma_k = vec![noise_k.max(1e-3); made.instants_s.len()];
-    case.observations =
-        vec![Observation { sensor, times_s: made.instants_s, temperatures_k: readings, sigma_k, window_s: None }];
-    case
+    let times_s = made.instants_s;
+    changed(&case, |case| {
+        case.observations = vec![Observation { sensor, times_s, temperatures_k: readings, sigma_k, window_s: None }];
+        case.estimate.sensors.clear();
+        case.estimate.window_s = Some((0.0, 80.0));
+    })
 }
 
 /// The paper's case with another hot face.
 fn faced(change: impl FnOnce(&mut OpenFace)) -> Case {
-    let mut case = case("lcat-2259");
-    let Face::Open(open) = &mut case.exposure.hot_face else { panic!("it is heated") };
-    change(open);
-    case
+    changed(&case("lcat-2259"), |case| {
+        let Face::Open(open) = &mut case.exposure.hot_face else { panic!("it is heated") };
+        change(open);
+        // A face of a constant emissivity has no factor on that of its material.
+        case.factors.retain(|factor| factor.property != Property::Emissivity);
+        case.estimate.factors.clear();
+    })
 }
 
 /// Radiation alone, up and down as a schedule.
@@ -84,8 +89,8 @@ fn convective(gas_k: Schedule) -> Case {
     })
 }
 
-fn scaled(schedule: &Schedule, by: f64) -> Schedule {
-    Schedule { times_s: schedule.times_s.clone(), values: schedule.values.iter().map(|value| by * value).collect() }
+fn scaled(own: &Schedule, by: f64) -> Schedule {
+    schedule(own.times_s(), &own.values().iter().map(|value| by * value).collect::<Vec<_>>())
 }
 
 fn integral(schedule: &Schedule) -> f64 {
@@ -101,8 +106,8 @@ fn is_recovered(found: &History, sought: Sought, truth: &Schedule) {
     assert!(off.abs() < 3.0 * deviation, "off by {off} of {}, ± {deviation}", found.integral);
     assert!(deviation < HISTORY_FLUENCE * found.integral, "± {deviation} of {}", found.integral);
     let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
-    assert!((largest(&found.values) / largest(&truth.values) - 1.0).abs() < HISTORY, "{:?}", found.values);
-    assert!((largest(&found.own) / largest(&truth.values) - 1.0).abs() > HISTORY, "the case does not know it");
+    assert!((largest(&found.values) / largest(truth.values()) - 1.0).abs() < HISTORY, "{:?}", found.values);
+    assert!((largest(&found.own) / largest(truth.values()) - 1.0).abs() > HISTORY, "the case does not know it");
 }
 
 #[test]
@@ -117,10 +122,7 @@ fn a_radiant_flux_is_recovered_within_its_band() {
 
 #[test]
 fn the_temperature_of_a_gas_is_recovered_within_its_band() {
-    let gas = |plateau_k: f64| Schedule {
-        times_s: vec![0.0, 0.5, 41.0, 41.2],
-        values: vec![300.0, plateau_k, plateau_k, 300.0],
-    };
+    let gas = |plateau_k: f64| schedule(&[0.0, 0.5, 41.0, 41.2], &[300.0, plateau_k, plateau_k, 300.0]);
     let truth = gas(1400.0);
     for seed in 1..=2 {
         let case = observed(convective(gas(1250.0)), convective(truth.clone()), 1.0, seed);
@@ -191,7 +193,7 @@ fn found(case: &Case, knots: usize, smoothing: Smoothing) -> History {
 
 /// How far a history is off at worst and root mean square while the face is heated, over the largest true flux; and its integral, over the true one.
 fn off(found: &History, truth: &Schedule) -> [f64; 3] {
-    let (schedule, largest) = (&found.schedule, truth.values.iter().copied().fold(0.0, f64::max));
+    let (schedule, largest) = (&found.schedule, truth.values().iter().copied().fold(0.0, f64::max));
     let times_s: Vec<f64> = (0..=8000).map(|i| 0.01 * f64::from(i)).collect();
     let heated = times_s.iter().filter(|time_s| **time_s <= 41.2);
     let off: Vec<f64> = heated.map(|&t| schedule.after(t) - truth.after(t)).collect();
@@ -212,7 +214,7 @@ fn a_flux_of_which_the_case_knows_nothing_is_found_from_one_thermocouple_with_no
         assert!(found.converged && worst < HISTORY && integral.abs() < HISTORY_FLUENCE, "{worst}, {rms}, {integral}");
         assert_eq!(found.chosen, Chosen::Discrepancy, "seed {seed}: {:?}", found.rung);
         // The case's own flux, which is what there would be without a history, is no such answer.
-        let own = Schedule { times_s: found.times_s.clone(), values: found.own.clone() };
+        let own = schedule(&found.times_s, &found.own);
         assert!(off(&History { schedule: own, ..found }, &truth)[0] > 5.0 * HISTORY);
     }
 }
@@ -259,10 +261,11 @@ fn the_band_holds_the_truth_as_often_as_it_says_where_nothing_is_smoothed_off() 
 
 #[test]
 fn data_that_no_heating_explains_are_told_from_noise() {
-    let mut case = twin(&lumpy(), 1.0, 1);
-    // A reading that jumps from second to second by more than any flux could make it.
-    let readings = &mut case.observations[0].temperatures_k;
-    readings.iter_mut().enumerate().for_each(|(i, at_k)| *at_k += if i % 2 == 0 { 5.0 } else { -5.0 });
+    let case = changed(&twin(&lumpy(), 1.0, 1), |case| {
+        // A reading that jumps from second to second by more than any flux could make it.
+        let readings = &mut case.observations[0].temperatures_k;
+        readings.iter_mut().enumerate().for_each(|(i, at_k)| *at_k += if i % 2 == 0 { 5.0 } else { -5.0 });
+    });
     assert_eq!(found(&case, 20, Smoothing::Discrepancy).chosen, Chosen::Unmet);
 }
 

@@ -1,7 +1,7 @@
 //! Readings belong to the instants that stand beside them, however times were rounded on their way there.
 
-use crate::support::{ROUNDING_K, case};
-use bondline::case::{Bounds, Case, Face, Resolution, Schedule, Sensor, Side};
+use crate::support::{ROUNDING_K, case, changed, schedule};
+use bondline::case::{Bounds, Case, Estimate, Face, Resolution, Sensor, Side};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::extrapolated::march_both;
 use bondline::march::{March, Precision, cpu::Cpu};
@@ -13,19 +13,21 @@ const EVERY_S: [f64; 6] = [0.1, 0.3, 0.7, 0.06, 0.13, 1.0 / 3.0];
 
 /// A slab on stated cells and steps, read at its hot face every so often.
 fn slab(every_s: f64, largest_step_s: f64, hot_face: Face) -> Case {
-    let mut case = case("slab");
-    case.observations.clear();
-    case.sensors = vec![Sensor { name: "TC1".to_owned(), depth_m: 0.0, side: Side::Both, lag_s: 0.0 }];
-    case.exposure.duration_s = 12.0;
-    case.exposure.initial_k = vec![(0.0, 300.0)];
-    case.exposure.hot_face = hot_face;
-    let resolution = Resolution { tolerance_k: None, cells: 16, every_s, largest_step_s, ..Resolution::default() };
-    Case { resolution, ..case }
+    changed(&case("slab"), |case| {
+        case.observations.clear();
+        case.estimate = Estimate::default();
+        case.sensors = vec![Sensor { name: "TC1".to_owned(), depth_m: 0.0, side: Side::Both, lag_s: 0.0 }];
+        case.exposure.duration_s = 12.0;
+        case.exposure.initial_k = vec![(0.0, 300.0)];
+        case.exposure.hot_face = hot_face;
+        let stated = Resolution { tolerance_k: None, cells: 16, ..Resolution::default() };
+        case.resolution = Resolution { every_s, largest_step_s, ..stated };
+    })
 }
 
 fn trace_k(case: &Case) -> (Vec<f64>, Vec<f64>) {
     let plan = Plan::new(case);
-    let traces = Cpu::new(Precision::F64).march(&plan, &Ensemble::nominal(&case.factors), 0..1);
+    let traces = Cpu::new(Precision::F64).march(&plan, &Ensemble::nominal(case.factors()), 0..1);
     let traces = traces.expect("the processor does not fail");
     (plan.instants_s, traces.trace(0, 0).to_vec())
 }
@@ -37,7 +39,7 @@ fn decimal_s(number: f64, from_s: f64, to_s: f64) -> f64 {
 
 #[test]
 fn a_held_face_reads_its_schedule_at_every_instant() {
-    let factors = case("lcat-2259").factors;
+    let factors = case("lcat-2259").factors().to_vec();
     let sampling = Sampling { kind: SamplingKind::Uniform, seed: 7 };
     let drawn = Ensemble::sample(&factors, Bounds::Small, &sampling, 60);
     let mut held = 0;
@@ -52,13 +54,16 @@ fn a_held_face_reads_its_schedule_at_every_instant() {
         // A corner at a multiple as a person writes it, another anywhere.
         let multiple_s = decimal_s(((1.0 + 20.0 * number()).floor() * every_s - 0.1) / 10.0, 0.1, 10.1);
         let later_s = multiple_s + decimal_s(number(), 0.05, 1.5);
-        let schedule =
-            Schedule { times_s: vec![0.0, multiple_s, later_s], values: vec![300.0, 300.0, 400.0 + 300.0 * number()] };
+        let schedule = schedule(&[0.0, multiple_s, later_s], &[300.0, 300.0, 400.0 + 300.0 * number()]);
         let case = slab(every_s, 0.02 + number(), Face::Held(schedule.clone()));
         let (instants_s, trace_k) = trace_k(&case);
         for (&instant_s, &reading_k) in instants_s.iter().zip(&trace_k) {
             let off_k = (reading_k - schedule.after(instant_s)).abs();
-            assert!(off_k < 1e-5, "{reading_k} K at {instant_s} s, every {every_s} s, corners {:?}", schedule.times_s);
+            assert!(
+                off_k < 1e-5,
+                "{reading_k} K at {instant_s} s, every {every_s} s, corners {:?}",
+                schedule.times_s()
+            );
             held += 1;
         }
     }
@@ -68,9 +73,8 @@ fn a_held_face_reads_its_schedule_at_every_instant() {
 #[test]
 fn a_flux_that_starts_at_a_jump_is_whole_from_its_first_step_however_the_time_was_rounded() {
     let of = |start_s: f64| {
-        let times_s = vec![0.0, start_s, start_s];
-        let flux_w_m2 = Schedule { times_s, values: vec![0.0, 0.0, 2e5] };
-        let Face::Open(open) = case("slab").exposure.hot_face else { panic!("the face of the slab is open") };
+        let flux_w_m2 = schedule(&[0.0, start_s, start_s], &[0.0, 0.0, 2e5]);
+        let Face::Open(open) = case("slab").exposure().hot_face.clone() else { panic!("the face of the slab is open") };
         let case = slab(0.1, 0.1, Face::Open(bondline::case::OpenFace { flux_w_m2, ..open }));
         trace_k(&case).1
     };
@@ -89,11 +93,11 @@ fn a_flux_that_starts_at_a_jump_is_whole_from_its_first_step_however_the_time_wa
 #[test]
 fn a_face_that_jumps_reads_what_it_jumps_from_until_then_on_adapted_steps() {
     for jump_s in [3.01, 3.05, 3.2, 3.5] {
-        let schedule = Schedule { times_s: vec![0.0, jump_s, jump_s], values: vec![300.0, 430.0, 350.0] };
-        let mut case = slab(1.0, 1.0, Face::Held(schedule.clone()));
-        case.resolution.tolerance_k = Some(0.05);
+        let schedule = schedule(&[0.0, jump_s, jump_s], &[300.0, 430.0, 350.0]);
+        let slab = slab(1.0, 1.0, Face::Held(schedule.clone()));
+        let case = changed(&slab, |case| case.resolution.tolerance_k = Some(0.05));
         let plan = pilot(&case).expect("the processor does not fail");
-        let nominal = Ensemble::nominal(&case.factors);
+        let nominal = Ensemble::nominal(case.factors());
         let traces = march_both(&mut Cpu::new(Precision::F64), &plan, &nominal, 0..1);
         let traces = traces.expect("the processor does not fail");
         for (&instant_s, reading_k) in plan.instants_s.iter().zip(traces.trace(0, 0)) {

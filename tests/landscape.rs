@@ -16,15 +16,15 @@ fn march() -> Extrapolated {
 
 /// Residuals of a case at points of its estimated factors, point × residual, in standard deviations, with those.
 fn residuals(case: &Case, plan: &Plan, points: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let places = case.estimate.factors.iter().copied().map(Some).collect();
+    let places = case.estimate().factors.iter().copied().map(Some).collect();
     let bounds =
-        case.estimate.factors.iter().map(|&factor| case.factors[factor].bounds(case.estimate.bounds)).collect();
+        case.estimate().factors.iter().map(|&factor| case.factors()[factor].bounds(case.estimate().bounds)).collect();
     let observed = samples(case, plan).concat();
     let sigmas_k = observed.iter().map(|sample| sample.sigma_k).collect();
     let mut march = march();
     let mut problem = Thermocouples::new(&mut march, vec![Part::new(case, plan, places, observed)], bounds);
     let columns = points.iter().flatten().copied();
-    let points = DMatrix::from_iterator(case.estimate.factors.len(), points.len(), columns);
+    let points = DMatrix::from_iterator(case.estimate().factors.len(), points.len(), columns);
     let found = problem.residuals(&points).expect("the processor does not fail");
     (found.column_iter().map(|column| column.iter().copied().collect()).collect(), sigmas_k)
 }
@@ -104,24 +104,24 @@ fn no_iteration_raises_the_objective_that_is_minimised() {
     };
     let mut judged = 0;
     let mut unweighted_rises = Vec::new();
-    let has_estimate = |case: &Case| !case.estimate.factors.is_empty() && case.judges().next().is_some();
+    let has_estimate = |case: &Case| !case.estimate().factors.is_empty() && case.judges().next().is_some();
     for case in cases().into_iter().filter(has_estimate) {
         let (plan, found) = estimated(&case);
         let path: Vec<f64> = found.path.iter().map(|turn| turn.objective).collect();
-        assert!(path.is_sorted_by(|before, after| after <= before), "{}: {path:?}", case.id);
+        assert!(path.is_sorted_by(|before, after| after <= before), "{}: {path:?}", case.id());
         // It is the sum of squares of residuals in standard deviations, by marches at the points visited.
         let points: Vec<Vec<f64>> = found.path.iter().map(|turn| turn.values.clone()).collect();
         let (marched, sigmas_k) = residuals(&case, &plan, &points);
         for (objective, residuals) in path.iter().zip(&marched) {
             let marched = squares(residuals);
-            assert!((objective - marched).abs() <= 1e-6 * marched + 1e-9, "{}: {objective}, {marched}", case.id);
+            assert!((objective - marched).abs() <= 1e-6 * marched + 1e-9, "{}: {objective}, {marched}", case.id());
         }
         let in_kelvin = |residuals: &Vec<f64>| -> f64 {
             residuals.iter().zip(&sigmas_k).map(|(r, sigma_k)| (r * sigma_k).powi(2)).sum()
         };
         let unweighted: Vec<f64> = marched.iter().map(in_kelvin).collect();
         if !unweighted.is_sorted_by(|before, after| after <= before) {
-            unweighted_rises.push(case.id.clone());
+            unweighted_rises.push(case.id().to_owned());
         }
         judged += 1;
     }

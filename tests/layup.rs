@@ -2,8 +2,8 @@
 //! of them and at depths in doubt.
 
 use crate::parity::differing;
-use crate::support::{BALANCE, ROUNDING_K, SINGLE_K, Scratch, adapter, coarse, drawn, with_factor};
-use bondline::case::{Case, Conductivity, Face, Holder, Material, Property, Resolution, Schedule, Side, Table};
+use crate::support::{BALANCE, ROUNDING_K, SINGLE_K, Scratch, adapter, changed, coarse, drawn, schedule, with_factor};
+use bondline::case::{Case, Conductivity, Estimate, Face, Holder, Material, Property, Resolution, Side, Table};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
 use bondline::march::gpu::Gpu;
@@ -16,21 +16,22 @@ use std::sync::Arc;
 
 /// The layup of every day in a holder that warms, which takes a good part of the heat.
 fn held_sideways() -> Case {
-    let mut case = coarse();
-    let temperature_k = Schedule { times_s: vec![0.0, 30.0, 200.0], values: vec![300.0, 340.0, 310.0] };
-    case.exposure.holder = Some(Holder { conductance_w_m3_k: 20e3, temperature_k });
-    case.sensors[1].side = Side::Above;
-    let case = with_factor(with_factor(case, "OF2", Property::Contact), "", Property::Holder);
-    with_factor(with_factor(case, "TC2", Property::Depth), "TC3", Property::Depth)
+    let case = changed(&coarse(), |case| {
+        let temperature_k = schedule(&[0.0, 30.0, 200.0], &[300.0, 340.0, 310.0]);
+        case.exposure.holder = Some(Holder { conductance_w_m3_k: 20e3, temperature_k });
+        case.sensors[1].side = Side::Above;
+    });
+    let more = [("OF2", Property::Contact), ("", Property::Holder), ("TC2", Property::Depth), ("TC3", Property::Depth)];
+    more.into_iter().fold(case, |case, (group, property)| with_factor(&case, group, property))
 }
 
 /// The same under a held face.
 pub(crate) fn held_above_too() -> Case {
-    let mut case = held_sideways();
-    case.factors.retain(|factor| ![Property::Heating, Property::Emissivity].contains(&factor.property));
-    let temperature_k = Schedule { times_s: vec![0.0, 40.0, 200.0], values: vec![300.0, 1500.0, 500.0] };
-    case.exposure.hot_face = Face::Held(temperature_k);
-    case
+    changed(&held_sideways(), |case| {
+        case.factors.retain(|factor| ![Property::Heating, Property::Emissivity].contains(&factor.property));
+        case.estimate.factors.clear();
+        case.exposure.hot_face = Face::Held(schedule(&[0.0, 40.0, 200.0], &[300.0, 1500.0, 500.0]));
+    })
 }
 
 fn carried(march: &mut dyn March, case: &Case) -> Traces {
@@ -52,8 +53,10 @@ fn a_layup_with_all_of_it_marches_on_the_device_as_on_the_processor() {
         let on_device = carried(&mut gpu, &case);
         let single = carried(&mut Cpu::new(Precision::F32), &case);
         assert_eq!(differing(&on_device, &single), 0);
-        let mut warmer = case.clone();
-        warmer.exposure.holder.as_mut().expect("there is one").temperature_k.values[1] += 1e-3;
+        let warmer = changed(&case, |case| {
+            let holder = case.exposure.holder.as_mut().expect("there is one");
+            holder.temperature_k = schedule(&[0.0, 30.0, 200.0], &[300.0, 340.001, 310.0]);
+        });
         assert_ne!(differing(&on_device, &carried(&mut Cpu::new(Precision::F32), &warmer)), 0, "spoiled");
         let off_k = apart_k(&single, &carried(&mut Cpu::new(Precision::F64), &case));
         assert!(off_k <= SINGLE_K, "{off_k:.1e} K");
@@ -82,8 +85,9 @@ fn heat_lost_to_a_holder_is_in_the_balance_which_closes_at_second_order() {
 #[test]
 fn a_holder_that_takes_twice_as_much_leaves_every_peak_lower() {
     let peaks = [0.5, 1.0, 2.0].map(|scale| {
-        let mut case = held_sideways();
-        case.exposure.holder.as_mut().expect("there is one").conductance_w_m3_k *= scale;
+        let case = changed(&held_sideways(), |case| {
+            case.exposure.holder.as_mut().expect("there is one").conductance_w_m3_k *= scale;
+        });
         let traces = carried(&mut Cpu::new(Precision::F64), &case);
         (0..traces.sensors).map(|s| traces.trace(0, s).iter().copied().fold(0.0, f64::max)).collect::<Vec<_>>()
     });
@@ -96,17 +100,18 @@ fn a_holder_that_takes_twice_as_much_leaves_every_peak_lower() {
 
 /// The layup of every day, of whose insulation heat capacity and density alone may vary; its extinction by mass or fixed.
 fn shaded(by_mass: bool) -> Case {
-    let mut case = coarse();
     let kept = [Property::HeatCapacity, Property::Density];
-    case.factors.retain(|factor| factor.group == "INS" && kept.contains(&factor.property));
-    case.estimate.factors.clear();
-    assert_eq!(case.factors.len(), 2);
-    for ply in case.layup.plies.iter_mut().filter(|ply| ply.group == "INS") {
-        let material = Arc::make_mut(&mut ply.material);
-        let Conductivity::Parts(parts) = &mut material.conductivity else { panic!("{} has no parts", material.id) };
-        assert!(parts.extinction_follows_density, "{} states its extinction by mass", material.id);
-        parts.extinction_follows_density = by_mass;
-    }
+    let case = changed(&coarse(), |case| {
+        case.factors.retain(|factor| factor.group == "INS" && kept.contains(&factor.property));
+        case.estimate.factors.clear();
+        for ply in case.layup.plies.iter_mut().filter(|ply| ply.group == "INS") {
+            let material = Arc::make_mut(&mut ply.material);
+            let Conductivity::Parts(parts) = &mut material.conductivity else { panic!("{} has no parts", material.id) };
+            assert!(parts.extinction_follows_density, "{} states its extinction by mass", material.id);
+            parts.extinction_follows_density = by_mass;
+        }
+    });
+    assert_eq!(case.factors().len(), 2);
     case
 }
 
@@ -116,7 +121,7 @@ fn density_tells_itself_from_heat_capacity_where_it_shades_and_only_there() {
         let case = shaded(by_mass);
         let plan = Plan::new(&case);
         assert_eq!(plan.parts, 1 + usize::from(by_mass), "nothing is spent where nothing follows");
-        for (ply, row) in case.layup.plies.iter().zip(&plan.plies) {
+        for (ply, row) in case.layup().plies.iter().zip(&plan.plies) {
             let parts = 1 + u32::from(by_mass && ply.group == "INS");
             assert_eq!(row.parts, parts, "{}: nor in a ply where nothing does", ply.name);
         }
@@ -131,15 +136,16 @@ fn density_tells_itself_from_heat_capacity_where_it_shades_and_only_there() {
 #[test]
 fn a_denser_felt_is_one_of_more_extinction() {
     let denser = shaded(true);
-    let mut opaquer = denser.clone();
-    for ply in opaquer.layup.plies.iter_mut().filter(|ply| ply.group == "INS") {
-        let material = Arc::make_mut(&mut ply.material);
-        material.density_kg_m3 *= 1.1;
-        let Conductivity::Parts(parts) = &mut material.conductivity else { panic!("it has parts") };
-        parts.extinction_1_m = parts.extinction_1_m.map(|extinction| 1.1 * extinction);
-    }
+    let opaquer = changed(&denser, |case| {
+        for ply in case.layup.plies.iter_mut().filter(|ply| ply.group == "INS") {
+            let material = Arc::make_mut(&mut ply.material);
+            material.density_kg_m3 *= 1.1;
+            let Conductivity::Parts(parts) = &mut material.conductivity else { panic!("it has parts") };
+            parts.extinction_1_m = parts.extinction_1_m.map(|extinction| 1.1 * extinction);
+        }
+    });
     let of = |case: &Case, density: f64, shades: bool| {
-        let place = case.factors.iter().position(|factor| factor.property == Property::Density).expect("it may vary");
+        let place = case.factors().iter().position(|factor| factor.property == Property::Density).expect("it may vary");
         let row = (0..2).map(|factor| if factor == place { density } else { 1.0 }).collect();
         // The grid is that of the factors at one, which those of the plan do not move.
         let mut plan = Plan::new(&denser);
@@ -156,18 +162,19 @@ fn a_denser_felt_is_one_of_more_extinction() {
 
 #[test]
 fn a_contact_factor_with_a_group_scales_the_interfaces_under_its_plies_alone() {
-    let without = |case: &Case| Case { factors: Vec::new(), ..case.clone() };
+    let bare = changed(&coarse(), |case| (case.factors, case.estimate) = (Vec::new(), Estimate::default()));
     let alone = |case: &Case, values: &[f64]| {
         let ensemble = Ensemble::at(values.len(), values.to_vec());
         Cpu::new(Precision::F64).march(&Plan::new(case), &ensemble, 0..1).expect("the processor does not fail")
     };
     for (group, interfaces) in [("OF2", vec![1]), ("INS", vec![2, 3]), ("", vec![0, 1, 2, 3])] {
-        let scaled = with_factor(without(&coarse()), group, Property::Contact);
-        let mut stated = without(&coarse());
-        for interface in interfaces {
-            let contact = stated.layup.contacts_w_m2_k[interface].as_mut().expect("a contact");
-            *contact *= 0.5;
-        }
+        let scaled = with_factor(&bare, group, Property::Contact);
+        let stated = changed(&bare, |case| {
+            for interface in interfaces {
+                let contact = case.layup.contacts_w_m2_k[interface].as_mut().expect("a contact");
+                *contact *= 0.5;
+            }
+        });
         let (scaled, nominal) = (alone(&scaled, &[0.5]), alone(&scaled, &[1.0]));
         let off_k = apart_k(&scaled, &alone(&stated, &[]));
         assert!(off_k <= ROUNDING_K, "{group:?}: {off_k} K");
@@ -181,8 +188,8 @@ fn a_contact_factor_that_scales_nothing_or_what_another_scales_is_refused() {
         format!("[[factor]]\nname = \"{name}\"\nproperty = \"contact\"\n{group}small = [0.5, 2.0]\n")
     };
     let (top, base) = ("group = \"TOP\"\n", "group = \"BASE\"\n");
-    assert_eq!(written(&factor("f_h", top)).expect("nothing is wrong").factors[0].group, "TOP");
-    assert_eq!(written(&factor("f_h", "")).expect("nothing is wrong").factors[0].group, "");
+    assert_eq!(written(&factor("f_h", top)).expect("nothing is wrong").factors()[0].group, "TOP");
+    assert_eq!(written(&factor("f_h", "")).expect("nothing is wrong").factors()[0].group, "");
     refused(&factor("f_h", base), "no contact under \"BASE\" has a conductance to scale");
     refused(&(factor("f_h", top) + &factor("f_all", "")), "\"f_all\" scales what factor \"f_h\" scales already");
 }
@@ -194,13 +201,15 @@ fn at_rest(side: Side) -> Case {
         material.conductivity = Conductivity::Tables(vec![(1e5, Table::constant(conductivity_w_m_k))]);
         Arc::new(material)
     };
-    let mut case = written("[back_face]\nkind = \"held\"\ntemperature = \"300 K\"\n").expect("nothing is wrong");
-    case.layup.plies[0].material = constant(0.1);
-    case.layup.plies[1].material = constant(0.04);
-    case.exposure.duration_s = 4e4;
-    case.resolution = Resolution { cells: 40, growth: 0.2, largest_step_s: 1e3, every_s: 4e4, ..case.resolution };
-    case.sensors[0].side = side;
-    with_factor(case, "TC1", Property::Depth)
+    let case = written("[back_face]\nkind = \"held\"\ntemperature = \"300 K\"\n").expect("nothing is wrong");
+    let case = changed(&case, |case| {
+        case.layup.plies[0].material = constant(0.1);
+        case.layup.plies[1].material = constant(0.04);
+        case.exposure.duration_s = 4e4;
+        case.resolution = Resolution { cells: 40, growth: 0.2, largest_step_s: 1e3, every_s: 4e4, ..case.resolution };
+        case.sensors[0].side = side;
+    });
+    with_factor(&case, "TC1", Property::Depth)
 }
 
 /// What the sensor reads at rest where it lies deeper or less deep by a factor, K.
@@ -229,7 +238,7 @@ fn a_bead_reads_the_side_that_it_touches_or_the_mean_of_both() {
 fn a_depth_scaled_moves_the_reading_along_the_profile_of_the_side_it_goes_to() {
     for side in [Side::Above, Side::Both, Side::Below] {
         let case = at_rest(side);
-        let depth_m = case.sensors[0].depth_m;
+        let depth_m = case.sensors()[0].depth_m;
         let nominal_k = read_k(&case, 1.0);
         for factor in [0.5, 0.75, 0.9, 0.999, 1.001, 1.1, 1.25, 1.5] {
             let gradient_k_m = -FLUX_W_M2 / if factor < 1.0 { 0.1 } else { 0.04 };
@@ -244,14 +253,16 @@ fn a_depth_scaled_moves_the_reading_along_the_profile_of_the_side_it_goes_to() {
 #[test]
 fn a_depth_scaled_within_a_ply_reads_what_a_sensor_there_reads() {
     let at = |depth_m: f64, factor: f64| {
-        let mut case = coarse();
-        case.factors.clear();
-        case.resolution.cells = 400;
-        case.sensors.truncate(1);
-        case.observations.clear();
-        case.sensors[0].depth_m = depth_m;
+        let case = changed(&coarse(), |case| {
+            case.factors.clear();
+            case.resolution.cells = 400;
+            case.sensors.truncate(1);
+            case.observations.clear();
+            case.estimate = Estimate::default();
+            case.sensors[0].depth_m = depth_m;
+        });
         let traces = Cpu::new(Precision::F64).march(
-            &Plan::new(&with_factor(case, "TC1", Property::Depth)),
+            &Plan::new(&with_factor(&case, "TC1", Property::Depth)),
             &Ensemble::at(1, vec![factor]),
             0..1,
         );
@@ -268,14 +279,14 @@ fn a_side_where_there_is_none_and_a_depth_off_the_layup_are_refused() {
     let sensor = "[[sensor]]\nname = \"TC2\"\n";
     let side = |place: &str, side: &str| format!("{sensor}{place}\nside = \"{side}\"\n");
     let read = written(&side("below = \"TOP\"", "above")).expect("nothing is wrong");
-    assert_eq!((read.sensors[0].side, read.sensors[1].side), (Side::Both, Side::Above));
+    assert_eq!((read.sensors()[0].side, read.sensors()[1].side), (Side::Both, Side::Above));
     refused(&side("depth = \"2 mm\"", "above"), "this sensor lies on no interface");
     refused(&side("below = \"BASE\"", "below"), "this sensor lies on no interface");
     refused(&side("below = \"TOP\"", "beneath"), "expected above, below or both, found \"beneath\"");
     let factor = |group: &str, bounds: &str| {
         format!("[[factor]]\nname = \"f_d\"\nproperty = \"depth\"\ngroup = \"{group}\"\nsmall = {bounds}\n")
     };
-    assert_eq!(written(&factor("TC1", "[0.8, 1.2]")).expect("nothing is wrong").factors[0].group, "TC1");
+    assert_eq!(written(&factor("TC1", "[0.8, 1.2]")).expect("nothing is wrong").factors()[0].group, "TC1");
     refused(&factor("TC9", "[0.8, 1.2]"), "no sensor \"TC9\": did you mean \"TC1\"?");
     refused(&factor("TC1", "[0.8, 7.2]"), "take \"TC1\" to 0.4 and 3.6 mm, off the layup from 0 to 3.5 mm");
     refused(&(sensor.to_owned() + "depth = \"0 mm\"\n" + &factor("TC2", "[0.8, 1.2]")), "its depth is zero");
@@ -284,7 +295,7 @@ fn a_side_where_there_is_none_and_a_depth_off_the_layup_are_refused() {
 #[test]
 fn nothing_is_spent_where_no_depth_is_scaled() {
     let plan = Plan::new(&coarse());
-    let scaled = Plan::new(&with_factor(coarse(), "TC2", Property::Depth));
+    let scaled = Plan::new(&with_factor(&coarse(), "TC2", Property::Depth));
     assert!(!plan.has_depths && scaled.has_depths);
     let steps = |plan: &Plan| plan.places.iter().map(|place| place.steps_above + place.steps_below).sum::<u32>();
     assert_eq!(steps(&plan), 0);
@@ -333,10 +344,10 @@ fn a_holder_is_read_with_its_units_and_one_that_cannot_be_is_refused() {
          temperature.points = [[\"0 s\", \"300 K\"], [\"9 s\", \"310 K\"]]\n";
     const FACTOR: &str = "[[factor]]\nname = \"f_g\"\nproperty = \"holder\"\nsmall = [0.5, 2.0]\n";
     let case = written(&format!("{HOLDER}{FACTOR}")).expect("nothing is wrong");
-    let holder = case.exposure.holder.as_ref().expect("it is written");
+    let holder = case.exposure().holder.as_ref().expect("it is written");
     assert_eq!((holder.conductance_w_m3_k, holder.temperature_k.after(9.0)), (20e3, 310.0));
     assert!(Plan::new(&case).times_s.contains(&9.0), "a step ends on the corner of its schedule");
-    assert!(written("").expect("nothing is wrong").exposure.holder.is_none());
+    assert!(written("").expect("nothing is wrong").exposure().holder.is_none());
     refused(FACTOR, "there is no [holder] to lose heat to");
     refused(&HOLDER.replace("m^3", "m^2"), "wrong dimension: expected a conductance in a volume such as");
     refused(&HOLDER.replace("20 kW", "-20 kW"), "is not positive");

@@ -2,6 +2,7 @@
 
 mod asked; // a ply sized against closed forms, twins fitted and counted
 mod bands; // bands over members: what they hold of others, drawn anew
+mod builder; // cases built of values, and what is refused of them
 mod cli; // the built binary from outside: exit codes, messages, files
 mod derivatives; // derivatives at nominal factors, against differences, for every property on every kind of case
 mod differentiated; // kernels that tell changes: each rule against dual numbers, on the device

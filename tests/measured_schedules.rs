@@ -1,6 +1,6 @@
 //! Measured schedules: thousands of rows with noise cost what the physics costs, and are met as if a step landed on each.
 
-use crate::support::{Uniform, case, device};
+use crate::support::{Uniform, case, changed, device, schedule};
 use bondline::case::{Case, Face, Schedule};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
@@ -17,35 +17,35 @@ use std::f64::consts::TAU;
 const WORK: f64 = 2.0;
 
 /// A schedule read at a rate, Hz, with noise of 1 % of each reading.
-fn measured(schedule: &Schedule, duration_s: f64, rate_hz: f64, seed: u64) -> Schedule {
+fn measured(smooth: &Schedule, duration_s: f64, rate_hz: f64, seed: u64) -> Schedule {
     let mut draw = Uniform(seed);
     // Normal numbers by Box and Muller.
     let mut noise = || 0.01 * (-2.0 * (1.0 - draw.next()).ln()).sqrt() * (TAU * draw.next()).cos();
     let times_s: Vec<f64> = (0..=(duration_s * rate_hz).round() as usize).map(|row| row as f64 / rate_hz).collect();
-    let values = times_s.iter().map(|&time_s| schedule.after(time_s) * (1.0 + noise())).collect();
-    Schedule { times_s, values }
+    let values = times_s.iter().map(|&time_s| smooth.after(time_s) * (1.0 + noise())).collect::<Vec<_>>();
+    schedule(&times_s, &values)
 }
 
 /// The schedule of a hot face: its flux, or its temperature.
 fn driver(case: &Case) -> &Schedule {
-    match &case.exposure.hot_face {
+    match &case.exposure().hot_face {
         Face::Held(temperature_k) => temperature_k,
         Face::Open(open) => &open.flux_w_m2,
     }
 }
 
 fn driven(case: &Case, schedule: Schedule) -> Case {
-    let mut driven = case.clone();
-    driven.observations.clear();
-    match &mut driven.exposure.hot_face {
-        Face::Held(temperature_k) => *temperature_k = schedule,
-        Face::Open(open) => open.flux_w_m2 = schedule,
-    }
-    driven
+    changed(case, |case| {
+        case.observations.clear();
+        match &mut case.exposure.hot_face {
+            Face::Held(temperature_k) => *temperature_k = schedule,
+            Face::Open(open) => open.flux_w_m2 = schedule,
+        }
+    })
 }
 
 fn marched(plan: &Plan, case: &Case) -> Traces {
-    march_both(&mut Cpu::new(Precision::F64), plan, &Ensemble::nominal(&case.factors), 0..1)
+    march_both(&mut Cpu::new(Precision::F64), plan, &Ensemble::nominal(case.factors()), 0..1)
         .expect("the processor does not fail")
 }
 
@@ -63,7 +63,7 @@ fn a_flux_and_a_driver_with_noise_take_the_work_of_smooth_ones_and_meet_a_march_
     const RATE_HZ: f64 = 100.0;
     for (id, seed) in [("lcat-2259", 1), ("lcat-2259", 2), ("lcat-2259-tc3", 1), ("lcat-2259-tc3", 2)] {
         let smooth = case(id);
-        let duration_s = smooth.exposure.duration_s;
+        let duration_s = smooth.exposure().duration_s;
         let noisy = driven(&smooth, measured(driver(&smooth), duration_s, RATE_HZ, seed));
         let [least, plan] = [&smooth, &noisy].map(|case| pilot(case).expect("the processor does not fail"));
         let times = work(&plan) / work(&least);
@@ -75,14 +75,14 @@ fn a_flux_and_a_driver_with_noise_take_the_work_of_smooth_ones_and_meet_a_march_
         let every_row = plan.recut(&noisy, every_row);
         assert_eq!(every_row.coarse.as_ref().expect("a plan has both").steps(), 20_000, "a step a row");
         let truth = marched(&every_row, &noisy);
-        let tolerance_k = noisy.resolution.tolerance_k.expect("the case states none of its own");
+        let tolerance_k = noisy.resolution().tolerance_k.expect("the case states none of its own");
         let off_k = apart_k(&marched(&plan, &noisy), &truth);
         assert!(off_k < tolerance_k, "{id}: {off_k} K off, tolerance {tolerance_k} K");
 
         // Read at the ends of its steps, as if nothing were between them, the schedule is another one.
-        let values = plan.times_s.iter().map(|&time_s| driver(&noisy).after(time_s)).collect();
-        let read = driven(&noisy, Schedule { times_s: plan.times_s.clone(), values });
-        let apart_k = apart_k(&marched(&plan.driven(&read.exposure), &noisy), &truth);
+        let values = plan.times_s.iter().map(|&time_s| driver(&noisy).after(time_s)).collect::<Vec<_>>();
+        let read = driven(&noisy, schedule(&plan.times_s, &values));
+        let apart_k = apart_k(&marched(&plan.driven(read.exposure()), &noisy), &truth);
         assert!(apart_k > 2.0 * tolerance_k, "{id}: only {apart_k} K off where rows between steps are left out");
     }
 }
@@ -90,8 +90,8 @@ fn a_flux_and_a_driver_with_noise_take_the_work_of_smooth_ones_and_meet_a_march_
 #[test]
 fn a_million_rows_take_the_work_of_the_smooth_schedule() {
     let smooth = case("lcat-2259");
-    let noisy = driven(&smooth, measured(driver(&smooth), smooth.exposure.duration_s, 5_000.0, 3));
-    assert!(driver(&noisy).times_s.len() > 1_000_000);
+    let noisy = driven(&smooth, measured(driver(&smooth), smooth.exposure().duration_s, 5_000.0, 3));
+    assert!(driver(&noisy).times_s().len() > 1_000_000);
     let [least, plan] = [&smooth, &noisy].map(|case| pilot(case).expect("the processor does not fail"));
     let times = work(&plan) / work(&least);
     assert!(times < WORK, "{times:.2} times the work of the smooth one");
@@ -102,9 +102,9 @@ fn a_device_marches_noisy_schedules_bit_for_bit_as_the_processor_does() {
     let mut gpu = Gpu::new(device(), Precision::F32).expect("the device passes its self-tests");
     for id in ["lcat-2259", "lcat-2259-tc3"] {
         let smooth = case(id);
-        let noisy = driven(&smooth, measured(driver(&smooth), smooth.exposure.duration_s, 100.0, 4));
+        let noisy = driven(&smooth, measured(driver(&smooth), smooth.exposure().duration_s, 100.0, 4));
         let plan = pilot(&noisy).expect("the processor does not fail");
-        let ensemble = Ensemble::nominal(&noisy.factors);
+        let ensemble = Ensemble::nominal(noisy.factors());
         let [on_device, on_processor]: [Traces; 2] = [&mut gpu as &mut dyn March, &mut Cpu::new(Precision::F32)]
             .map(|march| march_both(march, &plan, &ensemble, 0..1).expect("neither fails"));
         assert_eq!(on_device.temperatures_k, on_processor.temperatures_k, "{id}");
@@ -115,11 +115,11 @@ fn a_device_marches_noisy_schedules_bit_for_bit_as_the_processor_does() {
 #[test]
 fn a_sensor_on_a_held_face_reads_every_row_of_its_schedule_and_its_derivatives_stay_zero() {
     let smooth = case("lcat-2259-tc3");
-    let noisy = driven(&smooth, measured(driver(&smooth), smooth.exposure.duration_s, 100.0, 5));
+    let noisy = driven(&smooth, measured(driver(&smooth), smooth.exposure().duration_s, 100.0, 5));
     let plan = pilot(&noisy).expect("the processor does not fail");
-    let face = noisy.sensors.iter().position(|sensor| sensor.name == "TC3").expect("TC3 is the driver");
-    let nominal = Ensemble::nominal(&noisy.factors);
-    let factors: Vec<usize> = (0..noisy.factors.len()).collect();
+    let face = noisy.sensors().iter().position(|sensor| sensor.name == "TC3").expect("TC3 is the driver");
+    let nominal = Ensemble::nominal(noisy.factors());
+    let factors: Vec<usize> = (0..noisy.factors().len()).collect();
     let told = Cpu::new(Precision::F64).tangents(&plan, &nominal, &factors).expect("marches").expect("derivatives");
     let last = plan.instants_s.len() - 1;
     for (&instant_s, &reading_k) in plan.instants_s[..last].iter().zip(told.trace(0, face)) {

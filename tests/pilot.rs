@@ -1,7 +1,7 @@
 //! Cells and steps for an error that was asked for, and what two resolutions say of a third.
 
-use crate::support::{BALANCE, case, cases};
-use bondline::case::{Case, Conductivity, Face, Resolution, Schedule, Sensor, Side, Table};
+use crate::support::{BALANCE, case, cases, changed, schedule};
+use bondline::case::{Case, Conductivity, Face, Parts, Resolution, Sensor, Side};
 use bondline::ensemble::Ensemble;
 use bondline::march::extrapolated::march_both;
 use bondline::march::{March, Precision, cpu::Cpu};
@@ -12,11 +12,11 @@ use bondline::plan::{Discretisation, Plan};
 use bondline::traces::{Arrival, Gauge, Traces};
 use bondline::verify::problems::flexible;
 use bondline::verify::random_case::random_case;
-use std::path::Path;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 fn marched(plan: &Plan, case: &Case) -> Traces {
-    let ensemble = Ensemble::nominal(&case.factors);
+    let ensemble = Ensemble::nominal(case.factors());
     march_both(&mut Cpu::new(Precision::F64), plan, &ensemble, 0..1).expect("the processor does not fail")
 }
 
@@ -45,11 +45,11 @@ fn what_is_asked_for_is_kept_against_a_march_that_shares_neither_cells_nor_steps
 
 #[test]
 fn what_a_pilot_says_is_left_holds_and_falls_with_what_is_asked_for() {
-    let mut case = case("lcat-2259");
+    let case = case("lcat-2259");
     let reference = marched(&fine(&case), &case);
     let mut last = (f64::INFINITY, 0);
     for tolerance_k in [2.0, 0.3, 0.05] {
-        case.resolution.tolerance_k = Some(tolerance_k);
+        let case = changed(&case, |case| case.resolution.tolerance_k = Some(tolerance_k));
         let plan = pilot(&case).expect("the processor does not fail");
         let reached = plan.reached.as_ref().expect("a pilot says how far it came");
         let off_k = apart_k(&marched(&plan, &case), &reference);
@@ -65,10 +65,11 @@ fn what_a_pilot_says_is_left_holds_and_falls_with_what_is_asked_for() {
 /// the error of the first steps, which heat that is stored shows too.
 #[test]
 fn a_face_that_jumps_at_the_start_is_marched_within_the_reported_error_and_its_heat_is_accounted_for() {
-    let mut case = case("lcat-2259-tc3");
-    case.exposure.hot_face = Face::Held(Schedule { times_s: vec![0.0, 0.0], values: vec![300.0, 800.0] });
-    let depth_m = case.layup.origin_m + 0.3e-3;
-    case.sensors.push(Sensor { name: "NEAR".to_owned(), depth_m, side: Side::Both, lag_s: 0.0 });
+    let case = changed(&case("lcat-2259-tc3"), |case| {
+        case.exposure.hot_face = Face::Held(schedule(&[0.0, 0.0], &[300.0, 800.0]));
+        let depth_m = case.layup.origin_m + 0.3e-3;
+        case.sensors.push(Sensor { name: "NEAR".to_owned(), depth_m, side: Side::Both, lag_s: 0.0 });
+    });
     let plan = pilot(&case).expect("the processor does not fail");
     let reached = plan.reached.as_ref().expect("an adapted plan has an estimate");
     let pace = Pace { growth: Growth::Graded { coefficient: 2e-3 }, slices: Vec::new() };
@@ -108,8 +109,8 @@ depth = "0.05 mm"
 every = "0.25 s"
 "#
     );
-    let case = Case::from_toml(&toml, "sample", Path::new(".")).unwrap_or_else(|error| panic!("{error}"));
-    let ply = &case.layup.plies[0];
+    let case = Case::from_toml(&toml, "sample", &BTreeMap::new()).unwrap_or_else(|error| panic!("{error}"));
+    let ply = &case.layup().plies[0];
     let decomposition = ply.material.decomposition.as_ref().expect("it decomposes");
     let losses: f64 = decomposition.reactions.iter().map(|reaction| reaction.loss).sum();
     let possible_kg_m2 = ply.material.density_kg_m3 * ply.thickness_m * losses;
@@ -138,16 +139,17 @@ fn every_shipped_case_keeps_its_tolerance_or_states_its_cells() {
     for case in cases() {
         let plan = pilot(&case).expect("the processor does not fail");
         match &plan.reached {
-            Some(reached) => assert!(reached.nominal_k <= reached.tolerance_k, "{}: {reached:?}", case.id),
-            None => assert_eq!(case.resolution.tolerance_k, None, "{}", case.id),
+            Some(reached) => assert!(reached.nominal_k <= reached.tolerance_k, "{}: {reached:?}", case.id()),
+            None => assert_eq!(case.resolution().tolerance_k, None, "{}", case.id()),
         }
     }
 }
 
 #[test]
 fn cells_and_steps_that_are_stated_are_taken() {
-    let mut case = case("lcat-2259");
-    case.resolution = Resolution { tolerance_k: None, cells: 96, ..case.resolution };
+    let case = changed(&case("lcat-2259"), |case| {
+        case.resolution = Resolution { tolerance_k: None, cells: 96, ..case.resolution };
+    });
     let (piloted, stated) = (pilot(&case).expect("the processor does not fail"), Plan::new(&case));
     assert_eq!(piloted.reached, None);
     assert_eq!((piloted.cells(), piloted.steps()), (stated.cells(), stated.steps()));
@@ -213,14 +215,21 @@ fn cells_of_a_ply_widen_away_from_the_hot_face_and_never_jump() {
 
 #[test]
 fn plies_that_do_not_conduct_at_the_start_are_cut_into_cells_all_the_same() {
-    let depth_m = |case: &Case| case.layup.back_m() - case.layup.origin_m;
-    let mut case = case("lcat-2259");
-    for insulated in [1..2, 0..case.layup.plies.len()] {
-        for ply in &mut case.layup.plies[insulated] {
-            let mut material = (*ply.material).clone();
-            material.conductivity = Conductivity::Tables(vec![(101_325.0, Table::constant(0.0))]);
-            ply.material = Arc::new(material);
-        }
+    let depth_m = |case: &Case| case.layup().back_m() - case.layup().origin_m;
+    let case = case("lcat-2259");
+    for insulated in [1..2, 0..case.layup().plies.len()] {
+        let case = changed(&case, |case| {
+            for ply in &mut case.layup.plies[insulated] {
+                Arc::make_mut(&mut ply.material).conductivity = Conductivity::Parts(Parts {
+                    solid_w_m_k: 0.0,
+                    solid_exponent: 0.0,
+                    pores: Vec::new(),
+                    extinction_1_m: None,
+                    extinction_follows_density: false,
+                    range_k: (200.0, 2000.0),
+                });
+            }
+        });
         let plan = Plan::new(&case);
         assert!(plan.rows.cells.iter().all(|cell| cell.width_m > 0.0 && cell.above_m >= 0.0 && cell.below_m >= 0.0));
         let (_, faces_m) = nodes_and_faces_m(&plan);
@@ -238,7 +247,7 @@ fn what_is_left_of_two_resolutions_falls_by_more_than_five_as_both_are_halved() 
     let plans = [1.0, 2.0, 4.0].map(at);
     let both = plans.each_ref().map(|plan| marched(plan, &case));
     let alone = plans.each_ref().map(|plan| {
-        let traces = Cpu::new(Precision::F64).march(plan, &Ensemble::nominal(&case.factors), 0..1);
+        let traces = Cpu::new(Precision::F64).march(plan, &Ensemble::nominal(case.factors()), 0..1);
         traces.expect("the processor does not fail")
     });
     let falls = |of: &[Traces; 3]| apart_k(&of[0], &of[1]) / apart_k(&of[1], &of[2]);

@@ -1,6 +1,6 @@
 //! Posteriors of whole cases: against linear intervals and profiles, and bands against what was not fitted.
 
-use crate::support::{POSTERIOR_ENDS, ROUNDING_K, case};
+use crate::support::{POSTERIOR_ENDS, ROUNDING_K, case, changed};
 use bondline::case::{Case, Face, Observation};
 use bondline::ensemble::Ensemble;
 use bondline::march::{Backend, March, MarchError, Precision, cpu::Cpu};
@@ -15,26 +15,27 @@ const WALKERS: Walkers = Walkers { number: 100, moves: 400, seed: 1 };
 
 /// A shipped case on few cells and steps as long as its instants are apart.
 fn coarse(id: &str) -> Case {
-    let mut case = case(id);
-    case.resolution.cells = 40;
-    case.resolution.first_step_s = 0.5;
-    case.resolution.largest_step_s = 2.0;
-    case
+    changed(&case(id), |case| {
+        case.resolution.cells = 40;
+        case.resolution.first_step_s = 0.5;
+        case.resolution.largest_step_s = 2.0;
+    })
 }
 
 /// The case with one sensor observed as its twin of a truth and of noise of 2 K is, and that sensor fitted.
-fn observed(mut case: Case, sensor: &str, truth: &[(usize, f64)]) -> Case {
-    let sensor = case.sensors.iter().position(|known| known.name == sensor).expect("the sensor");
-    let mut values: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+fn observed(case: Case, sensor: &str, truth: &[(usize, f64)]) -> Case {
+    let sensor = case.sensors().iter().position(|known| known.name == sensor).expect("the sensor");
+    let mut values: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
     truth.iter().for_each(|&(place, value)| values[place] = value);
     let plan = Plan::new(&case);
     let noise = Noise { correlation_s: 0.0, seed: 7 };
     let made = twin(&case, &plan, &mut Cpu::new(Precision::F64), values, 2.0, &noise).expect("a twin");
     let (times_s, temperatures_k) = (made.instants_s, made.measured_k[sensor].clone());
     let sigma_k = vec![2.0; times_s.len()];
-    case.observations = vec![Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None }];
-    case.estimate.sensors = vec![sensor];
-    case
+    changed(&case, |case| {
+        case.observations = vec![Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None }];
+        case.estimate.sensors = vec![sensor];
+    })
 }
 
 /// The estimate, with these profiles.
@@ -95,8 +96,7 @@ fn where_a_bound_cuts_it_off_the_posterior_ends_there_and_the_linear_interval_do
 /// film that is assumed, factors are found that meet the measurement as well. Each is a board that it may be.
 #[test]
 fn the_band_of_an_unseen_thermocouple_holds_what_other_models_foresee_that_meet_the_data_as_well() {
-    let mut case = coarse("kaowool-tc");
-    case.resolution.largest_step_s = 5.0;
+    let case = changed(&coarse("kaowool-tc"), |case| case.resolution.largest_step_s = 5.0);
     let (found, drawn) = drawn(&case, &[]);
     let off_k = |found: &Estimated| found.fitted[0].misfits[0].1.rms_k;
     let unseen = &drawn.predicted[0].sensors[1];
@@ -107,9 +107,10 @@ fn the_band_of_an_unseen_thermocouple_holds_what_other_models_foresee_that_meet_
     assert!(unseen.held.is_none() && drawn.discrepancy.amplitude_k > 1.0, "{:?}", drawn.discrepancy);
     let mut plain = 1.0_f64;
     for film_w_m2_k in [20.0, 40.0] {
-        let mut other = case.clone();
-        let Face::Open(open) = &mut other.exposure.back_face else { panic!("an open face") };
-        open.film_w_m2_k = film_w_m2_k;
+        let other = changed(&case, |case| {
+            let Face::Open(open) = &mut case.exposure.back_face else { panic!("an open face") };
+            open.film_w_m2_k = film_w_m2_k;
+        });
         let other = estimated(&other, &[]);
         assert!(off_k(&other) < 1.05 * off_k(&found), "{film_w_m2_k}: {} for {}", off_k(&other), off_k(&found));
         let trace_k = &other.fitted[0].after.temperatures_k[1];
@@ -162,15 +163,16 @@ fn a_posterior_tells_as_many_members_as_were_marched_with_derivatives_told_and_b
         assert_eq!(drawn.marches, march.members, "derivatives told: {tells}");
         drawn.marches
     });
-    assert_eq!(told[1] - told[0], 2 * case.factors.len(), "a stencil has two members a factor beside its middle");
+    assert_eq!(told[1] - told[0], 2 * case.factors().len(), "a stencil has two members a factor beside its middle");
 }
 
 /// Two depths of a real board were measured. Fitted to the upper alone, the lower is as unseen as the third, and can be looked at.
 #[test]
 fn of_a_real_board_the_band_holds_the_measured_thermocouple_that_was_not_fitted() {
-    let mut case = coarse("kaowool");
-    case.resolution.largest_step_s = 5.0;
-    case.estimate.sensors = vec![0];
+    let case = changed(&coarse("kaowool"), |case| {
+        case.resolution.largest_step_s = 5.0;
+        case.estimate.sensors = vec![0];
+    });
     let unseen = &drawn(&case, &[]).1.predicted[0].sensors[1];
     let (_, held) = unseen.held.expect("TC2 is observed");
     let widest_k = |band: &Band| band.low_k.iter().zip(&band.high_k).map(|(low, high)| high - low).fold(0.0, f64::max);

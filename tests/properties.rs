@@ -1,9 +1,10 @@
 //! Truths of heat that no case may break, and what a seed promises.
 
 use crate::support::{
-    BALANCE, BALANCE_FAR, IDLE_K, INDEX, MASS, MASS_SINGLE, ROUNDING_K, case, cases, coarse, drawn, with_factor,
+    BALANCE, BALANCE_FAR, IDLE_K, INDEX, MASS, MASS_SINGLE, ROUNDING_K, case, cases, changed, coarse, drawn,
+    with_factor,
 };
-use bondline::case::{Bounds, Case, Emissivity, Face, GasPath, OpenFace, Pores, Property, Schedule};
+use bondline::case::{Bounds, Case, Correlation, Emissivity, Estimate, Face, GasPath, OpenFace, Property, Schedule};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::cpu::Cpu;
 use bondline::march::extrapolated::Extrapolated;
@@ -13,7 +14,7 @@ use bondline::plan::Plan;
 use bondline::study::nominal::{Peak, nominal};
 use bondline::study::uncertainty::uncertainty;
 use bondline::traces::{Arrival, Balance, Gauge, Traces};
-use bondline::verify::problems::charring::smooth;
+use bondline::verify::problems::charring::{covered, smooth};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -22,13 +23,13 @@ const PRECISIONS: [Precision; 2] = [Precision::F64, Precision::F32];
 fn marched(case: &Case, ensemble: &Ensemble, precision: Precision) -> Traces {
     let traces = Cpu::new(precision).march(&Plan::new(case), ensemble, 0..ensemble.len());
     let traces = traces.expect("the processor does not fail");
-    assert!(traces.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{}: {:?}", case.id, traces.arrivals);
+    assert!(traces.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{}: {:?}", case.id(), traces.arrivals);
     traces
 }
 
 /// Members at the nominal factors but for one of them, by its place.
 fn varied(case: &Case, factor: usize, values: &[f64]) -> Ensemble {
-    let nominal: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+    let nominal: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
     let rows = values.iter().flat_map(|&value| {
         let mut row = nominal.clone();
         row[factor] = value;
@@ -37,19 +38,31 @@ fn varied(case: &Case, factor: usize, values: &[f64]) -> Ensemble {
     Ensemble::at(nominal.len(), rows.collect())
 }
 
-/// The case without reactions and gas.
-fn inert(mut case: Case) -> Case {
-    for ply in &mut case.layup.plies {
-        Arc::make_mut(&mut ply.material).decomposition = None;
-    }
-    case.gas = None;
-    case
+/// The case without reactions and gas, and without the factors that scale either.
+fn inert(case: Case) -> Case {
+    const REACTING: [Property; 5] = [
+        Property::Kinetics,
+        Property::ActivationEnergy,
+        Property::PyrolysisHeat,
+        Property::CharYield,
+        Property::Permeability,
+    ];
+    changed(&case, |case| {
+        for ply in &mut case.layup.plies {
+            Arc::make_mut(&mut ply.material).decomposition = None;
+        }
+        (case.gas, case.exposure.back_pressure_pa) = (None, None);
+        if let Face::Open(open) = &mut case.exposure.hot_face {
+            open.blowing = 0.0;
+        }
+        case.factors.retain(|factor| !REACTING.contains(&factor.property) && factor.state.is_none());
+        case.estimate = Estimate::default();
+        case.correlation = Correlation::default();
+    })
 }
 
 /// A case at one temperature, between faces whose surroundings have it too, in a gas.
 fn at_rest(case: Case, temperature_k: f64, gas_k: f64) -> Case {
-    let mut case = inert(case);
-    case.exposure.initial_k = vec![(0.0, temperature_k)];
     let face = OpenFace {
         film_w_m2_k: 50.0,
         gas_k: Schedule::constant(gas_k),
@@ -57,9 +70,11 @@ fn at_rest(case: Case, temperature_k: f64, gas_k: f64) -> Case {
         surroundings_k: Schedule::constant(temperature_k),
         ..OpenFace::insulated()
     };
-    case.exposure.hot_face = Face::Open(face.clone());
-    case.exposure.back_face = Face::Open(face);
-    case
+    changed(&inert(case), |case| {
+        case.exposure.initial_k = vec![(0.0, temperature_k)];
+        case.exposure.hot_face = Face::Open(face.clone());
+        case.exposure.back_face = Face::Open(face);
+    })
 }
 
 /// The largest departure from a temperature, K.
@@ -73,17 +88,17 @@ fn nothing_happens_in_a_layup_at_the_temperature_of_all_around_it() {
         for precision in PRECISIONS {
             let ensemble = drawn(&case, 3);
             let still = marched(&at_rest(case.clone(), 700.0, 700.0), &ensemble, precision);
-            assert_eq!(departure_k(&still, 700.0), 0.0, "{} in {precision:?}", case.id);
+            assert_eq!(departure_k(&still, 700.0), 0.0, "{} in {precision:?}", case.id());
             let stirred = marched(&at_rest(case.clone(), 700.0, 699.0), &ensemble, precision);
-            assert!(departure_k(&stirred, 700.0) > 0.0, "{}: gas a kelvin colder changed nothing", case.id);
+            assert!(departure_k(&stirred, 700.0) > 0.0, "{}: gas a kelvin colder changed nothing", case.id());
         }
     }
 }
 
 #[test]
 fn more_heating_is_hotter_everywhere_and_always() {
-    let case = with_factor(coarse(), "", Property::Heating);
-    let ensemble = varied(&case, case.factors.len() - 1, &[0.8, 0.9, 1.0, 1.1, 1.2]);
+    let case = with_factor(&coarse(), "", Property::Heating);
+    let ensemble = varied(&case, case.factors().len() - 1, &[0.8, 0.9, 1.0, 1.1, 1.2]);
     let traces = marched(&case, &ensemble, Precision::F64);
     for member in 1..ensemble.len() {
         let mut rises = traces.member(member).iter().zip(traces.member(member - 1)).map(|(hot, cold)| hot - cold);
@@ -97,35 +112,35 @@ fn more_heating_is_hotter_everywhere_and_always() {
 #[test]
 fn between_a_held_face_and_an_insulated_one_no_temperature_is_new() {
     for case in cases().into_iter().map(inert) {
-        let (Face::Held(held), Face::Open(back)) = (&case.exposure.hot_face, &case.exposure.back_face) else {
+        let (Face::Held(held), Face::Open(back)) = (&case.exposure().hot_face, &case.exposure().back_face) else {
             continue;
         };
-        let given = held.values.iter().copied().chain(case.exposure.initial_k.iter().map(|point| point.1));
-        let given = given.chain((back.film_w_m2_k > 0.0).then_some(back.gas_k.values[0]));
+        let given = held.values().iter().copied().chain(case.exposure().initial_k.iter().map(|point| point.1));
+        let given = given.chain((back.film_w_m2_k > 0.0).then_some(back.gas_k.values()[0]));
         let (low_k, high_k) = given.fold((f64::INFINITY, 0.0_f64), |(low, high), t| (low.min(t), high.max(t)));
         let traces = marched(&case, &drawn(&case, 7), Precision::F64);
         for &(coldest_k, hottest_k) in &traces.extremes_k {
-            assert!(coldest_k >= low_k - ROUNDING_K, "{}: {coldest_k} K under {low_k} K", case.id);
-            assert!(hottest_k <= high_k + ROUNDING_K, "{}: {hottest_k} K over {high_k} K", case.id);
+            assert!(coldest_k >= low_k - ROUNDING_K, "{}: {coldest_k} K under {low_k} K", case.id());
+            assert!(hottest_k <= high_k + ROUNDING_K, "{}: {hottest_k} K over {high_k} K", case.id());
         }
         let span_k = high_k - low_k;
         let hottest_k = traces.extremes_k.iter().map(|ply| ply.1).fold(0.0, f64::max);
-        assert!(hottest_k > low_k + 0.9 * span_k, "{}: the bound is met by idleness", case.id);
+        assert!(hottest_k > low_k + 0.9 * span_k, "{}: the bound is met by idleness", case.id());
     }
 }
 
 #[test]
 fn heat_capacity_and_density_are_one_and_the_same_where_density_does_not_shade() {
-    let case = with_factor(coarse(), "OF", Property::Density);
-    let of = |property| case.factors.iter().position(|f| f.property == property && f.group == "OF").expect("varied");
+    let case = with_factor(&coarse(), "OF", Property::Density);
+    let of = |property| case.factors().iter().position(|f| f.property == property && f.group == "OF").expect("varied");
     let (capacity, density) = (of(Property::HeatCapacity), of(Property::Density));
-    let mut rows = vec![1.0; 4 * case.factors.len()];
-    let mut set = |member: usize, factor: usize, value: f64| rows[member * case.factors.len() + factor] = value;
+    let mut rows = vec![1.0; 4 * case.factors().len()];
+    let mut set = |member: usize, factor: usize, value: f64| rows[member * case.factors().len() + factor] = value;
     set(1, capacity, 1.07);
     set(2, density, 1.07);
     set(3, capacity, 1.07);
     set(3, density, 1.0 / 1.07);
-    let traces = marched(&case, &Ensemble::at(case.factors.len(), rows), Precision::F64);
+    let traces = marched(&case, &Ensemble::at(case.factors().len(), rows), Precision::F64);
     let apart_k = |one: usize, other: usize| {
         let pairs = traces.member(one).iter().zip(traces.member(other));
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
@@ -145,17 +160,17 @@ fn heat_in_less_heat_out_is_heat_stored_in_every_case() {
                     _ => BALANCE,
                 };
                 let residual = balance.residual().abs();
-                assert!(residual <= allowed, "{} in {precision:?}, member {member}: {residual:.1e}", case.id);
+                assert!(residual <= allowed, "{} in {precision:?}, member {member}: {residual:.1e}", case.id());
                 let stored_j_m2 = balance.stored_j_m2 + 5.0 * allowed * (balance.hot_in_j_m2 + balance.back_in_j_m2);
                 let leaking = Balance { stored_j_m2, ..*balance };
-                assert!(leaking.residual().abs() > allowed, "{}: heat from nowhere passed", case.id);
+                assert!(leaking.residual().abs() > allowed, "{}: heat from nowhere passed", case.id());
             }
         }
     }
 }
 
 fn decomposes(case: &Case) -> bool {
-    case.layup.plies.iter().any(|ply| ply.material.decomposition.is_some())
+    case.layup().plies.iter().any(|ply| ply.material.decomposition.is_some())
 }
 
 /// Steps halved twice leave a sixteenth, as what reactions take is of second order.
@@ -163,14 +178,15 @@ fn decomposes(case: &Case) -> bool {
 fn heat_that_reactions_lose_between_steps_falls_with_the_square_of_the_steps() {
     for case in cases().into_iter().filter(decomposes) {
         let residual = |share: f64| {
-            let mut case = case.clone();
-            case.resolution.first_step_s *= share;
-            case.resolution.largest_step_s *= share;
-            case.resolution.growth *= share;
+            let case = changed(&case, |case| {
+                case.resolution.first_step_s *= share;
+                case.resolution.largest_step_s *= share;
+                case.resolution.growth *= share;
+            });
             marched(&case, &drawn(&case, 0), Precision::F64).balances[0].residual().abs()
         };
         let (coarse, fine) = (residual(1.0), residual(0.25));
-        assert!(fine < coarse / 3.5, "{}: {coarse:.1e} falls to {fine:.1e} only", case.id);
+        assert!(fine < coarse / 3.5, "{}: {coarse:.1e} falls to {fine:.1e} only", case.id());
     }
 }
 
@@ -201,29 +217,15 @@ fn what_solid_loses_leaves_as_gas_or_stays_in_the_pores_in_every_case() {
         for (precision, allowed) in [(Precision::F64, MASS), (Precision::F32, MASS_SINGLE)] {
             for (member, balance) in marched(&case, &drawn(&case, 7), precision).balances.iter().enumerate() {
                 let residual = balance.mass_residual().abs();
-                assert!(residual <= allowed, "{} in {precision:?}, member {member}: {residual:.1e}", case.id);
+                assert!(residual <= allowed, "{} in {precision:?}, member {member}: {residual:.1e}", case.id());
                 lost_kg_m2 = lost_kg_m2.max(balance.solid_lost_kg_m2);
                 let leaking = Balance { gas_out_kg_m2: balance.gas_out_kg_m2 * (1.0 + 5.0 * allowed), ..*balance };
                 let moved = balance.gas_out_kg_m2 != 0.0;
-                assert!(!moved || leaking.mass_residual().abs() > allowed, "{}: gas from nowhere passed", case.id);
+                assert!(!moved || leaking.mass_residual().abs() > allowed, "{}: gas from nowhere passed", case.id());
             }
         }
     }
     assert!(lost_kg_m2 > 0.5, "no case loses more than {lost_kg_m2} kg/m2");
-}
-
-/// A felt that chars under a cover of so much permeability, its back sealed.
-fn covered(permeability_m2: f64) -> Case {
-    let mut case = smooth(GasPath::Darcy, 1e-13);
-    let mut cover = case.layup.plies[0].clone();
-    let material = Arc::make_mut(&mut cover.material);
-    material.decomposition = None;
-    material.pores = Pores { permeability_m2, ..Pores::SEALED };
-    cover.name = "cover".to_owned();
-    cover.thickness_m = 1e-3;
-    case.layup.plies.insert(0, cover);
-    case.layup.contacts_w_m2_k.push(None);
-    case
 }
 
 /// In double precision alone: at the millions of Pa that this builds up to, a member in single precision strays, and
@@ -262,11 +264,12 @@ fn a_member_that_hardly_lets_gas_through_arrives() {
 fn a_slower_bead_peaks_later_and_no_higher() {
     let lags_s = [0.0, 1.0, 2.0, 4.0, 8.0];
     let peaks = lags_s.map(|lag_s| {
-        let mut case = coarse();
-        case.resolution.every_s = 0.25;
-        case.sensors.iter_mut().for_each(|sensor| sensor.lag_s = lag_s);
+        let case = changed(&coarse(), |case| {
+            case.resolution.every_s = 0.25;
+            case.sensors.iter_mut().for_each(|sensor| sensor.lag_s = lag_s);
+        });
         let plan = Plan::new(&case);
-        let traces = marched(&case, &Ensemble::nominal(&case.factors), Precision::F64);
+        let traces = marched(&case, &Ensemble::nominal(case.factors()), Precision::F64);
         (0..traces.sensors).map(|sensor| Peak::of(traces.trace(0, sensor), &plan.instants_s)).collect::<Vec<_>>()
     });
     for pair in peaks.windows(2) {
@@ -369,7 +372,7 @@ fn the_first_members_of_a_large_ensemble_are_those_of_a_small_one() {
     let case = coarse();
     // A Latin hypercube has as many strata as members, so its members depend on their number by definition.
     for kind in [SamplingKind::Normal, SamplingKind::Uniform, SamplingKind::Sobol] {
-        let of = |seed, members| Ensemble::sample(&case.factors, Bounds::Small, &Sampling { kind, seed }, members);
+        let of = |seed, members| Ensemble::sample(case.factors(), Bounds::Small, &Sampling { kind, seed }, members);
         let (few, many, other) = (of(3, 5_000), of(3, 50_000), of(4, 5_000));
         for member in 0..few.len() {
             assert_eq!(few.member(member), many.member(member), "{kind:?}, member {member}");
@@ -381,10 +384,9 @@ fn the_first_members_of_a_large_ensemble_are_those_of_a_small_one() {
 #[test]
 fn a_nominal_member_is_the_case_itself() {
     let case = case("lcat-2259");
-    let mut without = case.clone();
-    without.factors.clear();
+    let without = changed(&case, |case| (case.factors, case.estimate) = (Vec::new(), Estimate::default()));
     let (with, without) = (
-        marched(&case, &Ensemble::nominal(&case.factors), Precision::F64),
+        marched(&case, &Ensemble::nominal(case.factors()), Precision::F64),
         marched(&without, &Ensemble::at(0, vec![]), Precision::F64),
     );
     // Not to the last bit: a factor on density tells the radiative part from the rest, and a sum of two is rounded.

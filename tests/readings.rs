@@ -1,6 +1,7 @@
 //! What sensors beside plies that decompose read.
 
-use bondline::case::{Case, Resolution};
+use crate::support::{case, changed};
+use bondline::case::Resolution;
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Reference;
 use bondline::march::{March, Precision};
@@ -17,9 +18,10 @@ fn orders(marches: &[Vec<f64>]) -> Vec<f64> {
 /// cloth and its insulator.
 #[test]
 fn what_is_read_between_cloth_and_insulator_that_chars_is_of_second_order_in_the_step() {
-    let mut case = Case::load("cases/lcat-2259-pyrolysis".as_ref()).expect("a shipped case loads");
-    case.resolution = Resolution { cells: 40, ..Resolution::default() };
-    let nominal = Ensemble::nominal(&case.factors);
+    let case = changed(&case("lcat-2259-pyrolysis"), |case| {
+        case.resolution = Resolution { cells: 40, ..Resolution::default() };
+    });
+    let nominal = Ensemble::nominal(case.factors());
     let marched = |cuts: usize| {
         let traces = Reference(Precision::F64).march(&Plan::finer(&case, 1, cuts), &nominal, 0..1);
         traces.expect("the processor does not fail").temperatures_k

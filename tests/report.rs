@@ -183,17 +183,17 @@ fn a_spoiled_page_is_caught() {
 fn the_study_of_a_shipped_case_draws_every_figure_that_repeats_one_of_the_paper_on_a_page_of_two_megabytes_at_most() {
     let scratch = Scratch::new("cited");
     let mut judged = 0;
-    for case in cases().into_iter().filter(|case| !case.paper_figures.is_empty()) {
-        let folder = root().join("cases").join(&case.id);
-        say(&scratch, &format!("study {} -n 20 --quiet --out {}", folder.display(), case.id)).done();
-        let page = scratch.read(&format!("{}/report.html", case.id));
-        assert_eq!(overweight(&page), None, "{}", case.id);
-        for (figure, _) in &case.paper_figures {
-            let file = scratch.path().join(&case.id).join("figures").join(format!("{figure}.svg"));
-            assert!(file.is_file(), "{}: no figure {figure:?}", case.id);
+    for case in cases().into_iter().filter(|case| !case.paper_figures().is_empty()) {
+        let folder = root().join("cases").join(case.id());
+        say(&scratch, &format!("study {} -n 20 --quiet --out {}", folder.display(), case.id())).done();
+        let page = scratch.read(&format!("{}/report.html", case.id()));
+        assert_eq!(overweight(&page), None, "{}", case.id());
+        for (figure, _) in case.paper_figures() {
+            let file = scratch.path().join(case.id()).join("figures").join(format!("{figure}.svg"));
+            assert!(file.is_file(), "{}: no figure {figure:?}", case.id());
             judged += 1;
         }
-        assert_eq!(page.matches("of the paper</span>").count(), case.paper_figures.len(), "{}", case.id);
+        assert_eq!(page.matches("of the paper</span>").count(), case.paper_figures().len(), "{}", case.id());
     }
     assert!(judged > 20, "{judged} figures");
 }

@@ -181,14 +181,14 @@ fn the_rows_of_a_plan_lie_on_the_device_as_on_the_host() {
         // The shader has one length for both of each.
         let plan = Plan::new(&case);
         let rows = &plan.rows;
-        assert_eq!(rows.bulks.len(), plan.plies.len(), "{}", case.id);
-        assert_eq!(rows.sensors.len(), plan.places.len(), "{}", case.id);
-        assert_eq!(plan.conductions.len(), rows.substances.len(), "{}", case.id);
-        assert_eq!(rows.reactions.len(), plan.paths.len(), "{}", case.id);
+        assert_eq!(rows.bulks.len(), plan.plies.len(), "{}", case.id());
+        assert_eq!(rows.sensors.len(), plan.places.len(), "{}", case.id());
+        assert_eq!(plan.conductions.len(), rows.substances.len(), "{}", case.id());
+        assert_eq!(rows.reactions.len(), plan.paths.len(), "{}", case.id());
         for precision in [Precision::F32, Precision::F64] {
             let text = kernel(&case, precision);
             let module = compiled(&text).unwrap_or_else(|error| panic!("{error}"));
-            plan_lies(&module, &host).unwrap_or_else(|error| panic!("{} in {precision:?}: {error}", case.id));
+            plan_lies(&module, &host).unwrap_or_else(|error| panic!("{} in {precision:?}: {error}", case.id()));
             let swapped = host.replacen(
                 "bytes(&flat!(Ply of plan.plies)),\n        bytes(&flat!(Bulk of rows.bulks)),",
                 "bytes(&flat!(Bulk of rows.bulks)),\n        bytes(&flat!(Ply of plan.plies)),",

@@ -59,7 +59,7 @@ fn at(case: &str) -> String {
 fn a_session_predicts_every_shipped_case_as_the_command_does_to_the_last_bit() {
     let scratch = Scratch::new("session-predict");
     for case in cases() {
-        let words = format!("predict {}", at(&case.id));
+        let words = format!("predict {}", at(case.id()));
         let mut session = open(case);
         session.predict().expect("a prediction");
         same_report(&session, &scratch, &words);
@@ -84,7 +84,7 @@ fn a_session_gives_the_sweep_the_derivatives_and_the_estimate_of_the_command_to_
 fn options_of_a_session_are_those_of_the_command() {
     let scratch = Scratch::new("session-options");
     let mut session = open(case("slab"));
-    let names: Vec<String> = session.case().factors.iter().map(|factor| factor.name.clone()).collect();
+    let names: Vec<String> = session.case().factors().iter().map(|factor| factor.name.clone()).collect();
     let observations = ObservationSelection { window_s: Some((0.0, 40.0)), ..ObservationSelection::default() };
     let start = Start { factor: names[0].clone(), case: None, value: 1.1 };
     let fit = FitOptions { factors: vec![names[0].clone()], start: vec![start], ..FitOptions::default() };
@@ -92,7 +92,7 @@ fn options_of_a_session_are_those_of_the_command() {
     assert_eq!(found.expect("an estimate").factors.len(), 1);
     let typed = format!("estimate {} --factors {} --start {}=1.1 --window 0:40", at("slab"), names[0], names[0]);
     same_report(&session, &scratch, &typed);
-    assert!(session.case().estimate.window_s != Some((0.0, 40.0)), "a question changed the case of the session");
+    assert!(session.case().estimate().window_s != Some((0.0, 40.0)), "a question changed the case of the session");
 
     let derivatives = Derivatives::Difference(Some(1e-4));
     session.sensitivity(&SensitivityOptions { derivatives, ..Default::default() }).expect("derivatives");
@@ -128,10 +128,10 @@ fn an_answer_does_not_depend_on_the_questions_before_it_or_on_the_number_of_thre
 #[test]
 fn rows_are_marched_as_members_and_told_with_their_derivatives() {
     let case = case("slab");
-    let factors = case.factors.len();
+    let factors = case.factors().len();
     let mut session = open(case);
     let predicted = session.predict().expect("a prediction");
-    let nominal: Vec<f64> = session.case().factors.iter().map(|factor| factor.nominal).collect();
+    let nominal: Vec<f64> = session.case().factors().iter().map(|factor| factor.nominal).collect();
     let rows: Vec<f64> =
         nominal.iter().chain(&nominal.iter().map(|value| 1.01 * value).collect::<Vec<_>>()).copied().collect();
     let points = Ensemble::at(factors, rows);

@@ -1,7 +1,7 @@
 //! Conductivities scaled state by state: as one where all are, each where it is, and sought from temperatures.
 
-use crate::support::{ANOTHER_CODE_K, DOUBLE_K, case};
-use bondline::case::{Case, Factor};
+use crate::support::{ANOTHER_CODE_K, DOUBLE_K, case, changed};
+use bondline::case::{Case, Estimate, Factor, Table};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
 use bondline::march::extrapolated::Extrapolated;
@@ -13,8 +13,10 @@ use std::sync::Arc;
 
 /// The slab of two states with these factors, marched with these values.
 fn marched(factors: Vec<Factor>, values: &[f64]) -> Vec<f64> {
-    let mut case = Case { factors, ..case("tacot-conductivity") };
-    (case.resolution.cells, case.resolution.largest_step_s) = (40, 2.0);
+    let case = changed(&case("tacot-conductivity"), |case| {
+        (case.factors, case.estimate) = (factors, Estimate::default());
+        (case.resolution.cells, case.resolution.largest_step_s) = (40, 2.0);
+    });
     let ensemble = Ensemble::at(values.len(), values.to_vec());
     let traces = Cpu::new(Precision::F64).march(&Plan::new(&case), &ensemble, 0..1);
     traces.expect("the processor does not fail").temperatures_k
@@ -22,7 +24,7 @@ fn marched(factors: Vec<Factor>, values: &[f64]) -> Vec<f64> {
 
 #[test]
 fn states_scaled_alike_are_one_conductivity_scaled_and_each_alone_is_another() {
-    let each = case("tacot-conductivity").factors;
+    let each = case("tacot-conductivity").factors().to_vec();
     let [solid, radiative] = [0, 1].map(|place| Factor { state: None, ..each[place].clone() });
     let whole = marched(vec![solid, radiative], &[1.3, 0.8]);
     assert_eq!(whole, marched(each.clone(), &[1.3, 0.8, 1.3, 0.8]), "both states scaled alike");
@@ -35,16 +37,19 @@ fn states_scaled_alike_are_one_conductivity_scaled_and_each_alone_is_another() {
 
 /// `lcat-2259-pyrolysis` on a coarse plan, the heat capacity of its chars told anew; states that have rows in the tables, and temperatures.
 fn charred(told: impl Fn(f64) -> f64) -> (Vec<u32>, Vec<f64>) {
-    let mut case = case("lcat-2259-pyrolysis");
-    (case.resolution.cells, case.resolution.largest_step_s) = (60, 2.0);
-    for ply in &mut case.layup.plies {
-        let decomposition = Arc::make_mut(&mut ply.material).decomposition.iter_mut();
-        for value in decomposition.flat_map(|of| &mut of.residues).flat_map(|char| char.heat_capacity.values.last_mut())
-        {
-            *value = told(*value);
+    let case = changed(&case("lcat-2259-pyrolysis"), |case| {
+        (case.resolution.cells, case.resolution.largest_step_s) = (60, 2.0);
+        for ply in &mut case.layup.plies {
+            let decomposition = Arc::make_mut(&mut ply.material).decomposition.iter_mut();
+            for char in decomposition.flat_map(|decomposition| &mut decomposition.residues) {
+                let (table, mut values) = (&char.heat_capacity, char.heat_capacity.values().to_vec());
+                values.iter_mut().next_back().into_iter().for_each(|last| *last = told(*last));
+                char.heat_capacity =
+                    Table::new(table.temperatures_k().to_vec(), values, table.outside()).expect("it still holds");
+            }
         }
-    }
-    let (plan, nominal) = (Plan::new(&case), Ensemble::nominal(&case.factors));
+    });
+    let (plan, nominal) = (Plan::new(&case), Ensemble::nominal(case.factors()));
     let traces = Cpu::new(Precision::F64).march(&plan, &nominal, 0..1).expect("the processor does not fail");
     (plan.plies.iter().map(|ply| ply.rows).collect(), traces.temperatures_k)
 }
@@ -86,11 +91,12 @@ fn four_coefficients_of_conductivity_are_found_from_temperatures_of_another_code
         // What the other code leaves follows itself over minutes: 480 readings determine as much as ten independent ones.
         assert!(high - low < 0.35 * value, "{low} to {high} say little");
     }
-    let mut alike = case.clone();
-    alike.factors.truncate(2);
-    alike.factors.iter_mut().for_each(|factor| factor.state = None);
-    alike.estimate.factors.truncate(2);
-    alike.estimate.start.truncate(2);
+    let alike = changed(&case, |case| {
+        case.factors.truncate(2);
+        case.factors.iter_mut().for_each(|factor| factor.state = None);
+        case.estimate.factors.truncate(2);
+        case.estimate.start.truncate(2);
+    });
     let (_, left_k) = estimated(&alike);
     assert!(left_k > 2.0 * ANOTHER_CODE_K, "one conductivity in both states passed: {left_k} K");
 }

@@ -1,6 +1,6 @@
 //! What the tests share: every tolerance with its reason, the shipped cases, the device, and folders to work in.
 
-use bondline::case::{Bounds, Case, Factor, Property};
+use bondline::case::{Bounds, Case, CaseBuilder, Factor, Property, Schedule};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::gpu::device::{self, Adapter, Device};
 use std::fs;
@@ -136,36 +136,42 @@ fn load(path: &str) -> Case {
 
 /// The case of every day, on few cells and long steps: for truths that hold at any resolution.
 pub(crate) fn coarse() -> Case {
-    let mut case = case("lcat-2259");
-    case.resolution.cells = 40;
-    case.resolution.growth = 0.2;
-    case.resolution.largest_step_s = 2.0;
-    case.resolution.every_s = 2.0;
-    case
+    changed(&case("lcat-2259"), |case| {
+        case.resolution.cells = 40;
+        case.resolution.growth = 0.2;
+        case.resolution.largest_step_s = 2.0;
+        case.resolution.every_s = 2.0;
+    })
+}
+
+/// A case with some of its content changed, which must hold.
+pub(crate) fn changed(case: &Case, change: impl FnOnce(&mut CaseBuilder)) -> Case {
+    let mut builder = case.to_builder();
+    change(&mut builder);
+    builder.build().unwrap_or_else(|error| panic!("{}: {error}", case.id()))
+}
+
+/// A schedule of times (s) and values in SI.
+pub(crate) fn schedule(times_s: &[f64], values: &[f64]) -> Schedule {
+    Schedule::new(times_s.to_vec(), values.to_vec()).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// A case with one factor more, last.
-pub(crate) fn with_factor(mut case: Case, group: &str, property: Property) -> Case {
-    let (name, group) = ("f_more".to_owned(), group.to_owned());
-    case.factors.push(Factor {
-        name,
-        group,
-        property,
-        state: None,
-        nominal: 1.0,
-        small: (0.75, 1.25),
-        large: (0.5, 1.5),
-    });
-    case
+pub(crate) fn with_factor(case: &Case, group: &str, property: Property) -> Case {
+    let (name, group) = (format!("f_more_{}", case.factors().len()), group.to_owned());
+    let (small, large) = ((0.75, 1.25), (0.5, 1.5));
+    changed(case, |case| {
+        case.factors.push(Factor { name, group, property, state: None, nominal: 1.0, small, large });
+    })
 }
 
 /// The nominal member, and as many drawn evenly from all that the side constraints allow.
 pub(crate) fn drawn(case: &Case, members: usize) -> Ensemble {
     let sampling = Sampling { kind: SamplingKind::Uniform, seed: 2026 };
-    let sample = Ensemble::sample(&case.factors, Bounds::Large, &sampling, members);
-    let mut rows: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
+    let sample = Ensemble::sample(case.factors(), Bounds::Large, &sampling, members);
+    let mut rows: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
     (0..members).for_each(|member| rows.extend(sample.member(member)));
-    Ensemble::at(case.factors.len(), rows)
+    Ensemble::at(case.factors().len(), rows)
 }
 
 /// The software rasteriser, which computes alike on every machine. There is always one: its absence fails.

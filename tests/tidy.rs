@@ -6,8 +6,7 @@ use crate::support::{files, text};
 
 /// Which modules of the library each may use. The binary may use all of it, through its public face.
 const IMPORTS: &[(&str, &[&str])] = &[
-    // Of the fit only the loss that a case asks for.
-    ("case", &["fit"]),
+    ("case", &[]),
     ("traces", &[]),
     ("chance", &[]),
     ("fit", &["chance"]),

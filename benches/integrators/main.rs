@@ -78,7 +78,7 @@ fn main() {
     let case = common::case(asked.as_deref().unwrap_or("lcat-2259"));
     let own = pilot(&case).unwrap_or_else(|error| panic!("{error}"));
     let is_plain = own.gas.is_none() && own.states == 1 && own.levels == 1 && own.parts < 3;
-    assert!(is_plain && !own.has_holder && !own.has_depths, "{}: only what conducts is marched here", case.id);
+    assert!(is_plain && !own.has_holder && !own.has_depths, "{}: only what conducts is marched here", case.id());
     let coarse = own.coarse.as_ref().expect("a plan that a pilot made has a coarser one");
     let cells = |ply: &Ply<u32>| f64::from(ply.end_cell - ply.first_cell);
     let density = Density { plies: coarse.plies.iter().map(cells).collect(), cuts: vec![1; coarse.plies.len()] };
@@ -156,9 +156,10 @@ impl Diagram {
         println!("\nBelow the start, K:\n\n| method | {} |", EVEN_S.map(|step_s| format!("{step_s} s")).join(" | "));
         println!("|---|{}", "---|".repeat(EVEN_S.len()));
         // Steps end on instants: on none but the last.
-        let mut case = self.case.clone();
+        let mut case = self.case.to_builder();
         case.resolution.every_s = case.exposure.duration_s;
         case.observations.clear();
+        let case = case.build().unwrap_or_else(|error| panic!("{error}"));
         for method in METHODS {
             let below = EVEN_S.map(|step_s| {
                 let (first_step_s, largest_step_s) = (2.0 * step_s, 2.0 * step_s);
@@ -176,9 +177,9 @@ impl Diagram {
 fn truth(case: &Case, members: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let sets = [("cells", "1024"), ("first_step", "0.0005 s"), ("growth", "0.008"), ("largest_step", "0.05 s")];
     let sets = sets.map(|(name, value)| (format!("resolution.{name}"), value.to_owned()));
-    let plan = Plan::new(&common::case_with(&case.id, &sets));
+    let plan = Plan::new(&common::case_with(case.id(), &sets));
     let values = members.iter().flat_map(|columns| columns[1..].to_vec()).collect();
-    let ensemble = Ensemble::at(case.factors.len(), values);
+    let ensemble = Ensemble::at(case.factors().len(), values);
     let marched = march_both(&mut Cpu::new(Precision::F64), &plan, &ensemble, 0..members.len());
     let traces = marched.unwrap_or_else(|error| panic!("{error}"));
     (0..members.len()).map(|member| traces.member(member).to_vec()).collect()
@@ -186,7 +187,7 @@ fn truth(case: &Case, members: &[Vec<f64>]) -> Vec<Vec<f64>> {
 
 /// The columns of the nominal member; column 0 is one.
 pub(crate) fn nominal(case: &Case) -> Vec<f64> {
-    columns(&Ensemble::nominal(&case.factors), 0)
+    columns(&Ensemble::nominal(case.factors()), 0)
 }
 
 fn members(case: &Case) -> Vec<Vec<f64>> {
@@ -196,7 +197,7 @@ fn members(case: &Case) -> Vec<Vec<f64>> {
 
 /// A sweep as `bondline uncertainty` draws it.
 fn sweep(case: &Case, members: usize) -> Ensemble {
-    Ensemble::sample(&case.factors, Bounds::Small, &Sampling { kind: Default::default(), seed: 1 }, members)
+    Ensemble::sample(case.factors(), Bounds::Small, &Sampling { kind: Default::default(), seed: 1 }, members)
 }
 
 fn columns(ensemble: &Ensemble, member: usize) -> Vec<f64> {

@@ -35,12 +35,12 @@ fn main() {
     let most = std::env::args().skip(1).find_map(|arg| arg.parse().ok()).unwrap_or(usize::MAX);
     let case = common::case("lcat-2259");
     let plan = Plan::new(&case);
-    let work = Work::of(&plan, &Ensemble::nominal(&case.factors));
+    let work = Work::of(&plan, &Ensemble::nominal(case.factors()));
     let (steps, cells) = (plan.steps(), plan.cells());
-    println!("lcat-2259: {cells} cells, {steps} steps, {} factors\n", case.factors.len());
+    println!("lcat-2259: {cells} cells, {steps} steps, {} factors\n", case.factors().len());
     println!("A cell-step is {work}.");
     let reacting = common::case("lcat-2259-pyrolysis");
-    let reacting = Work::of(&Plan::new(&reacting), &Ensemble::nominal(&reacting.factors));
+    let reacting = Work::of(&Plan::new(&reacting), &Ensemble::nominal(reacting.factors()));
     println!("Where plies decompose, in lcat-2259-pyrolysis, it is {reacting}.\n");
 
     // Members one at a time in f64: what all others are held against. Beside them lanes on as many threads, what the vector units alone are worth.
@@ -61,10 +61,10 @@ fn main() {
     println!("|---|---|---|---|---|---|---|---|");
     // Once through, so that no kernel is compiled and no page is touched for the first time on the clock.
     for carrier in &mut carriers {
-        time(carrier, &plan, &sweep(&case.factors, 15));
+        time(carrier, &plan, &sweep(case.factors(), 15));
     }
     for members in MEMBERS.into_iter().filter(|&members| members <= most) {
-        let ensemble = sweep(&case.factors, members);
+        let ensemble = sweep(case.factors(), members);
         let mut seconds = vec![vec![]; carriers.len()];
         for _ in 0..rounds(members) {
             for (place, (carrier, seconds)) in carriers.iter_mut().zip(&mut seconds).enumerate() {

@@ -27,9 +27,9 @@ fn main() {
     println!(
         "{}",
         json!({
-            "case": case.id,
-            "factors": case.factors.iter().map(|factor| &factor.name).collect::<Vec<_>>(),
-            "sensor_names": case.sensors.iter().map(|sensor| &sensor.name).collect::<Vec<_>>(),
+            "case": case.id(),
+            "factors": case.factors().iter().map(|factor| &factor.name).collect::<Vec<_>>(),
+            "sensor_names": case.sensors().iter().map(|sensor| &sensor.name).collect::<Vec<_>>(),
             "instants_s": plan.instants_s,
             "marches": std::iter::once(&plan).chain(plan.coarse.as_deref()).map(march).collect::<Vec<_>>(),
         })

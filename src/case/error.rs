@@ -1,14 +1,16 @@
-//! What is wrong with a file: all of it at once, each fault at its line and column.
+//! What is wrong with a case: all of it at once, each fault at its line and column, or at its field.
 
 use std::cell::RefCell;
 use std::fmt;
 use std::io::{self, ErrorKind};
 use std::sync::Arc;
 
-/// Where something was written.
+/// Where something was written, or which field holds it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub struct Place {
-    /// The file as the user named it, or the override: `--set pressure=3 kPa`.
+    /// The file as the user named it, the override `--set pressure=3 kPa`, or the path of a field of a
+    /// [`CaseBuilder`](super::CaseBuilder): `layup.plies[2].thickness_m`.
     pub file: Arc<str>,
     /// Line and column from one, the column counted in characters; `None` for the file as a whole.
     pub at: Option<(usize, usize)>,
@@ -32,7 +34,9 @@ impl fmt::Display for Place {
 
 /// One thing that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub struct Fault {
+    /// Where.
     pub place: Place,
     /// A lowercase fragment: what is wrong, and what was expected.
     pub message: String,
@@ -53,10 +57,11 @@ pub fn unreadable(error: &io::Error) -> String {
     }
 }
 
-/// All faults of a case and of the files it names; never empty.
+/// All faults of a case and of the files it names, or of a builder; never empty.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub struct CaseError {
-    /// In the order of files and lines.
+    /// In the order of files and lines, or of the paths of fields.
     pub faults: Vec<Fault>,
 }
 

@@ -1,10 +1,13 @@
 //! What happens at the two faces through time.
 
-use super::table::Schedule;
+use super::check::{Field, positive};
+use super::table::{Schedule, rising};
+use super::unit::Dimension;
 
 /// The surroundings of a layup through the march.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Exposure {
+    /// From the start to the end of the march, above zero, s.
     pub duration_s: f64,
     /// Temperature at the start over depth below the hot face (m, K): straight lines between points,
     /// held beyond them; one point is a uniform start.
@@ -16,13 +19,16 @@ pub struct Exposure {
     pub back_pressure_pa: Option<Schedule>,
     /// What the layup loses sideways.
     pub holder: Option<Holder>,
+    /// The face that is heated.
     pub hot_face: Face,
+    /// The face at the bondline.
     pub back_face: Face,
 }
 
 /// One face of the layup. Heat flux is positive into the layup at either face.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Face {
+    /// One that takes up and gives off heat.
     Open(OpenFace),
     /// Temperature prescribed through time, K. A measured trace here is the thermocouple driver.
     Held(Schedule),
@@ -31,7 +37,7 @@ pub enum Face {
 /// A face that takes up and gives off heat: any of the terms may be zero.
 ///
 /// `q = flux (h_r − h_w(T))/(h_r − h_w(T_cw)) + ε radiant + film (gas − T) + ε σ (surroundings⁴ − T⁴)`
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct OpenFace {
     /// Cold-wall heat flux, W/m².
     pub flux_w_m2: Schedule,
@@ -43,8 +49,11 @@ pub struct OpenFace {
     pub film_w_m2_k: f64,
     /// Whether the heating factor scales the film: so on a convective hot face, not on a lossy one.
     pub film_heats: bool,
+    /// Temperature of the gas of the film, K.
     pub gas_k: Schedule,
+    /// What it radiates and absorbs with.
     pub emissivity: Emissivity,
+    /// Temperature that it radiates to, zero for space, K.
     pub surroundings_k: Schedule,
     /// λ of the blowing correction: 0.5 for a laminar and 0.4 for a turbulent boundary layer, zero for none. It reduces
     /// a flux that has a recovery enthalpy, whose film coefficient is known.
@@ -52,15 +61,17 @@ pub struct OpenFace {
 }
 
 /// A holder around the layup, a heat sink that every cell feels.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Holder {
     /// Conductance to the holder in a volume of layup, W/m³/K.
     pub conductance_w_m3_k: f64,
+    /// Of the holder, K.
     pub temperature_k: Schedule,
 }
 
 /// Emissivity of a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Emissivity {
     /// That of the ply's material, over temperature.
     Material,
@@ -68,7 +79,50 @@ pub enum Emissivity {
     Constant(f64),
 }
 
+impl Emissivity {
+    /// The constant that a case gives, 0 to 1.
+    pub(super) fn checked(constant: f64) -> Result<Self, String> {
+        if (0.0..=1.0).contains(&constant) {
+            return Ok(Self::Constant(constant));
+        }
+        Err(format!("emissivity {constant} lies outside 0 to 1"))
+    }
+}
+
+impl Face {
+    fn check(&self, at: &Field<'_>) {
+        match self {
+            Self::Held(temperature_k) => temperature_k.check(at, Dimension::Temperature),
+            Self::Open(open) => open.check(at),
+        }
+    }
+}
+
 impl OpenFace {
+    /// λ of the blowing correction; it needs a film coefficient, which a flux has by its recovery enthalpy.
+    pub(super) fn checked_blowing(lambda: f64, has_recovery: bool) -> Result<f64, String> {
+        if !(0.0..=1.0).contains(&lambda) {
+            return Err(format!("blowing {lambda} lies outside 0 to 1: 0.5 laminar, 0.4 turbulent"));
+        }
+        if lambda > 0.0 && !has_recovery {
+            return Err("blowing reduces a `flux` with a `recovery_enthalpy`, and there is none".to_owned());
+        }
+        Ok(lambda)
+    }
+
+    fn check(&self, at: &Field<'_>) {
+        if let Some(recovery_j_kg) = self.recovery_enthalpy_j_kg {
+            at.positive("recovery_enthalpy_j_kg", recovery_j_kg);
+        }
+        at.not_negative("film_w_m2_k", self.film_w_m2_k);
+        self.gas_k.check(&at.field("gas_k"), Dimension::Temperature);
+        if let Emissivity::Constant(constant) = self.emissivity {
+            at.field("emissivity").require(Emissivity::checked(constant));
+        }
+        self.surroundings_k.check(&at.field("surroundings_k"), Dimension::Surroundings);
+        at.field("blowing").require(Self::checked_blowing(self.blowing, self.recovery_enthalpy_j_kg.is_some()));
+    }
+
     /// A face through which nothing passes.
     pub fn insulated() -> Self {
         Self {
@@ -95,6 +149,29 @@ impl OpenFace {
 }
 
 impl Exposure {
+    /// Record what is wrong with each field.
+    pub(super) fn check(&self, at: &Field<'_>) {
+        at.positive("duration_s", self.duration_s);
+        let initial = at.field("initial_k");
+        if self.initial_k.is_empty() {
+            initial.fault("no temperature at the start: expected one point at least");
+        }
+        let mut last_m = f64::NEG_INFINITY;
+        initial.require_each(&self.initial_k, |&(depth_m, temperature_k)| {
+            last_m = rising("depth", last_m, depth_m, false)?;
+            positive(temperature_k, format_args!("temperature {temperature_k} K"))
+        });
+        at.field("pressure_pa").require(self.pressure_pa.check_pressure());
+        at.field("back_pressure_pa").require(self.back_pressure_pa.as_ref().map_or(Ok(()), Schedule::check_pressure));
+        if let Some(holder) = &self.holder {
+            let at = at.field("holder");
+            at.positive("conductance_w_m3_k", holder.conductance_w_m3_k);
+            holder.temperature_k.check(&at.field("temperature_k"), Dimension::Temperature);
+        }
+        self.hot_face.check(&at.field("hot_face"));
+        self.back_face.check(&at.field("back_face"));
+    }
+
     /// The coldest of what the layup starts at and of all that it gives heat to, K. No temperature of it falls below, but for what
     /// reactions take up; nothing but zero is known where a flux draws heat off.
     pub fn coldest_k(&self) -> f64 {

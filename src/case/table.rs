@@ -1,7 +1,11 @@
 //! Piecewise-linear tables: a property over temperature, and a schedule over time.
 
+use super::check::{Field, finite, positive};
+use super::unit::Dimension;
+
 /// What a table answers outside the range of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum OutOfRange {
     /// A member that leaves the range is counted as failed.
     Refuse,
@@ -15,12 +19,66 @@ pub enum OutOfRange {
 /// A property over temperature: straight lines between points at strictly rising temperatures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    pub temperatures_k: Vec<f64>,
-    pub values: Vec<f64>,
-    pub outside: OutOfRange,
+    pub(crate) temperatures_k: Vec<f64>,
+    pub(crate) values: Vec<f64>,
+    pub(crate) outside: OutOfRange,
 }
 
 impl Table {
+    /// A table of one value a temperature (K), in SI.
+    ///
+    /// # Errors
+    /// A message, where there is no point, the lengths differ, a number is not finite, or temperatures do not rise from
+    /// above absolute zero.
+    pub fn new(temperatures_k: Vec<f64>, values: Vec<f64>, outside: OutOfRange) -> Result<Self, String> {
+        as_many(values.len(), temperatures_k.len(), "temperatures")?;
+        let mut last_k = 0.0;
+        for &temperature_k in &temperatures_k {
+            last_k = Self::next_k(last_k, temperature_k)?;
+        }
+        values.iter().try_for_each(|&value| finite(value, value).map(drop))?;
+        Ok(Self { temperatures_k, values, outside })
+    }
+
+    /// The temperature of a point, K, which lies above that of the point before, or above zero for the first.
+    pub(super) fn next_k(last_k: f64, temperature_k: f64) -> Result<f64, String> {
+        if finite(temperature_k, format_args!("temperature {temperature_k} K"))? > last_k {
+            return Ok(temperature_k);
+        }
+        Err(format!("temperature {temperature_k} K does not rise above {last_k} K"))
+    }
+
+    /// A value of a property of this dimension: a fraction lies between 0 and 1, an enthalpy counts from any level, all
+    /// else is positive.
+    pub(super) fn property_value(value: f64, dimension: Dimension) -> Result<f64, String> {
+        match dimension {
+            Dimension::Fraction if !(0.0..=1.0).contains(&value) => Err(format!("{value} lies outside 0 to 1")),
+            Dimension::Fraction => Ok(value),
+            Dimension::SpecificEnthalpy => finite(value, value),
+            _ => positive(value, value),
+        }
+    }
+
+    /// Record the values that no property of this dimension can have.
+    pub(super) fn check(&self, at: &Field<'_>, dimension: Dimension) {
+        at.field("values").require_each(&self.values, |&value| Self::property_value(value, dimension));
+    }
+
+    /// The temperatures of the points, strictly rising, K.
+    pub fn temperatures_k(&self) -> &[f64] {
+        &self.temperatures_k
+    }
+
+    /// The values at these temperatures, in SI.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// What holds outside of the points.
+    pub fn outside(&self) -> OutOfRange {
+        self.outside
+    }
+
     /// One value at every temperature.
     pub fn constant(value: f64) -> Self {
         Self { temperatures_k: vec![300.0], values: vec![value], outside: OutOfRange::Clamp }
@@ -67,6 +125,28 @@ impl Table {
     }
 }
 
+/// That there is a point, and one value for each.
+fn as_many(values: usize, points: usize, noun: &str) -> Result<(), String> {
+    match points {
+        0 => Err(format!("no {noun}: expected one point at least")),
+        _ if values != points => Err(format!("{values} values at {points} {noun}")),
+        _ => Ok(()),
+    }
+}
+
+/// Whether a time or a depth may follow the one before; `repeats` lets one stand twice in a row.
+pub(super) fn rises(last: f64, next: f64, repeats: bool) -> bool {
+    next > last || (repeats && next == last)
+}
+
+/// A time or a depth that may follow the one before.
+pub(super) fn rising(noun: &str, last: f64, next: f64, repeats: bool) -> Result<f64, String> {
+    if rises(last, finite(next, format_args!("{noun} {next}"))?, repeats) {
+        return Ok(next);
+    }
+    Err(format!("{noun} {next} does not rise: the one before is {last}, in SI"))
+}
+
 /// Whether a number is so many times another, but for what rounding may have done to either.
 pub(super) fn is_times(own: f64, other: f64, times: f64) -> bool {
     times.is_finite() && (own - times * other).abs() <= 1e-12 * own.abs()
@@ -76,11 +156,51 @@ pub(super) fn is_times(own: f64, other: f64, times: f64) -> bool {
 /// last. Two corners at one time are a jump, which counts from that time on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Schedule {
-    pub times_s: Vec<f64>,
-    pub values: Vec<f64>,
+    pub(crate) times_s: Vec<f64>,
+    pub(crate) values: Vec<f64>,
 }
 
 impl Schedule {
+    /// A schedule of one value (SI) a time (s). Two equal times in a row are a jump.
+    ///
+    /// # Errors
+    /// A message, where there is no corner, the lengths differ, a number is not finite, or a time lies before the last.
+    pub fn new(times_s: Vec<f64>, values: Vec<f64>) -> Result<Self, String> {
+        as_many(values.len(), times_s.len(), "times")?;
+        let mut last_s = f64::NEG_INFINITY;
+        for (&time_s, &value) in times_s.iter().zip(&values) {
+            last_s = rising("time", last_s, time_s, true)?;
+            finite(value, value)?;
+        }
+        Ok(Self { times_s, values })
+    }
+
+    /// The times of the corners, none before the last, s.
+    pub fn times_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
+    /// The values at these corners, in SI.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// That it can be a pressure, Pa.
+    pub(super) fn check_pressure(&self) -> Result<(), String> {
+        match self.values.iter().find(|value| **value <= 0.0) {
+            Some(value) => Err(format!("a pressure of {value} Pa is not positive")),
+            None => Ok(()),
+        }
+    }
+
+    /// Record the first value that no quantity of this dimension can have.
+    pub(super) fn check(&self, at: &Field<'_>, dimension: Dimension) {
+        if let Some(value) = self.values.iter().find(|value| !dimension.is_allowed(**value)) {
+            at.fault(format!("{value} K is {}", dimension.limit()));
+        }
+    }
+
+    /// The same value at all times.
     pub fn constant(value: f64) -> Self {
         Self { times_s: vec![0.0], values: vec![value] }
     }
@@ -152,5 +272,33 @@ mod tests {
         assert_eq!(table.at(420.0), 0.4);
         assert_eq!(table.at(5000.0), 0.05);
         assert_eq!(table.at(200.0), 1.5);
+    }
+    #[test]
+    fn tables_and_schedules_without_an_order_or_with_numbers_that_are_none_are_refused() {
+        let table = |temperatures_k: &[f64], values: &[f64]| {
+            Table::new(temperatures_k.to_vec(), values.to_vec(), OutOfRange::Clamp).map(|_| ())
+        };
+        assert_eq!(table(&[300.0, 400.0], &[1.0, 2.0]), Ok(()));
+        for (temperatures_k, values, message) in [
+            (&[][..], &[][..], "no temperatures: expected one point at least"),
+            (&[300.0], &[1.0, 2.0], "2 values at 1 temperatures"),
+            (&[300.0, 300.0], &[1.0, 2.0], "temperature 300 K does not rise above 300 K"),
+            (&[0.0], &[1.0], "temperature 0 K does not rise above 0 K"),
+            (&[f64::NAN], &[1.0], "temperature NaN K is not a finite number"),
+            (&[300.0], &[f64::INFINITY], "inf is not a finite number"),
+        ] {
+            assert_eq!(table(temperatures_k, values), Err(message.to_owned()));
+        }
+        let schedule = |times_s: &[f64], values: &[f64]| Schedule::new(times_s.to_vec(), values.to_vec()).map(|_| ());
+        assert_eq!(schedule(&[0.0, 41.0, 41.0], &[5.0, 5.0, 0.0]), Ok(()));
+        for (times_s, values, message) in [
+            (&[][..], &[][..], "no times: expected one point at least"),
+            (&[0.0], &[], "0 values at 1 times"),
+            (&[1.0, 0.5], &[1.0, 2.0], "time 0.5 does not rise: the one before is 1, in SI"),
+            (&[f64::NAN], &[1.0], "time NaN is not a finite number"),
+            (&[0.0], &[f64::NAN], "NaN is not a finite number"),
+        ] {
+            assert_eq!(schedule(times_s, values), Err(message.to_owned()));
+        }
     }
 }

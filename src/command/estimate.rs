@@ -19,7 +19,7 @@ pub(crate) struct Arguments<'a> {
 
 pub(crate) fn run(ask: &Ask, arguments: &Arguments<'_>) -> Result<Ending, Failure> {
     let mut cases = load_all(std::iter::once(&ask.case).chain(arguments.others), &ask.on)?;
-    let ids: Vec<&str> = cases.iter().map(|case| case.id.as_str()).collect();
+    let ids: Vec<&str> = cases.iter().map(|case| case.id()).collect();
     let id = ids.join("+");
     let others = cases.split_off(1);
     let case = cases.remove(0);

@@ -29,8 +29,8 @@ impl Kept {
         part: Option<&Range<usize>>,
     ) -> Result<Self, Failure> {
         let part = part.map_or(String::new(), |part| format!("-{}-{}", part.start, part.end));
-        let names: Vec<&str> = case.factors.iter().map(|factor| factor.name.as_str()).collect();
-        let sensors: Vec<&str> = case.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+        let names: Vec<&str> = case.factors().iter().map(|factor| factor.name.as_str()).collect();
+        let sensors: Vec<&str> = case.sensors().iter().map(|sensor| sensor.name.as_str()).collect();
         let members = match keep {
             Some(_) => Some(MembersFile::create(&folder.claim(&format!("members{part}.parquet"))?, &names, &sensors)?),
             None => None,

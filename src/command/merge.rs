@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 pub(crate) fn run(merge: &Merge) -> Result<Ending, Failure> {
     let answers = session::merge(&merge.pieces, merge.case.as_deref())?;
-    let id = &answers.case.id;
+    let id = answers.case.id();
     let out = merge.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join("merge"));
     let folder = OutputFolder::open(&out, id, merge.force)?;
     let text = output_text(&answers.report(&folder)?, merge.json, || Ok(answers.summary()))?;

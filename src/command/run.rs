@@ -31,7 +31,7 @@ impl Run {
 
     /// [`open`](Self::open) for a question about one case.
     pub(crate) fn of(command: &str, ask: &Ask, case: Case) -> Result<Self, Failure> {
-        let id = case.id.clone();
+        let id = case.id().to_owned();
         Self::open(command, ask, case, &id)
     }
 
@@ -89,8 +89,8 @@ pub(crate) fn load_all<'a>(paths: impl Iterator<Item = &'a PathBuf>, on: &On) ->
     let mut cases: Vec<Case> = Vec::new();
     for path in paths {
         let case = load(path, on)?;
-        if let Some(known) = cases.iter().find(|other| other.id == case.id) {
-            return Err(input(format!("{}: there is a case {:?} already", path.display(), known.id)));
+        if let Some(known) = cases.iter().find(|other| other.id() == case.id()) {
+            return Err(input(format!("{}: there is a case {:?} already", path.display(), known.id())));
         }
         cases.push(case);
     }

@@ -52,7 +52,7 @@ pub(crate) fn make(asked: &Twin, data: &Trusted, fit: &Fit) -> Result<Ending, Fa
     let text = format!(
         "{} samples of {} sensors, noise {} K, seed {}: {}\n",
         made.instants_s.len(),
-        session.case().sensors.len(),
+        session.case().sensors().len(),
         options.noise_k,
         options.seed,
         out.display()

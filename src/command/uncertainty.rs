@@ -39,7 +39,7 @@ pub(crate) fn leave_piece(
     run.done();
     let case = run.session.case();
     let mark = CaseMark {
-        id: case.id.clone(),
+        id: case.id().to_owned(),
         path: std::path::absolute(&ask.case).unwrap_or_else(|_| ask.case.clone()),
         sets: convert::sets(&ask.on.sets)?,
         fingerprint: fingerprint(case),

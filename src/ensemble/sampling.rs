@@ -245,7 +245,7 @@ mod tests {
     /// Of two normal scores that correlate by r, the shares do by (6/π) asin(r/2), Pearson's relation of both.
     #[test]
     fn factors_go_together_as_asked_and_each_keeps_its_own_distribution() {
-        let correlation = Correlation::of(4, &[(0, 1, 0.6), (1, 2, -0.5)]).expect("positive definite");
+        let correlation = Correlation::new(4, &[(0, 1, 0.6), (1, 2, -0.5)]).expect("positive definite");
         for kind in KINDS {
             let sampling = Sampling { kind, seed: 6 };
             let free = Ensemble::sample(&factors(), Bounds::Small, &sampling, 20_000);

@@ -39,32 +39,7 @@ pub enum Loss {
     },
 }
 
-/// A residual of one standard deviation is half bent (SciPy's `f_scale`).
-const SOFT_L1_WIDTH: f64 = 1.0;
-/// 95 % of the efficiency of least squares where residuals are normal.
-const HUBER_WIDTH: f64 = 1.345;
-
 impl Loss {
-    /// The one of this name, `squares`, `soft-l1` or `huber`; the robust ones with a width in standard deviations where
-    /// one is given, `huber=2`, else 1 and 1.345.
-    ///
-    /// # Errors
-    /// What was expected, where there is none of this name or the width is not above zero.
-    pub fn named(text: &str) -> Result<Self, String> {
-        let (name, width) = text.split_once('=').map_or((text, None), |(name, width)| (name, Some(width)));
-        let width = |standard: f64| match width.map(|width| width.trim().parse::<f64>()) {
-            None => Ok(standard),
-            Some(Ok(width)) if width.is_finite() && width > 0.0 => Ok(width),
-            Some(_) => Err(format!("expected a width in standard deviations above zero, such as {name}={standard}")),
-        };
-        match name.trim() {
-            "squares" if text == "squares" => Ok(Self::Squares),
-            "soft-l1" => Ok(Self::SoftL1 { width: width(SOFT_L1_WIDTH)? }),
-            "huber" => Ok(Self::Huber { width: width(HUBER_WIDTH)? }),
-            _ => Err("expected squares, soft-l1 or huber, the latter two with a width such as huber=1.345".to_owned()),
-        }
-    }
-
     /// ρ(r).
     pub fn of(self, r: f64) -> f64 {
         self.bent(r).powi(2)
@@ -157,7 +132,7 @@ impl Loss {
     }
 }
 
-/// As [`Loss::named`] reads it.
+/// Its name, with a width where it has one: `huber=1.345`.
 impl std::fmt::Display for Loss {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -209,20 +184,6 @@ mod tests {
     use super::*;
 
     const LOSSES: [Loss; 2] = [Loss::SoftL1 { width: 1.5 }, Loss::Huber { width: 1.345 }];
-
-    #[test]
-    fn a_loss_is_named_with_its_width_or_with_the_one_of_the_books() {
-        assert_eq!(Loss::named("squares"), Ok(Loss::Squares));
-        assert_eq!(Loss::named("soft-l1"), Ok(Loss::SoftL1 { width: 1.0 }));
-        assert_eq!(Loss::named("huber"), Ok(Loss::Huber { width: 1.345 }));
-        assert_eq!(Loss::named("huber=2.5"), Ok(Loss::Huber { width: 2.5 }));
-        for loss in LOSSES {
-            assert_eq!(Loss::named(&loss.to_string()), Ok(loss));
-        }
-        for wrong in ["huber=0", "huber=wide", "soft-l1=inf", "squares=2", "cauchy", ""] {
-            assert!(Loss::named(wrong).is_err_and(|said| said.starts_with("expected")), "{wrong:?}");
-        }
-    }
 
     #[test]
     fn a_bent_residual_is_straightened_to_what_it_was_and_its_square_is_the_loss() {

@@ -3,7 +3,7 @@
 use super::columns::column;
 use super::layout::{Bulk, Path, Ply, Reaction, Substance};
 use super::tables::{columns, enthalpy_j_kg, parts_of, rows, states};
-use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
+use crate::case::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Material, Mixing, Pores, Property, PyrolysisHeat, Sequence, Table};
 
 /// Of each ply its cells are given, and where its tables begin.

@@ -4,8 +4,7 @@ use super::COLD_WALL_K;
 use super::columns::conductions;
 use super::layout::{FACE_COLUMNS, GAS_COLUMNS, LEVELS_MAX, STATES_MAX, TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
 use crate::case::air::air_enthalpy_j_kg;
-use crate::case::decomposition::GAS_CONSTANT_J_MOL_K;
-use crate::case::{Case, Conductivity, Emissivity, Face, GasPath, Material, Ply, Table};
+use crate::case::{Case, Conductivity, Emissivity, Face, GAS_CONSTANT_J_MOL_K, GasPath, Material, Ply, Table};
 use std::sync::Arc;
 
 /// All tables of a case, the faces' last, and where those of each ply begin.

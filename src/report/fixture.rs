@@ -1,9 +1,9 @@
 //! Made-up outcomes with the shapes of real ones, for the tests of the report.
 
 use super::Story;
-use crate::case::exposure::OpenFace;
-use crate::case::material::{Mark, Provenance};
+use crate::case::OpenFace;
 use crate::case::*;
+use crate::case::{Mark, Provenance};
 use crate::fit::{Dropped, Reason};
 use crate::march::{Backend, Precision};
 use crate::study::estimate::Estimated;

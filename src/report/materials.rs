@@ -3,10 +3,10 @@
 mod braille;
 mod reacting;
 
-use crate::case::error::CaseError;
+use crate::case::CaseError;
 use crate::case::library::known;
-use crate::case::material::{Mark, Parts, Provenance};
 use crate::case::{Conductivity, Material, OutOfRange, Table};
+use crate::case::{Mark, Parts, Provenance};
 use braille::{Curve, chart};
 use std::path::Path;
 

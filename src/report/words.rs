@@ -164,26 +164,7 @@ pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
 
 /// What a factor scales: `conductivity of INS`.
 pub(super) fn meaning(factor: &Factor) -> String {
-    let property = match factor.property {
-        Property::Conductivity => "conductivity",
-        Property::ConductivitySolid => "solid part of the conductivity",
-        Property::ConductivityGas => "gas part of the conductivity",
-        Property::ConductivityRadiative => "radiative part of the conductivity",
-        Property::HeatCapacity => "heat capacity",
-        Property::Density => "density",
-        Property::Emissivity => "emissivity",
-        Property::Thickness => "thickness",
-        Property::Kinetics => "rates of reaction",
-        Property::ActivationEnergy => "activation energies",
-        Property::PyrolysisHeat => "heat of pyrolysis",
-        Property::CharYield => "char yield",
-        Property::Permeability => "permeability",
-        Property::Heating => "heating of the hot face",
-        Property::Contact => "contact conductance",
-        Property::Loss => "losses from the back face",
-        Property::Holder => "losses to the holder",
-        Property::Depth => "depth",
-    };
+    let property = factor.property.words();
     if factor.property == Property::Contact && !factor.group.is_empty() {
         return format!("{property} under {}", factor.group);
     }

@@ -521,9 +521,11 @@ impl Question<'_> {
 }
 
 /// A case with the tolerance of the session, where it has one.
-fn toleranced(mut case: Case, tolerance_k: Option<f64>) -> Case {
-    case.resolution.tolerance_k = tolerance_k.or(case.resolution.tolerance_k);
-    case
+fn toleranced(case: Case, tolerance_k: Option<f64>) -> Case {
+    match tolerance_k {
+        Some(tolerance_k) => case.with_tolerance_k(tolerance_k),
+        None => case,
+    }
 }
 
 fn in_pool<T: Send>(pool: Option<&ThreadPool>, work: impl FnOnce() -> T + Send) -> T {

@@ -1,9 +1,9 @@
 //! Options of a session and of its questions. Every default is that of the command.
 
 use super::error::{InputError, SessionError, find};
-use crate::case::{Bounds, Case};
+use crate::case::{Bounds, Case, LossFunction};
 use crate::ensemble::{Sampling, SamplingKind};
-use crate::fit::{Loss, Rules};
+use crate::fit::Rules;
 use crate::march::Precision;
 use crate::march::choose::{Choice, Kind};
 use crate::march::monitored::{CancelToken, Progress, ProgressCallback};
@@ -135,7 +135,7 @@ pub struct FitOptions {
     /// Starts by name; the others start at their nominal values.
     pub start: Vec<Start>,
     /// How residuals count.
-    pub loss: Option<Loss>,
+    pub loss: Option<LossFunction>,
     /// The side constraints that a prior is made of; `Some(None)` is no prior.
     pub prior: Option<Option<Bounds>>,
     /// The rules of the damping and of its end.
@@ -295,10 +295,7 @@ impl EstimateOptions {
 
     pub(super) fn prepared(&self, case: &Case) -> Result<Prepared, SessionError> {
         check_walkers(self.posterior.as_ref())?;
-        let apply = |cases: &mut [Case]| {
-            self.observations.apply(cases)?;
-            self.fit.apply(cases)
-        };
+        let apply = |cases| self.fit.apply(self.observations.apply(cases)?);
         let beside = self.beside.as_ref().map(|beside| selected(beside, apply)).transpose()?;
         let mut cases = vec![case.clone()];
         for other in &self.others {
@@ -307,7 +304,7 @@ impl EstimateOptions {
             }
             cases.push(other.clone());
         }
-        apply(&mut cases)?;
+        let mut cases = apply(cases)?;
         let others = cases.split_off(1);
         Ok(Prepared { case: cases.remove(0), others, beside })
     }
@@ -338,10 +335,7 @@ impl StudyOptions {
     pub(super) fn prepared(&self, case: &Case) -> Result<(Case, Option<String>), SessionError> {
         check_walkers(self.posterior.as_ref())?;
         self.sweep.check(case)?;
-        let case = selected(case, |cases| {
-            self.observations.apply(cases)?;
-            self.fit.apply(cases)
-        })?;
+        let case = selected(case, |cases| self.fit.apply(self.observations.apply(cases)?))?;
         let why_not = if case.observations.is_empty() {
             Some("the case has no observations".to_owned())
         } else {
@@ -562,10 +556,7 @@ impl TwinStudyOptions {
             return Err(InputError::of("profiles", message).into());
         }
         check_noise(self.noise_k.unwrap_or(0.0), self.correlation_s)?;
-        selected(case, |cases| {
-            self.observations.apply(cases)?;
-            self.fit.apply(cases)
-        })
+        selected(case, |cases| self.fit.apply(self.observations.apply(cases)?))
     }
 
     pub(super) fn noise(&self) -> Noise {
@@ -602,8 +593,6 @@ fn check_walkers(walkers: Option<&Walkers>) -> Result<(), SessionError> {
 }
 
 /// One case with options in place of its own.
-fn selected(case: &Case, apply: impl Fn(&mut [Case]) -> Result<(), SessionError>) -> Result<Case, SessionError> {
-    let mut case = case.clone();
-    apply(std::slice::from_mut(&mut case))?;
-    Ok(case)
+fn selected(case: &Case, apply: impl Fn(Vec<Case>) -> Result<Vec<Case>, SessionError>) -> Result<Case, SessionError> {
+    Ok(apply(vec![case.clone()])?.remove(0))
 }

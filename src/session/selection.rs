@@ -2,21 +2,22 @@
 
 use super::error::{InputError, SessionError, find};
 use super::options::{FitOptions, ObservationSelection, Start};
-use crate::case::Case;
+use crate::case::{Case, Estimate};
 use std::cmp::Ordering;
 
 impl ObservationSelection {
     /// The cases with these sensors, window and bounds in place of their own.
-    pub(super) fn apply(&self, cases: &mut [Case]) -> Result<(), SessionError> {
+    pub(super) fn apply(&self, cases: Vec<Case>) -> Result<Vec<Case>, SessionError> {
+        let mut estimates = estimates(&cases);
         if !self.sensors.is_empty() {
             let names = |case: &Case| case.sensors.iter().map(|sensor| sensor.name.clone()).collect();
-            let chosen = chosen(cases, &self.sensors, "sensors", "sensor", names)?;
-            for (case, chosen) in cases.iter_mut().zip(chosen) {
+            let chosen = chosen(&cases, &self.sensors, "sensors", "sensor", names)?;
+            for ((case, estimate), chosen) in cases.iter().zip(&mut estimates).zip(chosen) {
                 if chosen.is_empty() {
                     let message = format!(": {:?} has none of {}", case.id, self.sensors.join(", "));
                     return Err(InputError::of("sensors", message).into());
                 }
-                case.estimate.sensors = chosen;
+                estimate.sensors = chosen;
             }
         }
         let reversed_s = self.window_s.filter(|(start_s, end_s)| start_s.partial_cmp(end_s) != Some(Ordering::Less));
@@ -24,42 +25,49 @@ impl ObservationSelection {
             let message = format!(": expected a start before the end, found {start_s} s and {end_s} s");
             return Err(InputError::of("window", message).into());
         }
-        for case in cases {
-            if self.window_s.is_some() {
-                case.estimate.window_s = self.window_s;
-                // A stated window holds for every sensor, also where the case file has one of its own.
-                case.observations.iter_mut().for_each(|seen| seen.window_s = None);
-            }
-            case.estimate.bounds = self.bounds.unwrap_or(case.estimate.bounds);
-            all_seen(case)?;
-        }
-        Ok(())
+        let apply = |(case, mut estimate): (Case, Estimate)| {
+            estimate.bounds = self.bounds.unwrap_or(estimate.bounds);
+            let case = case.with_estimate(estimate);
+            let case = match self.window_s {
+                Some(window_s) => case.with_window_s(window_s),
+                None => case,
+            };
+            all_seen(&case).map(|()| case)
+        };
+        cases.into_iter().zip(estimates).map(apply).collect()
     }
 }
 
 impl FitOptions {
     /// The cases with these factors, starts, loss and prior in place of their own.
-    pub(super) fn apply(&self, cases: &mut [Case]) -> Result<(), SessionError> {
+    pub(super) fn apply(&self, cases: Vec<Case>) -> Result<Vec<Case>, SessionError> {
         const MOST_STARTS: usize = 10_000;
         if !(1..=MOST_STARTS).contains(&self.starts) {
             let message = format!(" {}: expected from 1 to {MOST_STARTS}", self.starts);
             return Err(InputError::of("starts", message).into());
         }
+        let mut estimates = estimates(&cases);
         if !self.factors.is_empty() {
             let names = |case: &Case| case.factors.iter().map(|factor| factor.name.clone()).collect();
-            let chosen = chosen(cases, &self.factors, "factors", "factor", names)?;
-            for (case, chosen) in cases.iter_mut().zip(chosen) {
-                case.estimate.factors = chosen;
-                case.estimate.start.clear();
+            let chosen = chosen(&cases, &self.factors, "factors", "factor", names)?;
+            for (estimate, chosen) in estimates.iter_mut().zip(chosen) {
+                estimate.factors = chosen;
+                estimate.start.clear();
             }
         }
-        starts(cases, &self.start)?;
-        for case in cases.iter_mut() {
-            case.estimate.loss = self.loss.unwrap_or(case.estimate.loss);
-            case.estimate.prior = self.prior.unwrap_or(case.estimate.prior);
+        starts(&cases, &mut estimates, &self.start)?;
+        for estimate in &mut estimates {
+            estimate.loss = self.loss.unwrap_or(estimate.loss);
+            estimate.prior = self.prior.unwrap_or(estimate.prior);
         }
+        let cases = cases.into_iter().zip(estimates).map(|(case, estimate)| case.with_estimate(estimate)).collect();
         starts_within_bounds(cases)
     }
+}
+
+/// What each case proposes.
+fn estimates(cases: &[Case]) -> Vec<Estimate> {
+    cases.iter().map(|case| case.estimate.clone()).collect()
 }
 
 /// Refuses cases in which some of the chosen sensors have samples in their windows and others have none. Where none
@@ -111,24 +119,25 @@ fn chosen(
 }
 
 /// Sets the starts of every case that estimates a factor of the name, or of the one case that the start names.
-fn starts(cases: &mut [Case], starts: &[Start]) -> Result<(), SessionError> {
+fn starts(cases: &[Case], estimates: &mut [Estimate], starts: &[Start]) -> Result<(), SessionError> {
     if starts.is_empty() {
         return Ok(());
     }
-    for case in cases.iter_mut() {
-        case.estimate.start = case.estimate.factors.iter().map(|&factor| case.factors[factor].nominal).collect();
+    for (case, estimate) in cases.iter().zip(estimates.iter_mut()) {
+        estimate.start = estimate.factors.iter().map(|&factor| case.factors[factor].nominal).collect();
     }
     for Start { factor: name, case: home, value } in starts {
         let mut is_estimated = false;
-        for case in cases.iter_mut().filter(|case| home.as_ref().is_none_or(|id| *id == case.id)) {
-            let place = case.estimate.factors.iter().position(|&chosen| case.factors[chosen].name == *name);
+        let both = cases.iter().zip(estimates.iter_mut());
+        for (case, estimate) in both.filter(|(case, _)| home.as_ref().is_none_or(|id| *id == case.id)) {
+            let place = estimate.factors.iter().position(|&chosen| case.factors[chosen].name == *name);
             let Some(place) = place else { continue };
-            let (low, high) = case.factors[case.estimate.factors[place]].bounds(case.estimate.bounds);
+            let (low, high) = case.factors[estimate.factors[place]].bounds(estimate.bounds);
             if !(low..=high).contains(value) {
                 let message = format!(" {name}={value}: outside its bounds {low} to {high}");
                 return Err(InputError::of("start", message).into());
             }
-            case.estimate.start[place] = *value;
+            estimate.start[place] = *value;
             is_estimated = true;
         }
         if !is_estimated {
@@ -138,8 +147,8 @@ fn starts(cases: &mut [Case], starts: &[Start]) -> Result<(), SessionError> {
     Ok(())
 }
 
-fn starts_within_bounds(cases: &[Case]) -> Result<(), SessionError> {
-    for case in cases {
+fn starts_within_bounds(cases: Vec<Case>) -> Result<Vec<Case>, SessionError> {
+    for case in &cases {
         for (&factor, &start) in case.estimate.factors.iter().zip(&case.estimate.start) {
             let (factor, bounds) = (&case.factors[factor], case.estimate.bounds);
             let (low, high) = factor.bounds(bounds);
@@ -152,5 +161,5 @@ fn starts_within_bounds(cases: &[Case]) -> Result<(), SessionError> {
             }
         }
     }
-    Ok(())
+    Ok(cases)
 }

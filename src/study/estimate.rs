@@ -17,7 +17,7 @@ pub use profile::Profile;
 use super::nominal::{Misfit, Nominal};
 use super::sensitivity::{Identifiability, difference_step};
 use super::thermocouples::{Part, Sample, Thermocouples, samples};
-use crate::case::{Bounds, Case};
+use crate::case::{Bounds, Case, LossFunction};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 use crate::fit::interval::{NORMAL_95, lag_one, residual_variance};
 use crate::fit::{Loss, Options, Prior, Robust, Rules, Weighed, WithPriors, certainty, minimize_all};
@@ -315,7 +315,17 @@ fn objective(cases: &[&Case]) -> Result<(Loss, Option<Bounds>), EstimateError> {
     let first = cases.first().ok_or_else(|| EstimateError::no_factors(cases))?;
     match cases.iter().find(|case| asked(case) != asked(first)) {
         Some(case) => Err(EstimateError::OtherObjective { first: first.id.clone(), case: case.id.clone() }),
-        None => Ok(asked(first)),
+        None => Ok((first.estimate.loss.into(), first.estimate.prior)),
+    }
+}
+
+impl From<LossFunction> for Loss {
+    fn from(loss: LossFunction) -> Self {
+        match loss {
+            LossFunction::Squares => Self::Squares,
+            LossFunction::SoftL1 { width } => Self::SoftL1 { width },
+            LossFunction::Huber { width } => Self::Huber { width },
+        }
     }
 }
 

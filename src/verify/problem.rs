@@ -1,11 +1,9 @@
 //! A problem: a case, and what it should read according to someone else.
 
 use super::{Group, Row};
-use crate::case::table::{OutOfRange, Table};
 use crate::case::{
-    Case, Conductivity, Estimate, Exposure, Face, Gas, GasFlow, GasPath, Layup, Material, Observation, OpenFace, Ply,
-    Pores, Resolution, Schedule, Sensor, Side,
-    material::{Mark, Provenance},
+    Case, Conductivity, Estimate, Exposure, Face, Gas, GasFlow, GasPath, Layup, Mark, Material, Observation, OpenFace,
+    OutOfRange, Ply, Pores, Provenance, Resolution, Schedule, Sensor, Side, Table,
 };
 use crate::ensemble::Ensemble;
 use crate::march::extrapolated::march_both;
@@ -174,6 +172,12 @@ impl Problem {
     /// The problem with a gas that makes its way through the layup.
     pub fn seeped(mut self, path: GasPath, gas: Arc<Gas>) -> Self {
         self.case.gas = Some(GasFlow { path, gas });
+        self
+    }
+
+    /// The problem on stated cells, with steps of at most this share of the time since the last corner.
+    pub fn stated(mut self, cells: usize, growth: f64) -> Self {
+        self.case.resolution = Resolution { tolerance_k: None, cells, growth, ..self.case.resolution };
         self
     }
 

@@ -5,8 +5,8 @@
 
 use crate::case::{Case, CaseError};
 use crate::chance::Numbers;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::Path;
 
 /// Built-in materials that random layups are made of, and the thinnest and thickest ply of each, m.
 const MATERIALS: [(&str, f64, f64); 11] = [
@@ -31,7 +31,7 @@ const STREAM: u64 = 26;
 /// # Errors
 /// None that a seed is known to make; the text is validated as any case file is.
 pub fn random_case(seed: u64) -> Result<Case, CaseError> {
-    Case::from_toml(&random_case_toml(seed), &format!("random-{seed}"), Path::new("."))
+    Case::from_toml(&random_case_toml(seed), &format!("random-{seed}"), &BTreeMap::new())
 }
 
 /// The text of the case of a seed.

@@ -55,6 +55,7 @@ pub(super) fn gas(molar_mass: Table, enthalpy: Table, viscosity: Table) -> Arc<G
         note: String::new(),
         molar_mass,
         enthalpy,
+        enthalpy_is_absolute: true,
         viscosity,
         provenance: provenance(),
     })

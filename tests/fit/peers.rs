@@ -2,7 +2,7 @@
 
 use super::{Problem, exact};
 use crate::support::{EMCEE_QUANTILES, SALIB_INDEX, SCIPY_OPTIMUM, case, text};
-use bondline::case::{Bounds, Factor};
+use bondline::case::{Bounds, Factor, LossFunction};
 use bondline::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
 use bondline::fit::{LeastSquares, Loss, Prior, Robust, WithPriors, minimize, walk};
 use bondline::study::statistics::Tally;
@@ -49,7 +49,7 @@ fn optima_by_every_loss_with_priors_and_on_a_bound_are_those_of_scipy() {
         let met = match cells[0].as_str() {
             "prior" => optimum(WithPriors { problem: plate(1.5), priors: priors(0.05) }),
             "bound" => optimum(plate(0.85)),
-            loss => optimum(Robust { problem: plate(1.5), loss: Loss::named(loss).expect("a loss") }),
+            loss => optimum(Robust { problem: plate(1.5), loss: LossFunction::named(loss).expect("a loss").into() }),
         };
         let off = |to: &[f64]| met.iter().zip(to).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(off(&numbers(&cells[1..])) < SCIPY_OPTIMUM, "{}: {met:?} for {cells:?}", cells[0]);
@@ -97,7 +97,7 @@ fn sobol_indices_of_a_sweep_are_those_of_salib() {
     const RANGES: [(f64, f64); 3] = [(0.5, 1.5), (0.5, 1.5), (0.9, 1.1)];
     let reference = rows("index");
     assert_eq!(reference.len(), RANGES.len());
-    let factor = case("slab").factors.remove(0);
+    let factor = case("slab").factors()[0].clone();
     let drawn: Vec<Factor> = RANGES.iter().map(|&small| Factor { small, ..factor.clone() }).collect();
     let sampling = Sampling { kind: SamplingKind::Uniform, seed: 1 };
     let ensemble = Ensemble::sample(&drawn, Bounds::Small, &sampling, MEMBERS);

@@ -1,8 +1,8 @@
 //! Robust losses and priors, from outside.
 
 use super::exact;
-use crate::support::case;
-use bondline::case::{Bounds, Case};
+use crate::support::{case, changed};
+use bondline::case::{Bounds, Case, Estimate, LossFunction};
 use bondline::fit::interval::residual_variance;
 use bondline::fit::{Fit, LeastSquares, Loss, Options, Prior, Robust, Tangent, WithPriors, certainty, minimize};
 use bondline::march::Precision;
@@ -208,29 +208,28 @@ fn robust_fits_with_large_misfits_converge_in_twenty_iterations_where_the_patien
 #[test]
 fn a_case_that_its_model_does_not_meet_is_fitted_in_twenty_iterations_by_every_loss() {
     let losses = [
-        (Loss::Huber { width: 2.0 }, Some(Bounds::Small)),
-        (Loss::SoftL1 { width: 2.0 }, Some(Bounds::Small)),
-        (Loss::SoftL1 { width: 1.0 }, None),
+        (LossFunction::Huber { width: 2.0 }, Some(Bounds::Small)),
+        (LossFunction::SoftL1 { width: 2.0 }, Some(Bounds::Small)),
+        (LossFunction::SoftL1 { width: 1.0 }, None),
     ];
     let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
     let mut fitted = |case: &Case| {
         let plan = pilot(case).expect("a plan");
-        let profiles = case.estimate.prior.map(|_| "f_k_INS".to_owned()).into_iter().collect();
+        let profiles = case.estimate().prior.map(|_| "f_k_INS".to_owned()).into_iter().collect();
         let search = Search { landscape: false, profiles, ..Search::of(Precision::F64) };
         estimate(&[(case, &plan)], &mut march, &search).expect("an estimate")
     };
     for (loss, prior) in losses {
-        let mut case = case("lcat-2259");
-        let sensor = |name: &str| case.sensors.iter().position(|sensor| sensor.name == name).expect("a sensor");
-        let factor = |name: &str| case.factors.iter().position(|factor| factor.name == name).expect("a factor");
+        let case = case("lcat-2259");
+        let sensor = |name: &str| case.sensors().iter().position(|sensor| sensor.name == name).expect("a sensor");
+        let factor = |name: &str| case.factors().iter().position(|factor| factor.name == name).expect("a factor");
         let insulator = factor("f_k_INS");
-        case.estimate.sensors = ["TC3", "TC4"].map(sensor).to_vec();
-        case.estimate.factors = vec![factor("f_k_OF"), insulator];
-        case.estimate.start = Vec::new();
-        case.estimate.bounds = Bounds::Large;
-        case.estimate.window_s = Some((0.0, 200.0));
-        (case.estimate.loss, case.estimate.prior) = (loss, prior);
+        let (sensors, factors) = (["TC3", "TC4"].map(sensor).to_vec(), vec![factor("f_k_OF"), insulator]);
+        let window_s = Some((0.0, 200.0));
+        let estimate = Estimate { factors, sensors, window_s, start: Vec::new(), bounds: Bounds::Large, loss, prior };
+        let case = changed(&case, |case| case.estimate = estimate);
         let found = fitted(&case);
+        let loss = Loss::from(loss);
         assert!(found.converged && found.path.len() - 1 <= 20, "{loss}: {} in {}", found.termination, found.path.len());
         // Nothing along the other factor is lower. Of data alone that is seen of fits in which it is as good as held, beside priors of the
         // profile, as each fit has a scale of its own there.
@@ -242,10 +241,13 @@ fn a_case_that_its_model_does_not_meet_is_fitted_in_twenty_iterations_by_every_l
         }
         assert_eq!(found.values[0], 0.5, "{loss}: on its bound");
         for beside in [0.995, 1.005] {
-            let mut held = case.clone();
             let value = beside * found.values[1];
-            // Bounds leave some room.
-            held.factors[insulator].large = (value, value * (1.0 + 1e-9));
+            let held = changed(&case, |case| {
+                // Bounds leave some room.
+                let narrow = (value, value * (1.0 + 1e-9));
+                let factor = &mut case.factors[insulator];
+                (factor.nominal, factor.small, factor.large) = (value, narrow, narrow);
+            });
             let rise = fitted(&held).ends[0].objective - found.ends[0].objective;
             assert!(rise > 0.0, "{loss}: S is lower by {} at {beside} of the estimate", -rise);
         }

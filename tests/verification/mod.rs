@@ -1,7 +1,7 @@
 //! Every row of `bondline verify` passes on the processor in f64, and a row can fail.
 
 use crate::support::case;
-use bondline::case::{Case, Resolution};
+use bondline::case::Case;
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::{Cpu, Reference};
 use bondline::march::extrapolated::march_both;
@@ -60,7 +60,7 @@ fn the_minimiser_meets_answers_that_are_known() {
 #[test]
 fn a_reference_moved_by_twice_its_tolerance_fails_its_row() {
     let mut problem =
-        all().into_iter().find(|p| p.case.name == "SFPE S.02 case 2, plate under a flux").expect("listed");
+        all().into_iter().find(|p| p.case.name() == "SFPE S.02 case 2, plate under a flux").expect("listed");
     let check = &mut problem.checks[0];
     check.points[0].value += 2.0 * check.tolerance;
     let rows = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail");
@@ -70,7 +70,7 @@ fn a_reference_moved_by_twice_its_tolerance_fails_its_row() {
 
 #[test]
 fn a_tolerance_beyond_ten_times_what_is_met_needs_a_reason() {
-    let problem = all().into_iter().find(|p| p.case.name.starts_with("TACOT, surface held")).expect("listed");
+    let problem = all().into_iter().find(|p| p.case.name().starts_with("TACOT, surface held")).expect("listed");
     let row = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail").remove(0);
     assert!(!row.is_wide_without_reason(), "{row:?}");
     let wider = Row { tolerance: 11.0 * row.difference, ..row };
@@ -139,17 +139,17 @@ fn heat_and_mass_from_nowhere_fail_every_balance() {
 #[test]
 fn the_held_tacot_is_verified_for_the_error_that_its_case_tolerates() {
     let (problem, case) = (held_tacot(), case("tacot-held"));
-    assert_eq!(problem.case.resolution, case.resolution);
+    assert_eq!(problem.case.resolution(), case.resolution());
     let march = |case: &Case| {
         let plan = pilot(case).expect("the processor does not fail");
-        let ensemble = Ensemble::nominal(&case.factors);
+        let ensemble = Ensemble::nominal(case.factors());
         let traces = march_both(&mut Cpu::new(Precision::F64), &plan, &ensemble, 0..1);
         (plan.instants_s, traces.expect("the processor does not fail"))
     };
     let ((verified_s, verified), (shipped_s, shipped)) = (march(&problem.case), march(&case));
     let mut compared = 0;
-    for (index, sensor) in problem.case.sensors.iter().enumerate() {
-        let twin = case.sensors.iter().position(|other| (other.depth_m - sensor.depth_m).abs() < 1e-9);
+    for (index, sensor) in problem.case.sensors().iter().enumerate() {
+        let twin = case.sensors().iter().position(|other| (other.depth_m - sensor.depth_m).abs() < 1e-9);
         let twin = twin.unwrap_or_else(|| panic!("the case has no sensor at {}", sensor.name));
         for (instant, time_s) in verified_s.iter().enumerate() {
             let Some(other) = shipped_s.iter().position(|other_s| (other_s - time_s).abs() < 1e-6) else { continue };
@@ -164,14 +164,13 @@ fn the_held_tacot_is_verified_for_the_error_that_its_case_tolerates() {
 
 #[test]
 fn the_held_tacot_on_forty_stated_cells_misses_the_converged_curves() {
-    let mut problem = held_tacot();
-    problem.case.resolution = Resolution { tolerance_k: None, cells: 40, growth: 0.2, ..problem.case.resolution };
+    let problem = held_tacot().stated(40, 0.2);
     let rows = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail");
     assert!(!rows[0].pass(), "\n{}", table(&rows[..1]));
 }
 
 fn held_tacot() -> Problem {
-    all().into_iter().find(|problem| problem.case.name == "TACOT held at 1644 K").expect("listed")
+    all().into_iter().find(|problem| problem.case.name() == "TACOT held at 1644 K").expect("listed")
 }
 
 #[test]

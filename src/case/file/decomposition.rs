@@ -39,11 +39,7 @@ pub(super) fn decomposition(section: &Section<'_>, virgin: &Virgin) -> Read<Deco
 }
 
 fn shrinkage(written: Written<'_>) -> Read<f64> {
-    let shrinkage = written.quantity(Dimension::Fraction)?;
-    if (0.0..1.0).contains(&shrinkage) {
-        return Ok(shrinkage);
-    }
-    Err(written.fault(format!("shrinkage {shrinkage} lies outside 0 to 1: some of the thickness must be left")))
+    written.require(Decomposition::checked_shrinkage(written.quantity(Dimension::Fraction)?))
 }
 
 /// Enthalpy of the virgin substance, J/kg, at a temperature, K.
@@ -61,13 +57,7 @@ fn reactions(section: &Section<'_>, sequence: Sequence, absolute: bool, density_
         return Err(section.fault("no reaction: expected at least one [[decomposition.reaction]]"));
     }
     let reactions = all(sections.iter().map(|section| reaction(section, sequence, absolute, density_kg_m3)))?;
-    let lost: f64 = reactions.iter().map(|reaction| reaction.loss).sum();
-    if lost >= 1.0 {
-        // As written, without what sums of binary fractions add in the last place.
-        let lost = (lost * 1e9).round() / 1e9;
-        return Err(section.fault(format!("losses of {lost} in all leave no char: expected a sum below 1")));
-    }
-    Ok(reactions)
+    section.require(Decomposition::leave_char(&reactions)).map(|()| reactions)
 }
 
 fn reaction(section: &Section<'_>, sequence: Sequence, absolute: bool, density_kg_m3: f64) -> Read<Reaction> {
@@ -81,9 +71,7 @@ fn reaction(section: &Section<'_>, sequence: Sequence, absolute: bool, density_k
     let activation = section.required("activation", Dimension::MolarEnergy.expectation()).and_then(activation);
     let onset_k = section.optional("onset").map_or(Ok(0.0), |written| written.quantity(Dimension::Temperature));
     let heat_j_kg = match section.optional("heat") {
-        Some(written) if absolute => {
-            Err(written.fault("the heat lies in absolute enthalpies: expected none of a reaction"))
-        }
+        Some(written) if absolute => Err(written.fault(PyrolysisHeat::NONE_OF_REACTION)),
         Some(written) => written.quantity(Dimension::SpecificEnthalpy),
         None if absolute => Ok(0.0),
         None => {
@@ -103,12 +91,7 @@ fn reaction(section: &Section<'_>, sequence: Sequence, absolute: bool, density_k
 }
 
 fn loss(written: Written<'_>) -> Read<f64> {
-    let loss = written.quantity(Dimension::Fraction)?;
-    if loss > 0.0 && loss < 1.0 {
-        return Ok(loss);
-    }
-    Err(written
-        .fault(format!("loss {loss} lies outside 0 to 1: it is the gas made of each kilogram of virgin substance")))
+    written.require(Reaction::checked_loss(written.quantity(Dimension::Fraction)?))
 }
 
 /// The loss of a component of CMA and FIAT, which fills a share of the volume with a density of its own, and what of its
@@ -135,21 +118,11 @@ fn component(section: &Section<'_>, density_kg_m3: f64) -> Read<(f64, f64)> {
 }
 
 fn order(written: Written<'_>) -> Read<f64> {
-    let order = written.number()?;
-    if order >= 0.0 {
-        return Ok(order);
-    }
-    Err(written.fault(format!("order {order} is negative: a reaction slows as it runs out of what it lives on")))
+    written.require(Reaction::checked_order(written.number()?))
 }
 
 fn activation(written: Written<'_>) -> Read<f64> {
-    let activation_j_mol = written.quantity(Dimension::MolarEnergy)?;
-    if activation_j_mol >= 0.0 {
-        return Ok(activation_j_mol);
-    }
-    let message =
-        format!("activation energy {activation_j_mol} J/mol is negative: a reaction quickens as it is heated");
-    Err(written.fault(message))
+    written.require(Reaction::checked_activation(written.quantity(Dimension::MolarEnergy)?))
 }
 
 /// What the reactions leave, and the absolute enthalpy of each.
@@ -163,9 +136,9 @@ fn residues(
     let char = section.optional("char").map(Written::section).transpose();
     let mut sections = section.tables("intermediate")?;
     if let Some(reactions) = reactions {
-        let wanted = if sequence == Sequence::Chain { reactions.len() - 1 } else { 0 };
+        let wanted = sequence.intermediates(reactions.len());
         if sections.len() != wanted {
-            let order = if sequence == Sequence::Chain { "in a chain" } else { "side by side" };
+            let order = sequence.words();
             let (met, count) = (sections.len(), reactions.len());
             let message =
                 format!("{count} reactions {order} leave {wanted} [[decomposition.intermediate]], found {met}");
@@ -264,8 +237,8 @@ fn property(written: Written<'_>, dimension: Dimension, virgin: &Table) -> Read<
     let table = match section.optional("times_virgin") {
         Some(written) => written.positive(Dimension::Fraction).and_then(|factor| {
             let table = times(virgin, factor);
-            let above = table.values.iter().find(|value| dimension == Dimension::Fraction && **value > 1.0);
-            above.map_or(Ok(table.clone()), |value| Err(written.fault(format!("{value} lies outside 0 to 1"))))
+            let values = table.values.iter().map(|&value| Table::property_value(value, dimension));
+            written.require(values.collect::<Result<Vec<_>, _>>()).map(|_| table)
         }),
         None => table(&section, dimension),
     };

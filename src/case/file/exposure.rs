@@ -1,10 +1,10 @@
 //! `[hot_face]`, `[back_face]` and `[holder]`.
 
 use super::layup::held_at;
-use super::nearest::suggestion;
 use super::schedule::Schedules;
 use super::written::{Section, Written};
 use crate::case::error::Read;
+use crate::case::nearest::suggestion;
 use crate::case::unit::Dimension;
 use crate::case::{Emissivity, Face, Holder, Layup, OpenFace, Schedule, Sensor};
 
@@ -74,10 +74,7 @@ pub(super) fn back_face<'a>(case: &Section<'a>, schedules: &Schedules<'_>) -> Re
 /// A pressure through time, above zero.
 pub(super) fn pressure(written: Written<'_>, schedules: &Schedules<'_>) -> Read<Schedule> {
     let schedule = schedules.read(written, Dimension::Pressure)?;
-    match schedule.values.iter().find(|value| **value <= 0.0) {
-        Some(value) => Err(written.fault(format!("a pressure of {value} Pa is not positive"))),
-        None => Ok(schedule),
-    }
+    written.require(schedule.check_pressure()).map(|()| schedule)
 }
 
 /// What the layup loses sideways, where the file says.
@@ -148,14 +145,7 @@ fn heated(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
 
 /// The blowing correction needs a film coefficient, which a flux has by its recovery enthalpy.
 fn blowing(written: Written<'_>, corrected: bool) -> Read<f64> {
-    let lambda = written.number()?;
-    if !(0.0..=1.0).contains(&lambda) {
-        return Err(written.fault(format!("blowing {lambda} lies outside 0 to 1: 0.5 laminar, 0.4 turbulent")));
-    }
-    if lambda > 0.0 && !corrected {
-        return Err(written.fault("blowing reduces a `flux` with a `recovery_enthalpy`, and there is none"));
-    }
-    Ok(lambda)
+    written.require(OpenFace::checked_blowing(written.number()?, corrected))
 }
 
 /// What a face radiates to; a room where the file is silent.
@@ -215,9 +205,5 @@ fn emissivity(section: &Section<'_>) -> Read<Emissivity> {
     let Some(written) = section.optional("emissivity") else {
         return Ok(Emissivity::Material);
     };
-    let value = written.quantity(Dimension::Fraction)?;
-    if (0.0..=1.0).contains(&value) {
-        return Ok(Emissivity::Constant(value));
-    }
-    Err(written.fault(format!("emissivity {value} lies outside 0 to 1")))
+    written.require(Emissivity::checked(written.quantity(Dimension::Fraction)?))
 }

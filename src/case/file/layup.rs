@@ -1,15 +1,13 @@
 //! `[[ply]]`, `contact_conductance` and `[[sensor]]`.
 
-use super::Folder;
-use super::gas::as_made;
-use super::nearest::suggestion;
+use super::references::References;
 use super::written::{Section, Written, all};
+use crate::case::check::Names;
 use crate::case::error::Read;
+use crate::case::layup::{SAME_DEPTH_M, mm};
+use crate::case::nearest::suggestion;
 use crate::case::unit::Dimension;
 use crate::case::{Layup, Ply, Sensor, Side};
-
-/// Depths closer than this are one: a micrometre is less than any ply is known to.
-const SAME_DEPTH_M: f64 = 1e-6;
 
 /// A ply and the contact below it, as written.
 struct Layer {
@@ -18,7 +16,7 @@ struct Layer {
 }
 
 /// The layup from its hot face down.
-pub(super) fn layup(case: &Section<'_>, folder: &Folder<'_>) -> Read<Layup> {
+pub(super) fn layup(case: &Section<'_>, references: &References<'_>) -> Read<Layup> {
     let written = case.optional("contact_conductance");
     let everywhere = written.map_or(Ok(None), contact);
     let reacts = case.optional("decomposition").is_some_and(|written| written.truth().unwrap_or(true));
@@ -27,7 +25,7 @@ pub(super) fn layup(case: &Section<'_>, folder: &Folder<'_>) -> Read<Layup> {
         return Err(case.fault("no ply: expected at least one [[ply]]"));
     }
     let names = names(&sections, "ply");
-    let layers = all(sections.iter().map(|section| layer(section, folder, reacts)));
+    let layers = all(sections.iter().map(|section| layer(section, references, reacts)));
     let (everywhere, layers, _) = (everywhere?, layers?, names?);
     let below = sections.last().and_then(|section| section.optional("contact_below"));
     if let Some(written) = below {
@@ -47,11 +45,12 @@ pub(super) fn layup(case: &Section<'_>, folder: &Folder<'_>) -> Read<Layup> {
 }
 
 /// A ply; `reacts` where the case lets plies decompose.
-fn layer(section: &Section<'_>, folder: &Folder<'_>, reacts: bool) -> Read<Layer> {
+fn layer(section: &Section<'_>, references: &References<'_>, reacts: bool) -> Read<Layer> {
     let name = section.required("name", "a name such as \"OF1\"").and_then(Written::text);
     let group = section.optional("group").map(Written::text).transpose();
     let thickness_m = section.positive("thickness", Dimension::Length);
-    let material = section.required("material", "a material such as \"pyrogel3350\"").and_then(|w| folder.material(w));
+    let material =
+        section.required("material", "a material such as \"pyrogel3350\"").and_then(|w| references.material(w));
     let contact_below = section.optional("contact_below").map(contact).transpose();
     let decomposes = section.optional("decomposition");
     let own = decomposes.map_or(Ok(true), Written::truth);
@@ -68,7 +67,7 @@ fn layer(section: &Section<'_>, folder: &Folder<'_>, reacts: bool) -> Read<Layer
     let ply = Ply {
         name: name.to_owned(),
         group: group.unwrap_or(name).to_owned(),
-        material: if own { material? } else { as_made(&material?) },
+        material: if own { material? } else { material?.as_made() },
         thickness_m: thickness_m?,
     };
     Ok(Layer { ply, contact_below: contact_below? })
@@ -83,20 +82,10 @@ fn contact(written: Written<'_>) -> Read<Option<f64>> {
 }
 
 /// Every table of a list has a name of its own.
-pub(super) fn names(sections: &[Section<'_>], noun: &str) -> Read<()> {
-    let mut met: Vec<&str> = Vec::new();
-    all(sections.iter().map(|section| {
-        let Some(written) = section.optional("name").filter(|written| written.is_text()) else {
-            return Ok(());
-        };
-        let name = written.text()?;
-        if met.contains(&name) {
-            return Err(written.fault(format!("a {noun} before this one is named {name:?} too")));
-        }
-        met.push(name);
-        Ok(())
-    }))
-    .map(drop)
+pub(super) fn names(sections: &[Section<'_>], noun: &'static str) -> Read<()> {
+    let mut names = Names::of(noun);
+    let named = sections.iter().filter_map(|section| section.optional("name")).filter(|written| written.is_text());
+    all(named.map(|written| written.require(names.add(written.text()?)))).map(drop)
 }
 
 /// The sensors, in the order written. Without a layup to hold them against, only their own keys are read.
@@ -121,11 +110,10 @@ fn sensor(section: &Section<'_>, layup: Option<&Layup>) -> Read<Sensor> {
     };
     let side = section.optional("side").map_or(Ok(Side::Both), |written| {
         let side = side(written)?;
-        let is_interface = |layup: &Layup| depth_m.is_ok_and(|depth_m| layup.interfaces_m().contains(&depth_m));
-        if layup.is_none_or(is_interface) || depth_m.is_err() {
-            return Ok(side);
+        match (layup, depth_m) {
+            (Some(layup), Ok(depth_m)) => written.require(Sensor::checked_side(side, depth_m, layup)),
+            _ => Ok(side),
         }
-        Err(written.fault("this sensor lies on no interface, which alone has sides"))
     });
     section.close();
     Ok(Sensor { name: name?, depth_m: depth_m?, side: side?, lag_s: lag_s? })
@@ -140,16 +128,8 @@ fn side(written: Written<'_>) -> Read<Side> {
     }
 }
 
-/// The name of a sensor heads a column of a CSV and a key of `[observations]`.
 fn sensor_name(written: Written<'_>) -> Read<String> {
-    let name = written.text()?;
-    let fit = name.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c));
-    if !fit || ["file", "sigma"].contains(&name) || name.ends_with("_sigma") {
-        let message =
-            format!("{name:?} cannot name a sensor: expected letters, digits, `_`, `-` and `.`, such as \"TC1\"");
-        return Err(written.fault(message));
-    }
-    Ok(name.to_owned())
+    written.require(Sensor::checked_name(written.text()?)).map(str::to_owned)
 }
 
 fn below_ply(written: Written<'_>, layup: Option<&Layup>) -> Read<f64> {
@@ -165,25 +145,7 @@ fn below_ply(written: Written<'_>, layup: Option<&Layup>) -> Read<f64> {
 
 /// A depth on the layup, moved onto a face that it all but meets.
 fn on(depth_m: f64, written: Written<'_>, layup: Option<&Layup>) -> Read<f64> {
-    let Some(layup) = layup else {
-        return Ok(depth_m);
-    };
-    let back_m = layup.back_m();
-    if depth_m > back_m + SAME_DEPTH_M {
-        let message = format!("{} mm is off the layup, whose back face lies at {} mm", mm(depth_m), mm(back_m));
-        return Err(written.fault(message));
-    }
-    Ok(on_face(depth_m, layup))
-}
-
-/// The depth of the face that a depth all but meets, else the depth itself.
-fn on_face(depth_m: f64, layup: &Layup) -> f64 {
-    layup.faces_m().into_iter().find(|face_m| (face_m - depth_m).abs() <= SAME_DEPTH_M).unwrap_or(depth_m)
-}
-
-/// Millimetres to a tenth of a micrometre: what a message can bear.
-pub(super) fn mm(depth_m: f64) -> f64 {
-    (depth_m * 1e7).round() / 1e4
+    layup.map_or(Ok(depth_m), |layup| written.require(layup.depth_m(depth_m)))
 }
 
 /// Where a held face lies: at a sensor, or at a depth on the layup.
@@ -204,25 +166,10 @@ pub(super) fn held_at(written: Written<'_>, layup: &Layup, sensors: &[Sensor]) -
     Ok(depth_m)
 }
 
-/// What is left of a layup below a depth.
-fn cut(layup: Layup, depth_m: f64) -> Layup {
-    let faces_m = layup.faces_m();
-    let gone = faces_m.iter().filter(|&&face_m| face_m <= depth_m).count();
-    let top_m = if gone == 0 { 0.0 } else { faces_m[gone - 1] };
-    let mut plies = layup.plies;
-    plies.drain(..gone);
-    // A ply that the depth only touches keeps its thickness to the last bit.
-    if depth_m > top_m {
-        plies[0].thickness_m = faces_m[gone] - depth_m;
-    }
-    let contacts_w_m2_k = layup.contacts_w_m2_k[gone..].to_vec();
-    Layup { plies, contacts_w_m2_k, origin_m: depth_m }
-}
-
 /// The layup and its sensors below a face held at a depth: what lies above has dropped out, and a sensor
 /// there cannot be asked for.
 pub(super) fn below(layup: Layup, sensors: Vec<Sensor>, depth_m: f64, face: Written<'_>) -> Read<(Layup, Vec<Sensor>)> {
-    let layup = cut(layup, depth_m);
+    let layup = layup.below(depth_m);
     let sensors = all(sensors.into_iter().map(|sensor| {
         if sensor.depth_m < depth_m {
             let (lies, held) = (mm(sensor.depth_m), mm(depth_m));
@@ -230,7 +177,7 @@ pub(super) fn below(layup: Layup, sensors: Vec<Sensor>, depth_m: f64, face: Writ
             return Err(face.fault(format!("sensor {name:?} at {lies} mm lies above the held face at {held} mm")));
         }
         // The depths of the faces left are summed anew, and may differ from the old in the last bit.
-        Ok(Sensor { depth_m: on_face(sensor.depth_m, &layup), ..sensor })
+        Ok(Sensor { depth_m: layup.on_face_m(sensor.depth_m), ..sensor })
     }))?;
     Ok((layup, sensors))
 }

@@ -5,9 +5,8 @@ use super::decomposition::{Virgin, decomposition};
 use super::property::{self, provenance, table};
 use super::written::{Section, Written};
 use crate::case::error::Read;
-use crate::case::material::Provenance;
 use crate::case::unit::Dimension;
-use crate::case::{Conductivity, Material, Pores, Table};
+use crate::case::{Conductivity, Material, Pores, Provenance, Table};
 
 pub(super) fn material(written: Written<'_>, id: String) -> Read<Material> {
     let top = written.section()?;

@@ -7,13 +7,14 @@
 mod decomposition;
 mod exposure;
 mod factor;
-mod folder;
+mod files;
 mod gas;
+mod gas_flow;
 mod layup;
 mod material;
-mod nearest;
 mod observation;
 mod property;
+mod references;
 mod schedule;
 mod sheet;
 mod source;
@@ -21,23 +22,19 @@ mod source;
 mod tests;
 mod written;
 
+pub use files::{Files, Folder};
+
+use super::builder::{CaseBuilder, paper_figure};
 use super::error::{CaseError, Faults, Place, Read};
-use super::library;
+use super::gas::UNBLOWN;
+use super::scope::FactorScope;
 use super::unit::Dimension;
 use super::{Case, Exposure, Face, Gas, Layup, Material, Resolution, Schedule, Sensor};
 use exposure::{BackFace, HotFace};
-use folder::{Folder, shipped, shipped_gas, unknown_gas, unknown_material};
+use references::{References, named_gas, named_material};
 use schedule::{Initial, Schedules};
-use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use written::{Node, Section, Written};
-
-/// More cells than this resolve nothing that the material tables know.
-const MOST_CELLS: f64 = 1024.0;
-/// More instants than this are no trace that anybody reads.
-const MOST_INSTANTS: f64 = 1e5;
-/// Few enough for any layup, enough for a gradient: cells of a ply.
-const CELLS_A_PLY: usize = 4;
 
 impl Case {
     /// A case file, or a folder that holds a `case.toml`.
@@ -61,27 +58,27 @@ impl Case {
         let case = located(path, &faults).and_then(|file| {
             let mut root = document(&file, &faults)?;
             written::all(overrides.iter().map(|(name, value)| set(&mut root, name, value, &faults)))?;
-            read(&root, file.parent().unwrap_or(Path::new(".")), id(&file), &faults)
+            read(&root, &Folder::new(file.parent().unwrap_or(Path::new("."))), id(&file), &faults)
         });
-        faults.settle(case)
+        faults.settle(case)?.build()
     }
 
-    /// A case from the text of a case file. `id` names it in messages and output; files that the text names are looked
-    /// for in `folder`.
+    /// A case from the text of a case file. `id` names it in messages and output; `files` has the files that the text
+    /// names, so that a case needs no disk.
     ///
     /// # Errors
     /// Every fault of the text and of the files that it names, each with its line and column.
-    pub fn from_toml(text: &str, id: &str, folder: &Path) -> Result<Self, CaseError> {
+    pub fn from_toml(text: &str, id: &str, files: &dyn Files) -> Result<Self, CaseError> {
         let faults = Faults::default();
-        let case = Node::document(text, id, &faults).and_then(|root| read(&root, folder, id.to_owned(), &faults));
-        faults.settle(case)
+        let case = Node::document(text, id, &faults).and_then(|root| read(&root, files, id.to_owned(), &faults));
+        faults.settle(case)?.build()
     }
 }
 
-/// The case of a document whose files lie in a folder.
-fn read(root: &Node, folder: &Path, id: String, faults: &Faults) -> Read<Case> {
-    let folder = Folder { path: folder, faults, materials: RefCell::default() };
-    case(&root.read(faults).section()?, &folder, id)
+/// The content of a document that names some files. What is wrong with it is recorded where it is written; the builder
+/// checks it as a whole.
+fn read(root: &Node, files: &dyn Files, id: String, faults: &Faults) -> Read<CaseBuilder> {
+    case(&root.read(faults).section()?, &References::new(files, faults), id)
 }
 
 impl Material {
@@ -101,10 +98,7 @@ impl Material {
     /// No such material: the names that there are, the nearest first.
     pub fn named(id: &str) -> Result<Self, CaseError> {
         let faults = Faults::default();
-        let material = match library::text(id) {
-            Some((id, text)) => shipped(id, text, &faults),
-            None => Err(faults.record(&Place::whole(id), unknown_material(id))),
-        };
+        let material = named_material(id, &faults);
         faults.settle(material)
     }
 }
@@ -116,8 +110,8 @@ impl Gas {
     /// Every fault of the file, each with its line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
         let faults = Faults::default();
-        let gas = document(path, &faults).and_then(|root| gas::filed(root.read(&faults), id(path)));
-        faults.settle(gas.map(|filed| filed.gas))
+        let gas = document(path, &faults).and_then(|root| gas::gas(root.read(&faults), id(path)));
+        faults.settle(gas)
     }
 
     /// A gas of the database that is built in; `-` in a name is as good as `_`.
@@ -126,17 +120,13 @@ impl Gas {
     /// No such gas: the names that there are, the nearest first.
     pub fn named(id: &str) -> Result<Self, CaseError> {
         let faults = Faults::default();
-        let gas = match library::gas_text(id) {
-            Some((id, text)) => shipped_gas(id, text, &faults),
-            None => Err(faults.record(&Place::whole(id), unknown_gas(id))),
-        };
-        faults.settle(gas.map(|filed| filed.gas))
+        let gas = named_gas(id, &faults);
+        faults.settle(gas)
     }
 }
 
 fn document(file: &Path, faults: &Faults) -> Read<Node> {
-    let text = source::read(file, faults)?;
-    Node::document(&text, &file.display().to_string(), faults)
+    source::document(files::bytes(file), &file.display().to_string(), faults)
 }
 
 /// The file of a path that may be a folder.
@@ -181,37 +171,37 @@ fn set(root: &mut Node, name: &str, value: &str, faults: &Faults) -> Read<()> {
 }
 
 /// Every part is read before any is asked for, so that no fault hides another.
-fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
+fn case(top: &Section<'_>, references: &References<'_>, id: String) -> Read<CaseBuilder> {
     let name = top.text_or("name", &id);
     let note = top.text_or("note", "");
     let duration_s = top.positive("duration", Dimension::Time);
-    let schedules = Schedules { folder, duration_s: duration_s.ok() };
+    let schedules = Schedules { references, duration_s: duration_s.ok() };
     let atmosphere = || Ok(Schedule::constant(101_325.0));
     let pressure = top.optional("pressure");
     let pressure_pa = pressure.map_or_else(atmosphere, |written| exposure::pressure(written, &schedules));
     let initial = top.required("initial_temperature", Dimension::Temperature.expectation());
     let initial = initial.and_then(Initial::read);
-    let layup = gas::reacting(top, layup::layup(top, folder));
+    let layup = gas_flow::reacting(top, layup::layup(top, references));
     let sensors = layup::sensors(top, layup.as_ref().ok());
     let hot_face = exposure::hot_face(top, &schedules, layup.as_ref().ok(), sensors.as_deref().ok());
     let back_face = exposure::back_face(top, &schedules);
     let holder = exposure::around(top, &schedules);
-    let observations = observation::observations(top, folder, sensors.as_deref().ok(), duration_s);
+    let observations = observation::observations(top, references, sensors.as_deref().ok(), duration_s);
     let blowing = hot_face.as_ref().ok().and_then(|face| face.blowing);
     let marched = marched(layup, sensors.clone(), hot_face);
     let covered = marched.as_ref().ok().zip(initial.as_ref().ok());
     let covered = covered.map_or(Ok(()), |((layup, ..), initial)| initial.check(layup.origin_m, layup.back_m()));
-    let gas = gas::flow(top, folder, marched.as_ref().ok().map(|(layup, ..)| layup), back_face.as_ref().ok());
+    let gas = gas_flow::flow(top, references, marched.as_ref().ok().map(|(layup, ..)| layup), back_face.as_ref().ok());
     let blown = match (blowing, &marched, &gas) {
-        (Some(written), Ok(_), Ok(None)) => Err(written.fault("no gas leaves the layup, which alone reduces a flux")),
+        (Some(written), Ok(_), Ok(None)) => Err(written.fault(UNBLOWN)),
         _ => Ok(()),
     };
-    let scaled = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(gas.as_ref().ok().zip(holder.as_ref().ok()));
-    let scaled = scaled.map(|(((layup, sensors, hot_face), BackFace { face: back_face, .. }), (gas, holder))| {
+    let scope = marched.as_ref().ok().zip(back_face.as_ref().ok()).zip(gas.as_ref().ok().zip(holder.as_ref().ok()));
+    let scope = scope.map(|(((layup, sensors, hot_face), BackFace { face: back_face, .. }), (gas, holder))| {
         let (gas_path, has_holder) = (gas.as_ref().map(|gas| gas.path), holder.is_some());
-        factor::Scaled { layup, hot_face, back_face, gas_path, has_holder, sensors }
+        FactorScope { layup, hot_face, back_face, gas_path, has_holder, sensors }
     });
-    let factors = factor::factors(top, scaled);
+    let factors = factor::factors(top, scope);
     let correlation = factor::correlation(top, factors.as_deref().ok());
     let estimate = observation::estimate(top, factors.as_deref().ok(), sensors.as_deref().ok(), duration_s);
     let plies = marched.as_ref().map_or(1, |(layup, ..)| layup.plies.len());
@@ -231,7 +221,7 @@ fn case(top: &Section<'_>, folder: &Folder<'_>, id: String) -> Read<Case> {
         hot_face,
         back_face,
     };
-    Ok(Case {
+    Ok(CaseBuilder {
         id,
         name: name?,
         note: note?,
@@ -265,13 +255,7 @@ fn marched(
 /// Which figures of the report repeat figures of the paper: a number or several under the name of each.
 fn paper_figures(top: &Section<'_>) -> Read<Vec<(String, Vec<usize>)>> {
     let Some(written) = top.optional("paper_figures") else { return Ok(Vec::new()) };
-    let number = |written: Written<'_>| {
-        let number = written.number()?;
-        if number >= 1.0 && number.fract() == 0.0 {
-            return Ok(number as usize);
-        }
-        Err(written.fault(format!("expected the number of a figure, 1 or more, found {number}")))
-    };
+    let number = |written: Written<'_>| written.require(paper_figure(written.number()?));
     written::all(written.section()?.others().into_iter().map(|(figure, written)| {
         let numbers = if written.is_list() { written.list()? } else { vec![written] };
         Ok((figure.to_owned(), written::all(numbers.into_iter().map(number))?))
@@ -285,13 +269,9 @@ fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Re
         return Ok(standard);
     };
     let section = written.section()?;
-    let cells = section.optional("cells").map_or(Ok(standard.cells), |written| {
-        let (cells, fewest) = (written.number()?, CELLS_A_PLY * plies);
-        if cells.fract() == 0.0 && (fewest as f64..=MOST_CELLS).contains(&cells) {
-            return Ok(cells as usize);
-        }
-        Err(written.fault(format!("expected a whole number of cells from {fewest} to {MOST_CELLS}, found {cells}")))
-    });
+    let cells = section
+        .optional("cells")
+        .map_or(Ok(standard.cells), |written| written.require(Resolution::checked_cells(written.number()?, plies)));
     let tolerance = section.optional("tolerance");
     let stated =
         ["cells", "first_step", "growth", "largest_step"].into_iter().find(|key| section.optional(key).is_some());
@@ -303,22 +283,15 @@ fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Re
         (None, Some(_)) => Ok(None),
         (None, None) => Ok(standard.tolerance_k),
     };
-    let growth = section.optional("growth").map_or(Ok(standard.growth), |written| {
-        let growth = written.number()?;
-        let fault = || written.fault(format!("expected a growth above 0 and at most 1, found {growth}"));
-        if growth > 0.0 && growth <= 1.0 { Ok(growth) } else { Err(fault()) }
-    });
+    let growth = section
+        .optional("growth")
+        .map_or(Ok(standard.growth), |written| written.require(Resolution::checked_growth(written.number()?)));
     let first_step_s = section.positive_or("first_step", Dimension::Time, standard.first_step_s);
     let largest_step_s = section.positive_or("largest_step", Dimension::Time, standard.largest_step_s);
     let every = section.optional("every");
     let every_s = every.map_or(Ok(standard.every_s), |written| {
         let every_s = written.positive(Dimension::Time)?;
-        match duration_s {
-            Ok(duration_s) if duration_s / every_s > MOST_INSTANTS => {
-                Err(written.fault(format!("{} instants are too many: at most {MOST_INSTANTS}", duration_s / every_s)))
-            }
-            _ => Ok(every_s),
-        }
+        written.require(Resolution::checked_every_s(every_s, duration_s.unwrap_or(0.0)))
     });
     section.close();
     Ok(Resolution {

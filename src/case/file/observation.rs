@@ -1,19 +1,19 @@
 //! `[observations]` and `[estimate]`.
 
-use super::Folder;
-use super::nearest::suggestion;
+use super::references::References;
 use super::schedule::points;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
+use crate::case::nearest::suggestion;
+use crate::case::observation::checked_window_s;
 use crate::case::unit::Dimension;
-use crate::case::{Bounds, Estimate, Factor, Observation, Sensor};
-use crate::fit::Loss;
+use crate::case::{Bounds, Estimate, Factor, LossFunction, Observation, Sensor};
 
 /// Observations from a CSV, or written out under the names of their sensors, and what is said of each sensor beside. Samples
 /// after the duration are left out.
 pub(super) fn observations(
     case: &Section<'_>,
-    folder: &Folder<'_>,
+    references: &References<'_>,
     sensors: Option<&[Sensor]>,
     duration_s: Read<f64>,
 ) -> Read<Vec<Observation>> {
@@ -32,7 +32,7 @@ pub(super) fn observations(
     }
     let own = all(named.into_iter().map(|(name, written)| Own::of(name, written, sensors, duration_s)));
     let (sigma_k, own) = (sigma_k?, own?);
-    let mut found = file.map_or(Ok(Vec::new()), |file| measured(file, folder, sensors, sigma_k, &own))?;
+    let mut found = file.map_or(Ok(Vec::new()), |file| measured(file, references, sensors, sigma_k, &own))?;
     let more = all(own.iter().filter_map(|own| match (found.iter().any(|(name, _)| name == own.name), own.samples) {
         (true, None) => None,
         (true, Some(samples)) => {
@@ -95,18 +95,9 @@ impl<'a> Own<'a> {
 
     /// The observation with the sensor's own window, within which one sample lies at least.
     fn trusted(&self, observation: Observation) -> Read<Observation> {
-        let Some((written, (start_s, end_s))) = self.window else { return Ok(observation) };
-        let times_s = &observation.times_s;
-        if times_s.iter().any(|time_s| (start_s..=end_s).contains(time_s)) {
-            return Ok(Observation { window_s: Some((start_s, end_s)), ..observation });
-        }
-        Err(written.fault(format!(
-            "window from {start_s} s to {end_s} s holds no sample of {:?}, which has {} from {} s to {} s",
-            self.name,
-            times_s.len(),
-            times_s[0],
-            times_s[times_s.len() - 1]
-        )))
+        let Some((written, window_s)) = self.window else { return Ok(observation) };
+        let window_s = written.require(observation.sampled_window_s(window_s, self.name))?;
+        Ok(Observation { window_s: Some(window_s), ..observation })
     }
 }
 
@@ -127,13 +118,13 @@ fn sensor(name: &str, sensors: Option<&[Sensor]>) -> Result<usize, String> {
 /// The columns of a CSV: `TC1_K` and, where neither the sensor nor the case is given a sigma, `TC1_sigma_K`.
 fn measured(
     file: Written<'_>,
-    folder: &Folder<'_>,
+    references: &References<'_>,
     sensors: Option<&[Sensor]>,
     sigma_k: Option<f64>,
     own: &[Own<'_>],
 ) -> Read<Vec<(String, Observation)>> {
     let faults = file.faults();
-    let sheet = folder.sheet(file)?;
+    let sheet = references.sheet(file)?;
     let columns: Vec<(usize, &str)> = sheet.stems().collect();
     let traces = columns.iter().filter(|(_, stem)| !stem.ends_with("_sigma"));
     if traces.clone().next().is_none() {
@@ -183,10 +174,7 @@ fn measured(
 }
 
 fn within(mut observation: Observation, duration_s: f64, written: Written<'_>) -> Read<Observation> {
-    let first_s = observation.times_s[0];
-    if first_s < 0.0 {
-        return Err(written.fault(format!("observed at {first_s} s, before the start")));
-    }
+    let first_s = written.require(Observation::checked_first_s(observation.times_s[0]))?;
     let count = observation.times_s.partition_point(|&time_s| time_s <= duration_s);
     if count == 0 {
         return Err(written.fault(format!("observed from {first_s} s on, after the duration of {duration_s} s")));
@@ -214,7 +202,7 @@ pub(super) fn estimate(
     let seen = indices(&section, "sensors", sensors.map(names));
     let window_s = section.optional("window").map(|written| window(written, duration_s)).transpose();
     let bounds = section.optional("bounds").map_or(Ok(Bounds::Small), bounds);
-    let loss = section.optional("loss").map_or(Ok(Loss::default()), loss);
+    let loss = section.optional("loss").map_or(Ok(LossFunction::default()), loss);
     let prior = section.optional("prior").map(self::bounds).transpose();
     let starts = section.optional("start").map(Written::section).transpose();
     section.close();
@@ -233,9 +221,9 @@ pub(super) fn estimate(
     })
 }
 
-fn loss(written: Written<'_>) -> Read<Loss> {
+fn loss(written: Written<'_>) -> Read<LossFunction> {
     let text = written.text()?;
-    Loss::named(text).map_err(|message| written.fault(format!("{message}, found {text:?}")))
+    written.require(LossFunction::named(text).map_err(|message| format!("{message}, found {text:?}")))
 }
 
 /// Names of a list, as indices into those that there are; as none where those are at fault.
@@ -261,24 +249,12 @@ fn indices(section: &Section<'_>, key: &'static str, known: Option<Vec<String>>)
 fn window(written: Written<'_>, duration_s: Read<f64>) -> Read<(f64, f64)> {
     let [start, end] = written.pair()?;
     let (start_s, end_s) = (start.not_negative(Dimension::Time), end.not_negative(Dimension::Time));
-    let (start_s, end_s) = (start_s?, end_s?);
-    if start_s >= end_s {
-        return Err(written.fault(format!("window reversed: {start_s} s is not before {end_s} s")));
-    }
-    match duration_s {
-        Ok(duration_s) if start_s >= duration_s => {
-            Err(written.fault(format!("window begins at {start_s} s, not before the end at {duration_s} s")))
-        }
-        _ => Ok((start_s, end_s)),
-    }
+    written.require(checked_window_s((start_s?, end_s?), duration_s.unwrap_or(f64::INFINITY)))
 }
 
 fn bounds(written: Written<'_>) -> Read<Bounds> {
-    match written.text()? {
-        "small" => Ok(Bounds::Small),
-        "large" => Ok(Bounds::Large),
-        other => Err(written.fault(format!("expected \"small\" or \"large\", found {other:?}"))),
-    }
+    let text = written.text()?;
+    written.require(Bounds::named(text).ok_or_else(|| format!("expected \"small\" or \"large\", found {text:?}")))
 }
 
 /// Starts by the names of the factors chosen; the nominal value of one that is not named.
@@ -289,12 +265,8 @@ fn start(section: &Section<'_>, chosen: &[usize], factors: &[Factor], bounds: Bo
             let known = chosen.iter().map(|&index| factors[index].name.as_str());
             written.fault(format!("{name:?} is none of the factors to estimate{}", suggestion(name, known)))
         })?;
-        let value = written.number()?;
-        let (low, high) = factors[chosen[place]].bounds(bounds);
-        if !(low..=high).contains(&value) {
-            return Err(written.fault(format!("start {value} lies outside the bounds {low} to {high}")));
-        }
-        start[place] = value;
+        let value = Estimate::checked_start(written.number()?, &factors[chosen[place]], bounds);
+        start[place] = written.require(value)?;
         Ok(())
     }))?;
     Ok(start)

@@ -1,12 +1,11 @@
 //! Properties over temperature and pressure, how gas passes, and where numbers came from: what the files of materials and
 //! gases share.
 
-use super::nearest::suggestion;
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
-use crate::case::material::{Mark, Parts, Provenance};
+use crate::case::nearest::suggestion;
 use crate::case::unit::{Dimension, conversion};
-use crate::case::{Conductivity, OutOfRange, Pores, Table};
+use crate::case::{Conductivity, Mark, OutOfRange, Parts, Pores, Provenance, Table};
 
 /// Klinkenberg's slip of air, `b = 4 λp/r`, times the radius of the pores and over the temperature, Pa m/K: with the mean free
 /// path of [`air_mean_free_path_m`](crate::case::air::air_mean_free_path_m).
@@ -32,14 +31,8 @@ fn pressures(written: Written<'_>) -> Read<Vec<(f64, Table)>> {
         let pressure_pa = section.positive("pressure", Dimension::Pressure);
         let table = table(&section, Dimension::Conductivity);
         section.close();
-        let pressure_pa = pressure_pa?;
-        if pressure_pa <= last_pa {
-            return Err(
-                section.fault(format!("pressure {pressure_pa} Pa does not rise: the one before is {last_pa} Pa"))
-            );
-        }
-        last_pa = pressure_pa;
-        Ok((pressure_pa, table?))
+        last_pa = section.require(Conductivity::next_pa(last_pa, pressure_pa?))?;
+        Ok((last_pa, table?))
     }))
 }
 
@@ -68,7 +61,7 @@ fn parts(section: &Section<'_>, density_kg_m3: f64) -> Read<Parts> {
     let range = section.required("range", "temperatures such as [\"250 K\", \"1400 K\"]").and_then(|written| {
         let [low, high] = written.pair()?;
         let (low, high) = (low.quantity(Dimension::Temperature)?, high.quantity(Dimension::Temperature)?);
-        if low < high { Ok((low, high)) } else { Err(written.fault(format!("range reversed: {low} K to {high} K"))) }
+        written.require(Parts::checked_range_k((low, high)))
     });
     Ok(Parts {
         solid_w_m_k: solid_w_m_k?,
@@ -83,8 +76,8 @@ fn parts(section: &Section<'_>, density_kg_m3: f64) -> Read<Parts> {
 /// `value = "900 J/kg/K"`, or columns `temperatures_k` and `values` in the `unit` named.
 pub(super) fn table(section: &Section<'_>, dimension: Dimension) -> Read<Table> {
     if let Some(written) = section.optional("value") {
-        let value = written.quantity(dimension).and_then(|value| fit(value, dimension, written));
-        return value.map(Table::constant);
+        let value = written.quantity(dimension)?;
+        return written.require(Table::property_value(value, dimension)).map(Table::constant);
     }
     let temperatures = section.required("temperatures_k", "a list of temperatures in K, or a key `value`");
     let temperatures_k = temperatures.and_then(numbers).and_then(rising);
@@ -92,45 +85,28 @@ pub(super) fn table(section: &Section<'_>, dimension: Dimension) -> Read<Table> 
     let scale = match section.optional("unit") {
         None if dimension == Dimension::Fraction => Ok(1.0),
         None => Err(section.fault(format!("missing key \"unit\": expected the unit of {}", dimension.expectation()))),
-        Some(written) => written.text().and_then(|unit| {
-            conversion(unit, dimension).map(|(scale, _)| scale).map_err(|message| written.fault(message))
-        }),
+        Some(written) => {
+            written.text().and_then(|unit| written.require(conversion(unit, dimension).map(|(scale, _)| scale)))
+        }
     };
     let listed = section.required("values", "a list of values, one a temperature");
     let values = listed.and_then(numbers);
     let (temperatures_k, outside, scale, values) = (temperatures_k?, outside?, scale?, values?);
-    if values.len() != temperatures_k.len() {
-        let message = format!("{} values at {} temperatures", values.len(), temperatures_k.len());
-        return Err(listed?.fault(message));
-    }
-    let values = all(values.into_iter().map(|(value, written)| fit(value * scale, dimension, written)))?;
-    Ok(Table { temperatures_k, values, outside })
+    let si = values.iter().map(|(value, _)| value * scale).collect();
+    let table = listed?.require(Table::new(temperatures_k, si, outside))?;
+    all(values.into_iter().map(|(value, written)| written.require(Table::property_value(value * scale, dimension))))?;
+    Ok(table)
 }
 
 fn numbers(written: Written<'_>) -> Read<Vec<(f64, Written<'_>)>> {
     all(written.list()?.into_iter().map(|each| Ok((each.number()?, each))))
 }
 
-/// A property is positive; an emissivity at most one; an enthalpy counts from a level of its own.
-fn fit(value: f64, dimension: Dimension, written: Written<'_>) -> Read<f64> {
-    match dimension {
-        Dimension::Fraction if !(0.0..=1.0).contains(&value) => {
-            Err(written.fault(format!("{value} lies outside 0 to 1")))
-        }
-        Dimension::Fraction | Dimension::SpecificEnthalpy => Ok(value),
-        _ if value > 0.0 => Ok(value),
-        _ => Err(written.fault(format!("{value} is not positive"))),
-    }
-}
-
 fn rising(temperatures_k: Vec<(f64, Written<'_>)>) -> Read<Vec<f64>> {
     let mut last_k = 0.0;
     all(temperatures_k.into_iter().map(|(temperature_k, written)| {
-        if temperature_k <= last_k {
-            return Err(written.fault(format!("temperature {temperature_k} K does not rise above {last_k} K")));
-        }
-        last_k = temperature_k;
-        Ok(temperature_k)
+        last_k = written.require(Table::next_k(last_k, temperature_k))?;
+        Ok(last_k)
     }))
 }
 
@@ -158,26 +134,17 @@ pub(super) fn pores(section: &Section<'_>, virgin: Option<Pores>) -> Read<Pores>
     let slip = section.optional("pore_radius").map(|written| Ok(SLIP_PA_M_K / written.positive(Dimension::Length)?));
     let inertia = section.optional("inertia").map(|written| written.not_negative(Dimension::Inertia));
     let virgin = virgin.unwrap_or(Pores::SEALED);
-    let (porosity, permeability_m2) = (porosity?, permeability?);
-    if permeability_m2 > 0.0 && porosity == 0.0 {
-        return Err(
-            section.fault(format!("without pores nothing passes: porosity 0 and permeability {permeability_m2} m²"))
-        );
-    }
-    Ok(Pores {
-        porosity,
-        permeability_m2,
+    let pores = Pores {
+        porosity: porosity?,
+        permeability_m2: permeability?,
         slip_pa_k: slip.unwrap_or(Ok(virgin.slip_pa_k))?,
         inertia_1_m: inertia.unwrap_or(Ok(virgin.inertia_1_m))?,
-    })
+    };
+    section.require(pores.passable())
 }
 
 fn porosity(written: Written<'_>) -> Read<f64> {
-    let porosity = written.quantity(Dimension::Fraction)?;
-    if (0.0..1.0).contains(&porosity) {
-        return Ok(porosity);
-    }
-    Err(written.fault(format!("porosity {porosity} lies outside 0 to 1: a solid fills some of the volume")))
+    written.require(Pores::checked_porosity(written.quantity(Dimension::Fraction)?))
 }
 
 /// The word of a key among those known; the first stands in where the key is absent.

@@ -1,21 +1,20 @@
 //! What runs through time: a value, a list of points or a column of a CSV, and what holds where these do not reach.
 
-use super::folder::Folder;
+use super::references::References;
 use super::sheet::Series;
 use super::written::{Section, Written, all};
 use crate::case::Schedule;
 use crate::case::error::Read;
+use crate::case::layup::SAME_DEPTH_M;
+use crate::case::table;
 use crate::case::unit::Dimension;
 
 /// Times closer than this share of the duration are one instant, as in a march.
 const SAME_INSTANT: f64 = 1e-9;
 
-/// Depths closer than this are one: a micrometre is less than any ply is known to.
-const SAME_DEPTH_M: f64 = 1e-6;
-
 /// How schedules are read: the files beside the case, and the run that they must cover.
 pub(super) struct Schedules<'a> {
-    pub(super) folder: &'a Folder<'a>,
+    pub(super) references: &'a References<'a>,
     /// `None` where the duration is at fault; then no schedule is held against it.
     pub(super) duration_s: Option<f64>,
 }
@@ -43,7 +42,7 @@ impl Schedules<'_> {
         let outside = outside(&section, dimension);
         section.close();
         let series = match (file, listed, column) {
-            (Some(file), None, _) => self.folder.series(file, column, dimension),
+            (Some(file), None, _) => self.references.series(file, column, dimension),
             (None, Some(listed), None) => points(listed, dimension, true),
             (None, _, Some(column)) => Err(column.fault("a column is one of a `file`, and there is none")),
             (Some(_), Some(listed), _) => Err(listed.fault("expected a `file` or `points`, not both")),
@@ -89,7 +88,7 @@ impl Schedules<'_> {
                 }
             }
         }
-        Ok(Schedule { times_s, values })
+        written.require(Schedule::new(times_s, values))
     }
 }
 
@@ -176,13 +175,9 @@ fn rising(written: Written<'_>, along: Dimension, dimension: Dimension, jumps: b
     let pairs = all(written.list()?.into_iter().map(|point| {
         let [at, value] = point.pair()?;
         let (place, value) = (at.quantity(along), value.quantity(dimension));
-        let place = place?;
-        if place < last || (place == last && !jumps) {
-            let noun = if along == Dimension::Time { "time" } else { "depth" };
-            return Err(at.fault(format!("{noun} {place} does not rise: the one before is {last}, in SI")));
-        }
-        last = place;
-        Ok((place, value?))
+        let noun = if along == Dimension::Time { "time" } else { "depth" };
+        last = at.require(table::rising(noun, last, place?, jumps))?;
+        Ok((last, value?))
     }))?;
     Ok(pairs.into_iter().unzip())
 }

@@ -5,12 +5,13 @@
 
 mod dialect;
 
-use super::nearest::suggestion;
 use super::source;
 use crate::case::error::{Faults, Faulty, Place, Read};
+use crate::case::nearest::suggestion;
+use crate::case::table::rises;
 use crate::case::unit::{Dimension, conversion};
 use dialect::Dialect;
-use std::path::Path;
+use std::io;
 use std::sync::Arc;
 
 /// Faults recorded of one column, and of the lengths of rows, before reading gives up.
@@ -62,9 +63,9 @@ impl Sheet {
     /// # Errors
     /// No such file; no heading; a heading that stands twice or is missing; no rows; a row of another length than the
     /// heading; a quote that is not closed.
-    pub(super) fn read(path: &Path, faults: &Faults) -> Read<Self> {
-        let mut text = source::read(path, faults)?;
-        let file: Arc<str> = path.display().to_string().into();
+    pub(super) fn read(bytes: io::Result<Vec<u8>>, label: &str, faults: &Faults) -> Read<Self> {
+        let mut text = source::text(bytes, label, faults)?;
+        let file: Arc<str> = label.into();
         if text.contains('\r') {
             text = text.replace("\r\n", "\n").replace('\r', "\n");
         }
@@ -204,7 +205,7 @@ impl Sheet {
                 self.no_number(row, 0, faults)
             } else if !si_value.is_finite() {
                 self.no_number(row, column, faults)
-            } else if time_s < last_s || (time_s == last_s && !jumps) {
+            } else if !rises(last_s, time_s, jumps) {
                 let message = format!("time {time_s} s does not rise: the row before is at {last_s} s");
                 faults.record(&self.place(row, 0), message)
             } else if !dimension.is_allowed(si_value) {

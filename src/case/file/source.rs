@@ -1,21 +1,19 @@
-//! A text file, or why it cannot be read.
+//! The text of a file's bytes, or why they are none.
 
+use super::files::LARGEST_BYTES;
+use super::written::Node;
 use crate::case::error::{Faults, Place, Read, unreadable};
-use std::fs::File;
-use std::io::Read as _;
-use std::path::Path;
+use std::io;
 
-/// The largest file that is read: two million rows of a time and three values are half of it.
-const LARGEST_BYTES: u64 = 64 << 20;
+/// The document of a TOML file, which messages call `label`.
+pub(super) fn document(bytes: io::Result<Vec<u8>>, label: &str, faults: &Faults) -> Read<Node> {
+    Node::document(&text(bytes, label, faults)?, label, faults)
+}
 
 /// The text of a file, without a byte-order mark: UTF-8, or UTF-16 where the mark says so.
-pub(super) fn read(path: &Path, faults: &Faults) -> Read<String> {
-    let place = Place::whole(path.display().to_string());
-    let mut bytes = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(LARGEST_BYTES + 1).read_to_end(&mut bytes));
-    if let Err(error) = read {
-        return Err(faults.record(&place, unreadable(&error)));
-    }
+pub(super) fn text(bytes: io::Result<Vec<u8>>, label: &str, faults: &Faults) -> Read<String> {
+    let place = Place::whole(label);
+    let bytes = bytes.map_err(|error| faults.record(&place, unreadable(&error)))?;
     if bytes.len() as u64 > LARGEST_BYTES {
         return Err(faults.record(&place, format!("too large: more than {} MiB", LARGEST_BYTES >> 20)));
     }

@@ -1,7 +1,8 @@
 //! TOML as written: every value knows its line and column, and whoever reads it records what is wrong there.
 
-use super::nearest::suggestion;
+use crate::case::check;
 use crate::case::error::{Faults, Faulty, Place, Read};
+use crate::case::nearest::suggestion;
 use crate::case::unit::{Dimension, quantity};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -178,14 +179,18 @@ impl<'a> Written<'a> {
         self.faults.record(&self.node.place, message)
     }
 
+    /// The value that a rule lets through, or its message as a fault here.
+    pub(super) fn require<T>(self, rule: Result<T, String>) -> Read<T> {
+        rule.map_err(|message| self.fault(message))
+    }
+
     pub(super) fn faults(self) -> &'a Faults {
         self.faults
     }
 
     pub(super) fn text(self) -> Read<&'a str> {
         match &self.node.value {
-            Value::Text(text) if text.trim().is_empty() => Err(self.fault("empty: expected some text")),
-            Value::Text(text) => Ok(text),
+            Value::Text(text) => self.require(check::not_blank(text)),
             _ => Err(self.fault(format!("expected text in quotes, found {}", self.kind()))),
         }
     }
@@ -212,19 +217,17 @@ impl<'a> Written<'a> {
     /// Text with a unit, in SI. A bare number is a missing unit, but for a fraction.
     pub(super) fn quantity(self, dimension: Dimension) -> Read<f64> {
         match &self.node.value {
-            Value::Text(text) | Value::Number(text) => quantity(text, dimension).map_err(|message| self.fault(message)),
+            Value::Text(text) | Value::Number(text) => self.require(quantity(text, dimension)),
             _ => Err(self.fault(format!("expected {}, found {}", dimension.expectation(), self.kind()))),
         }
     }
 
     pub(super) fn positive(self, dimension: Dimension) -> Read<f64> {
-        let value = self.quantity(dimension)?;
-        if value > 0.0 { Ok(value) } else { Err(self.fault(format!("{} is not positive", self.shown()))) }
+        self.require(check::positive(self.quantity(dimension)?, self.shown()))
     }
 
     pub(super) fn not_negative(self, dimension: Dimension) -> Read<f64> {
-        let value = self.quantity(dimension)?;
-        if value >= 0.0 { Ok(value) } else { Err(self.fault(format!("{} is negative", self.shown()))) }
+        self.require(check::not_negative(self.quantity(dimension)?, self.shown()))
     }
 
     /// The values of a list, one or more.
@@ -297,6 +300,11 @@ pub(super) struct Section<'a> {
 impl<'a> Section<'a> {
     pub(super) fn fault(&self, message: impl Into<String>) -> Faulty {
         self.faults.record(self.place, message)
+    }
+
+    /// The value that a rule lets through, or its message as a fault of the whole table.
+    pub(super) fn require<T>(&self, rule: Result<T, String>) -> Read<T> {
+        rule.map_err(|message| self.fault(message))
     }
 
     pub(super) fn optional(&self, key: &'static str) -> Option<Written<'a>> {

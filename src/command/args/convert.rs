@@ -6,10 +6,10 @@ use crate::command::args::{
 };
 use crate::command::exit::{Failure, input};
 use crate::command::progress::Bar;
-use bondline::case::Bounds;
 use bondline::case::unit::{Dimension, quantity};
+use bondline::case::{Bounds, LossFunction};
 use bondline::ensemble::{self, Sampling};
-use bondline::fit::{Loss, Rules};
+use bondline::fit::Rules;
 use bondline::march::Precision;
 use bondline::march::choose::{Choice, Kind};
 use bondline::session::{
@@ -142,7 +142,7 @@ fn window(text: &str) -> Result<(f64, f64), Failure> {
 }
 
 pub(crate) fn fit(fit: &Fit) -> Result<FitOptions, Failure> {
-    let loss = fit.loss.as_deref().map(Loss::named).transpose();
+    let loss = fit.loss.as_deref().map(LossFunction::named).transpose();
     let loss = loss.map_err(|message| input(format!("--loss {:?}: {message}", fit.loss.as_deref().unwrap_or(""))))?;
     let start = |(name, value): (String, f64)| {
         let (factor, case) = name.split_once('@').map_or((name.as_str(), None), |(name, id)| (name, Some(id)));

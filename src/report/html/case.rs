@@ -2,8 +2,8 @@
 
 use super::super::{Story, observed, words};
 use super::table::{list, paragraph, table};
-use crate::case::material::{Mark, Provenance};
 use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasPath, Material, OpenFace, Schedule, Side};
+use crate::case::{Mark, Provenance};
 
 /// Layup, sensors, what they measured, materials, exposure and factors.
 pub(super) fn described(case: &Case) -> String {

@@ -2,7 +2,7 @@
 
 use super::braille::{Curve, chart};
 use super::{heading, of_table, sampled};
-use crate::case::material::Provenance;
+use crate::case::Provenance;
 use crate::case::{Conductivity, Decomposition, Pores, PyrolysisHeat, Sequence};
 
 /// How a thermobalance usually heats, and where it starts and ends.

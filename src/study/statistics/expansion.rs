@@ -327,7 +327,7 @@ mod tests {
     #[test]
     fn of_factors_that_go_together_first_order_takes_what_moves_along_and_total_leaves_it() {
         for r in [-0.7, 0.3, 0.8f64] {
-            let correlation = Correlation::of(3, &[(0, 1, r)]).expect("positive definite");
+            let correlation = Correlation::new(3, &[(0, 1, r)]).expect("positive definite");
             let found = causes(SamplingKind::Uniform, &correlation, 3, MANY, 4, |f| f[0] + f[1]);
             let (shared, followed) = ((r / 2.0).asin() / (2.0 * PI), (r * r / 2.0).asin() / (2.0 * PI));
             let all = 1.0 / 6.0 + 2.0 * shared;
@@ -339,7 +339,7 @@ mod tests {
 
     #[test]
     fn factors_that_are_told_to_go_together_by_nothing_have_the_indices_of_independent_ones() {
-        let nothing = Correlation::of(3, &[(0, 1, 0.0)]).expect("positive definite");
+        let nothing = Correlation::new(3, &[(0, 1, 0.0)]).expect("positive definite");
         assert!(!nothing.is_none());
         let [first, total] = ishigami_indices();
         assert_close(&causes(SamplingKind::Uniform, &nothing, 3, MANY, 1, ishigami), [&first, &total], CLOSE);

@@ -1,9 +1,8 @@
 //! Slabs that char: one of another code, two reactions in a chain, and a smooth one for orders and balances.
 
 use super::{CELSIUS_K, MOL};
-use crate::case::material::Parts;
 use crate::case::{
-    Case, Conductivity, Emissivity, Face, Gas, GasPath, Material, Mixing, OpenFace, Pores, Residue, Resolution,
+    Case, Conductivity, Emissivity, Face, Gas, GasPath, Material, Mixing, OpenFace, Parts, Pores, Residue, Resolution,
     Schedule, Sequence, Table,
 };
 use crate::traces::Gauge;
@@ -213,6 +212,21 @@ fn board(series: &'static str) -> Problem {
     // Blowing takes the gas flux of the step before: as it sets in, steps of 50 ms are 1 K off and of 2.5 ms 0.04 K.
     problem.case.resolution.largest_step_s = 0.0025;
     problem
+}
+
+/// The smooth felt under a cover of so much permeability, its back sealed: where nothing passes the cover, gas has no way out
+/// of the layup, which no case file may say.
+pub fn covered(permeability_m2: f64) -> Case {
+    let mut case = smooth(GasPath::Darcy, 1e-13);
+    let mut cover = case.layup.plies[0].clone();
+    let material = Arc::make_mut(&mut cover.material);
+    material.decomposition = None;
+    material.pores = Pores { permeability_m2, ..Pores::SEALED };
+    cover.name = "cover".to_owned();
+    cover.thickness_m = 1e-3;
+    case.layup.plies.insert(0, cover);
+    case.layup.contacts_w_m2_k.push(None);
+    case
 }
 
 /// A felt of 5 mm that two reactions char under a flux that rises from nothing: smooth in space and time, so that an

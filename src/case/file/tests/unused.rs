@@ -2,7 +2,7 @@
 
 use super::{Scratch, WHOLE, faults};
 use crate::case::Case;
-use std::path::Path;
+use std::collections::BTreeMap;
 
 /// A replacement in the whole case; line and column of the fault; what is said of it.
 const IDLE: &[(&str, &str, &str, &str)] = &[
@@ -57,7 +57,7 @@ fn a_contact_conductance_of_one_ply_is_refused_and_a_perfect_contact_is_no_claim
              [[ply]]\nname = \"A\"\nmaterial = \"akk\"\nthickness = \"1 mm\"\n[[sensor]]\nname = \"T\"\ndepth = \"0 mm\"\n\
              [hot_face]\nkind = \"held\"\ntemperature = \"400 K\"\n"
         );
-        Case::from_toml(&text, "one", Path::new(".")).map(|case| case.layup.plies.len())
+        Case::from_toml(&text, "one", &BTreeMap::new()).map(|case| case.layup.plies.len())
     };
     let said = of("500 W/m^2/K").expect_err("no interface").to_string();
     assert!(said.contains("one:3:23: a contact conductance of no interface: there is no interface"), "{said}");

@@ -1,0 +1,260 @@
+//! A case from values: what makes a [`Case`], after the checks that make it one.
+
+use super::check::{Field, Names};
+use super::error::{CaseError, Faults};
+use super::exposure::{Exposure, Face};
+use super::factor::{Correlation, Factor};
+use super::gas::{GasFlow, GasPath, UNBLOWN, UNDRIVEN};
+use super::layup::{Layup, Ply, Sensor};
+use super::observation::Observation;
+use super::resolution::Resolution;
+use super::scope::FactorScope;
+use super::{Case, Estimate};
+
+/// The content of a case, free to change until [`build`](Self::build) checks it.
+///
+/// ```
+/// use bondline::case::{CaseBuilder, Exposure, Face, Layup, Material, OpenFace, Ply, Schedule, Sensor, Side};
+/// use std::sync::Arc;
+///
+/// let felt = Ply {
+///     name: "FELT".to_owned(),
+///     group: "FELT".to_owned(),
+///     material: Arc::new(Material::named("saffil_96")?),
+///     thickness_m: 0.01,
+/// };
+/// let layup = Layup { plies: vec![felt], contacts_w_m2_k: Vec::new(), origin_m: 0.0 };
+/// let exposure = Exposure {
+///     duration_s: 60.0,
+///     initial_k: vec![(0.0, 300.0)],
+///     pressure_pa: Schedule::constant(101_325.0),
+///     back_pressure_pa: None,
+///     holder: None,
+///     hot_face: Face::Held(Schedule::new(vec![0.0, 10.0], vec![300.0, 1200.0])?),
+///     back_face: Face::Open(OpenFace::insulated()),
+/// };
+/// let mut builder = CaseBuilder::new("felt", layup, exposure);
+/// builder.sensors.push(Sensor { name: "BACK".to_owned(), depth_m: 0.02, side: Side::Both, lag_s: 0.0 });
+/// let error = builder.clone().build().expect_err("the sensor lies off the layup");
+/// assert_eq!(
+///     error.to_string(),
+///     "sensors[0].depth_m: 20 mm is off the layup, whose back face lies at 10 mm\n1 fault"
+/// );
+/// builder.sensors[0].depth_m = 0.01;
+/// assert_eq!(builder.build()?.sensors().len(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CaseBuilder {
+    /// As [`Case::id`].
+    pub id: String,
+    /// As [`Case::name`].
+    pub name: String,
+    /// As [`Case::note`].
+    pub note: String,
+    /// As [`Case::layup`].
+    pub layup: Layup,
+    /// As [`Case::sensors`].
+    pub sensors: Vec<Sensor>,
+    /// As [`Case::exposure`].
+    pub exposure: Exposure,
+    /// As [`Case::gas`].
+    pub gas: Option<GasFlow>,
+    /// As [`Case::factors`].
+    pub factors: Vec<Factor>,
+    /// As [`Case::correlation`].
+    pub correlation: Correlation,
+    /// As [`Case::observations`].
+    pub observations: Vec<Observation>,
+    /// As [`Case::estimate`].
+    pub estimate: Estimate,
+    /// As [`Case::paper_figures`].
+    pub paper_figures: Vec<(String, Vec<usize>)>,
+    /// As [`Case::resolution`].
+    pub resolution: Resolution,
+}
+
+impl CaseBuilder {
+    /// A layup and its exposure, named by the id, at the default resolution. It lacks sensors, of which a case has one at
+    /// least.
+    pub fn new(id: impl Into<String>, layup: Layup, exposure: Exposure) -> Self {
+        let id = id.into();
+        Self {
+            name: id.clone(),
+            id,
+            note: String::new(),
+            layup,
+            sensors: Vec::new(),
+            exposure,
+            gas: None,
+            factors: Vec::new(),
+            correlation: Correlation::default(),
+            observations: Vec::new(),
+            estimate: Estimate::default(),
+            paper_figures: Vec::new(),
+            resolution: Resolution::default(),
+        }
+    }
+
+    /// The case, with sensors that all but meet a face of a ply moved onto it.
+    ///
+    /// # Errors
+    /// Every fault of the content, each with the path of its field: `layup.plies[2].thickness_m`.
+    pub fn build(mut self) -> Result<Case, CaseError> {
+        let faults = Faults::default();
+        self.check(&Field::root(&faults));
+        faults.settle(Ok(()))?;
+        for sensor in &mut self.sensors {
+            sensor.depth_m = self.layup.on_face_m(sensor.depth_m);
+        }
+        let Self {
+            id,
+            name,
+            note,
+            layup,
+            sensors,
+            exposure,
+            gas,
+            factors,
+            correlation,
+            observations,
+            estimate,
+            paper_figures,
+            resolution,
+        } = self;
+        Ok(Case {
+            id,
+            name,
+            note,
+            layup,
+            sensors,
+            exposure,
+            gas,
+            factors,
+            correlation,
+            observations,
+            estimate,
+            paper_figures,
+            resolution,
+        })
+    }
+
+    fn check(&self, case: &Field<'_>) {
+        case.not_blank("id", &self.id);
+        case.not_blank("name", &self.name);
+        let has_depths = self.layup.check(&case.field("layup"));
+        self.exposure.check(&case.field("exposure"));
+        let layup = has_depths.then_some(&self.layup);
+        self.check_sensors(&case.field("sensors"), layup);
+        if has_depths {
+            self.check_gas(case);
+        }
+        for (at, factor) in case.field("factors").items(&self.factors) {
+            factor.check(&at);
+        }
+        if has_depths {
+            let scope = FactorScope {
+                layup: &self.layup,
+                hot_face: &self.exposure.hot_face,
+                back_face: &self.exposure.back_face,
+                gas_path: self.gas.as_ref().map(|gas| gas.path),
+                has_holder: self.exposure.holder.is_some(),
+                sensors: &self.sensors,
+            };
+            scope.check(&case.field("factors"), &self.factors);
+        }
+        self.correlation.check(&case.field("correlation"), self.factors.len());
+        let duration_s = self.exposure.duration_s;
+        self.check_observations(&case.field("observations"), duration_s);
+        self.estimate.check(&case.field("estimate"), &self.factors, self.sensors.len(), duration_s);
+        for (at, (_, numbers)) in case.field("paper_figures").items(&self.paper_figures) {
+            for &number in numbers {
+                at.require(paper_figure(number as f64));
+            }
+        }
+        self.resolution.check(&case.field("resolution"), self.layup.plies.len(), duration_s);
+    }
+
+    fn check_sensors(&self, at: &Field<'_>, layup: Option<&Layup>) {
+        if self.sensors.is_empty() {
+            at.fault("no sensor: expected at least one");
+        }
+        let mut names = Names::of("sensor");
+        for (at, sensor) in at.items(&self.sensors) {
+            sensor.check(&at, layup);
+            at.field("name").require(names.add(&sensor.name));
+        }
+    }
+
+    /// What gas needs of layup and faces, and they of gas.
+    fn check_gas(&self, case: &Field<'_>) {
+        let (exposure, at) = (&self.exposure, case.field("gas"));
+        match &self.gas {
+            Some(gas) => gas.check(&at, &self.layup, exposure.back_pressure_pa.is_some()),
+            None if self.layup.plies.iter().any(Ply::makes_gas) => at.fault("plies make gas: expected its way out"),
+            None => {}
+        }
+        if exposure.back_pressure_pa.is_some() && self.gas.as_ref().is_none_or(|gas| gas.path != GasPath::Darcy) {
+            case.field("exposure.back_pressure_pa").fault(UNDRIVEN);
+        }
+        let is_blown = matches!(&exposure.hot_face, Face::Open(open) if open.blowing > 0.0);
+        if is_blown && self.gas.is_none() {
+            case.field("exposure.hot_face.blowing").fault(UNBLOWN);
+        }
+    }
+
+    fn check_observations(&self, at: &Field<'_>, duration_s: f64) {
+        let sensors: Vec<&str> = self.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+        for (index, (at, seen)) in at.items(&self.observations).enumerate() {
+            seen.check(&at, &sensors, duration_s);
+            if self.observations[..index].iter().any(|other| other.sensor == seen.sensor) {
+                at.field("sensor").fault(format!("sensor {} is observed before this", seen.sensor));
+            }
+        }
+    }
+}
+
+/// The number of a figure of the paper.
+pub(super) fn paper_figure(number: f64) -> Result<usize, String> {
+    if number >= 1.0 && number.fract() == 0.0 {
+        return Ok(number as usize);
+    }
+    Err(format!("expected the number of a figure, 1 or more, found {number}"))
+}
+
+impl Case {
+    /// The content of this case, to make another of it.
+    pub fn to_builder(&self) -> CaseBuilder {
+        let Self {
+            id,
+            name,
+            note,
+            layup,
+            sensors,
+            exposure,
+            gas,
+            factors,
+            correlation,
+            observations,
+            estimate,
+            paper_figures,
+            resolution,
+        } = self.clone();
+        CaseBuilder {
+            id,
+            name,
+            note,
+            layup,
+            sensors,
+            exposure,
+            gas,
+            factors,
+            correlation,
+            observations,
+            estimate,
+            paper_figures,
+            resolution,
+        }
+    }
+}

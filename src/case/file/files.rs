@@ -1,0 +1,97 @@
+//! The files that a case names: of a folder, or held in memory.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, ErrorKind, Read as _};
+use std::path::{Path, PathBuf};
+
+/// The largest file that is read: two million rows of a time and three values are half of it.
+pub(super) const LARGEST_BYTES: u64 = 64 << 20;
+
+/// The files that a case names, by their paths relative to the case file: `flux.csv`, `materials/felt.toml`.
+///
+/// A [`Folder`] has them on a disk, a map from paths to texts in memory:
+///
+/// ```
+/// use bondline::Case;
+/// use std::collections::BTreeMap;
+///
+/// let text = r#"
+/// duration = "60 s"
+/// initial_temperature = "300 K"
+/// [[ply]]
+/// name = "FELT"
+/// material = "saffil_96"
+/// thickness = "10 mm"
+/// [[sensor]]
+/// name = "BACK"
+/// depth = "10 mm"
+/// [hot_face]
+/// kind = "held"
+/// temperature = { file = "face.csv", outside = "hold" }
+/// "#;
+/// let face = "time_s,face_K\n0,300\n10,1200\n".to_owned();
+/// let files = BTreeMap::from([("face.csv".to_owned(), face)]);
+/// assert_eq!(Case::from_toml(text, "felt", &files)?.sensors().len(), 1);
+/// let error = Case::from_toml(text, "felt", &BTreeMap::new()).expect_err("nothing holds the file");
+/// assert!(error.to_string().contains("no such file: face.csv"));
+/// # Ok::<(), bondline::case::CaseError>(())
+/// ```
+pub trait Files {
+    /// The bytes of a file: UTF-8, or UTF-16 with a byte-order mark.
+    ///
+    /// # Errors
+    /// Why it cannot be read, as [`ErrorKind::NotFound`] where there is none.
+    fn read(&self, path: &str) -> io::Result<Vec<u8>>;
+
+    /// Whether there is a file.
+    fn contains(&self, path: &str) -> bool;
+
+    /// What messages call a file.
+    fn label(&self, path: &str) -> String {
+        path.to_owned()
+    }
+}
+
+/// The files of a folder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Folder(PathBuf);
+
+impl Folder {
+    /// The folder of a path; empty is the working directory.
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self(path.into())
+    }
+}
+
+impl Files for Folder {
+    fn read(&self, path: &str) -> io::Result<Vec<u8>> {
+        bytes(&self.0.join(path))
+    }
+
+    fn contains(&self, path: &str) -> bool {
+        self.0.join(path).is_file()
+    }
+
+    fn label(&self, path: &str) -> String {
+        self.0.join(path).display().to_string()
+    }
+}
+
+impl Files for BTreeMap<String, String> {
+    fn read(&self, path: &str) -> io::Result<Vec<u8>> {
+        let text = self.get(path).ok_or_else(|| io::Error::from(ErrorKind::NotFound))?;
+        Ok(text.clone().into_bytes())
+    }
+
+    fn contains(&self, path: &str) -> bool {
+        self.contains_key(path)
+    }
+}
+
+/// The bytes of a file, one more than allowed of one that is too large.
+pub(super) fn bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(LARGEST_BYTES + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
