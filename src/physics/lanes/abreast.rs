@@ -3,7 +3,7 @@
 //! Half of a march was once spent on picking the numbers up one by one. Gathering loads are no way out, as processors pick
 //! them up one by one too.
 
-use super::{Doubles, Singles};
+use super::Doubles;
 use crate::physics::dual::directions::{Directions, Twofold};
 use crate::plan::layout::ABREAST;
 use simdeez::engines::scalar::Scalar;
