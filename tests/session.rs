@@ -37,7 +37,7 @@ fn record(folder: &Path) -> Value {
 #[track_caller]
 fn same_report(session: &Session, scratch: &Scratch, words: &str) {
     let (mine, theirs) = (scratch.path().join("session"), scratch.path().join("command"));
-    let id = session.answers().expect("answers").story().id();
+    let id = session.answers().expect("answers").id();
     session.report(&OutputFolder::open(&mine, &id, true).expect("a folder")).expect("a report");
     say(scratch, &format!("{words} --backend cpu --quiet --force --out {}", theirs.display())).done();
     let record = record(&theirs);

@@ -283,7 +283,7 @@ mod tests {
     #[test]
     fn every_named_layer_of_a_study_is_named_in_its_chart() {
         let outcomes = fixture::outcomes();
-        for figure in figures::all(&outcomes.story("study")) {
+        for figure in figures::all(&outcomes.answers("study")) {
             let text = draw(&figure).to_string();
             for layer in &figure.layers {
                 if let Layer::Line { name, .. } | Layer::Points { name, .. } | Layer::Window { name, .. } = layer {
@@ -296,7 +296,7 @@ mod tests {
     #[test]
     fn every_entry_of_a_legend_has_a_name() {
         let outcomes = fixture::outcomes();
-        let charts: Vec<Value> = figures::all(&outcomes.story("study")).iter().map(draw).collect();
+        let charts: Vec<Value> = figures::all(&outcomes.answers("study")).iter().map(draw).collect();
         let traces = charts.iter().flat_map(|chart| chart["traces"].as_array().expect("a list of traces"));
         let (mut entries, mut bands) = (0, 0);
         for trace in traces {

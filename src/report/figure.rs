@@ -3,7 +3,7 @@
 
 /// What is drawn, and what is said of it.
 #[derive(Clone, Debug)]
-pub struct Figure {
+pub(super) struct Figure {
     /// Name of its file, without the ending.
     pub id: String,
     /// The figure of the paper that it answers, `as Figure 9 of the paper`; empty where there is none.
@@ -19,7 +19,7 @@ pub struct Figure {
 
 /// One axis.
 #[derive(Clone, Debug)]
-pub struct Axis {
+pub(super) struct Axis {
     /// Quantity and unit: `Time, s`.
     pub label: String,
     pub scale: Scale,
@@ -29,7 +29,7 @@ pub struct Axis {
 
 /// How an axis maps its values.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Scale {
+pub(super) enum Scale {
     Linear,
     Log,
     /// Whole numbers, such as iterations.
@@ -40,7 +40,7 @@ pub enum Scale {
 
 /// One thing drawn. An unnamed layer has no entry in the legend. Values that are not numbers are gaps.
 #[derive(Clone, Debug)]
-pub enum Layer {
+pub(super) enum Layer {
     Line {
         name: String,
         ink: Ink,
@@ -105,7 +105,7 @@ pub enum Layer {
 
 /// One variable of a corner.
 #[derive(Clone, Debug)]
-pub struct Variable {
+pub(super) struct Variable {
     pub name: String,
     /// Lowest and highest value shown.
     pub range: (f64, f64),
@@ -119,7 +119,7 @@ pub struct Variable {
 
 /// Two variables of a corner, by their places.
 #[derive(Clone, Debug)]
-pub struct Region {
+pub(super) struct Region {
     pub across: usize,
     pub up: usize,
     /// `enclosed[j][i]` at the middles i across and j up: how much lies where it is at least as dense.
@@ -128,7 +128,7 @@ pub struct Region {
 
 /// One part of a pile.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub(super) struct Part {
     pub name: String,
     pub ink: Ink,
     pub values: Vec<f64>,
@@ -136,7 +136,7 @@ pub struct Part {
 
 /// A colour by its role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ink {
+pub(super) enum Ink {
     /// The n-th of several alike: a sensor, a factor.
     Series(usize),
     /// What was measured.
@@ -147,7 +147,7 @@ pub enum Ink {
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stroke {
+pub(super) enum Stroke {
     Solid,
     Dashed,
     Dotted,
@@ -156,7 +156,7 @@ pub enum Stroke {
 }
 
 /// Lowest and highest of some values; `None` of no values.
-pub type Span = Option<(f64, f64)>;
+pub(super) type Span = Option<(f64, f64)>;
 
 /// Okabe and Ito's colours (Color Universal Design, 2008) less the yellow, which white paper swallows, then
 /// those of Tol's muted scheme (SRON/EPS/TN/09-002, 2021) that stay apart from them under colour blindness.
@@ -175,14 +175,14 @@ const PALETTE: [(u8, u8, u8); 10] = [
 
 impl Stroke {
     /// Pixels.
-    pub fn width(self) -> u32 {
+    pub(super) fn width(self) -> u32 {
         if self == Self::Thin { 1 } else { 2 }
     }
 }
 
 impl Ink {
     /// Red, green, blue.
-    pub fn rgb(self) -> (u8, u8, u8) {
+    pub(super) fn rgb(self) -> (u8, u8, u8) {
         match self {
             Self::Series(index) => PALETTE[index % PALETTE.len()],
             Self::Measured => (0x22, 0x22, 0x22),
@@ -192,13 +192,13 @@ impl Ink {
 }
 
 /// The colour of a correlation: blue for -1, white for none, vermilion for 1.
-pub fn diverging(correlation: f64) -> (u8, u8, u8) {
+pub(super) fn diverging(correlation: f64) -> (u8, u8, u8) {
     let (from, t) = if correlation < 0.0 { (PALETTE[0], -correlation) } else { (PALETTE[1], correlation) };
     blend((255, 255, 255), from, t.min(1.0))
 }
 
 /// The colour of a share `t` of the way from the lowest level to the highest: dark blue to ochre.
-pub fn rising(t: f64) -> (u8, u8, u8) {
+pub(super) fn rising(t: f64) -> (u8, u8, u8) {
     const STOPS: [(u8, u8, u8); 4] = [(0x33, 0x22, 0x88), (0x00, 0x72, 0xB2), (0x00, 0x9E, 0x73), (0xC9, 0x8B, 0x00)];
     let place = t.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
     let below = (place as usize).min(STOPS.len() - 2);
@@ -206,7 +206,7 @@ pub fn rising(t: f64) -> (u8, u8, u8) {
 }
 
 /// Logarithms of the ticks of a log axis between two logarithms: every 1, 2 and 5 over few decades, every power of ten over many.
-pub fn decades(low: f64, high: f64) -> Vec<f64> {
+pub(super) fn decades(low: f64, high: f64) -> Vec<f64> {
     let digits: &[f64] = if high - low < 4.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
     let powers = low.floor() as i32..=high.ceil() as i32;
     powers
@@ -221,24 +221,24 @@ fn blend(from: (u8, u8, u8), to: (u8, u8, u8), t: f64) -> (u8, u8, u8) {
 }
 
 impl Axis {
-    pub fn linear(label: &str) -> Self {
+    pub(super) fn linear(label: &str) -> Self {
         Self { label: label.to_owned(), scale: Scale::Linear, range: None }
     }
 
-    pub fn log(label: &str) -> Self {
+    pub(super) fn log(label: &str) -> Self {
         Self { label: label.to_owned(), scale: Scale::Log, range: None }
     }
 
-    pub fn whole(label: &str) -> Self {
+    pub(super) fn whole(label: &str) -> Self {
         Self { label: label.to_owned(), scale: Scale::Whole, range: None }
     }
 
-    pub fn names(label: &str, names: Vec<String>) -> Self {
+    pub(super) fn names(label: &str, names: Vec<String>) -> Self {
         let range = Some((-0.5, names.len() as f64 - 0.5));
         Self { label: label.to_owned(), scale: Scale::Names(names), range }
     }
 
-    pub fn within(mut self, low: f64, high: f64) -> Self {
+    pub(super) fn within(mut self, low: f64, high: f64) -> Self {
         self.range = Some((low, high));
         self
     }
@@ -246,7 +246,7 @@ impl Axis {
 
 impl Layer {
     /// The lowest and highest finite value along each axis; `None` where there is none.
-    pub fn extent(&self) -> (Span, Span) {
+    pub(super) fn extent(&self) -> (Span, Span) {
         match self {
             Self::Line { x, y, .. } => (span(x), span(y)),
             Self::Points { x, y, error, .. } => {
@@ -265,7 +265,7 @@ impl Layer {
 
 impl Figure {
     /// What the axes must show: each axis' own range, else that of all layers; never empty.
-    pub fn extent(&self) -> ((f64, f64), (f64, f64)) {
+    pub(super) fn extent(&self) -> ((f64, f64), (f64, f64)) {
         let (mut x, mut y) = (None, None);
         for layer in &self.layers {
             let (across, up) = layer.extent();

@@ -1,11 +1,11 @@
 //! Made-up outcomes with the shapes of real ones, for the tests of the report.
 
-use super::Story;
 use crate::case::OpenFace;
 use crate::case::*;
 use crate::case::{Mark, Provenance};
 use crate::fit::{Dropped, Reason};
 use crate::march::{Backend, Precision};
+use crate::study::answers::Answers;
 use crate::study::estimate::Estimated;
 use crate::study::nominal::{Misfit, Nominal, Peak, Reached};
 use crate::study::posterior::Posterior;
@@ -38,26 +38,17 @@ pub(super) struct Outcomes {
 }
 
 impl Outcomes {
-    pub(super) fn story<'a>(&'a self, command: &'a str) -> Story<'a> {
-        let study = command == "study";
-        Story {
-            case: &self.case,
-            others: &[],
-            command,
-            version: "0.1.0",
-            backend: &self.backend,
-            seed: (study || command == "uncertainty").then_some(1),
-            seconds: Seconds { plan_s: 0.002, march_s: 3.4, reduce_s: 0.21, began: Instant::now() },
-            nominal: (study || command == "predict").then_some(&self.nominal),
-            uncertainty: (study || command == "uncertainty").then_some(&self.uncertainty),
-            sensitivity: (study || command == "sensitivity").then_some(&self.sensitivity),
-            estimated: (study || command == "estimate").then_some(&self.estimated),
-            posterior: (study || command == "estimate").then_some(&self.posterior),
-            beside: None,
-            sizing: None,
-            history: None,
-            recovery: None,
-        }
+    pub(super) fn answers(&self, question: &'static str) -> Answers {
+        let is = |questions: &[&str]| question == "study" || questions.contains(&question);
+        let seconds = Seconds { plan_s: 0.002, march_s: 3.4, reduce_s: 0.21, began: Instant::now() };
+        let mut answers = Answers::new(question, self.case.clone(), self.backend.clone(), seconds);
+        answers.seed = is(&["uncertainty"]).then_some(1);
+        answers.nominal = is(&["predict", "uncertainty", "sensitivity"]).then(|| self.nominal.clone());
+        answers.uncertainty = is(&["uncertainty"]).then(|| self.uncertainty.clone());
+        answers.sensitivity = is(&["sensitivity"]).then(|| self.sensitivity.clone());
+        answers.estimated = is(&["estimate"]).then(|| self.estimated.clone());
+        answers.posterior = is(&["estimate"]).then(|| self.posterior.clone());
+        answers
     }
 }
 

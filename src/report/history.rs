@@ -1,10 +1,64 @@
-//! What is said of a flux or a gas temperature that was recovered.
+//! The heating of the hot face, from what sensors read.
 
-use super::{Story, words};
+mod figures;
+mod record;
+
+use super::answer::{Answer, Finding, Room, Section};
+use super::figure::Figure;
+use super::files::record::Record;
+use super::files::table::Table;
+use super::files::tables::File;
+use super::html::table::{list, table};
+use super::summary::wrapped;
+use super::{ReportError, words};
+use crate::case::Case;
+use crate::study::answers::Answers;
 use crate::study::history::{Chosen, History, Sought};
 
+impl Answer for History {
+    fn leads(&self) -> bool {
+        true
+    }
+
+    fn findings(&self, answers: &Answers) -> Vec<Finding> {
+        vec![
+            Finding { about: "Heating", said: found(answers, self) },
+            Finding { about: "Smoothing", said: chosen(self) },
+        ]
+    }
+
+    fn warnings(&self, answers: &Answers) -> Vec<String> {
+        doubts(answers, self)
+    }
+
+    fn figures(&self, answers: &Answers) -> Vec<(&'static str, Figure)> {
+        figures::figures(answers, self).into_iter().map(|figure| ("history", figure)).collect()
+    }
+
+    fn sections(&self, answers: &Answers) -> Vec<Section> {
+        vec![Section::new("history", "Heating", page(answers, self))]
+    }
+
+    /// | file | columns |
+    /// |---|---|
+    /// | `history.csv` | `time_s`, `flux_w_m2`, `radiant_flux_w_m2` or `gas_K`: the history found, as a case reads one |
+    /// | `history-band.csv` | of every knot the value, between what 95 % of histories have that other noise makes, what smoothing takes off to first order, what the case has |
+    /// | `history-residuals.csv` | `sensor`, `time_s`, measured less predicted with the history found |
+    fn tables(&self, answers: &Answers) -> Result<Vec<File>, ReportError> {
+        heating(&answers.case, self)
+    }
+
+    fn record(&self, answers: &Answers, record: &mut Record<'_>) -> Result<(), ReportError> {
+        record.put("history", &record::HistoryRecord::of(&answers.case, self))
+    }
+
+    fn screen(&self, answers: &Answers, _: &Room) -> Vec<String> {
+        on_screen(answers, self)
+    }
+}
+
 /// What a value of a history is called and printed in.
-pub(super) struct Unit {
+struct Unit {
     /// `Cold-wall heat flux at the hot face`.
     pub title: &'static str,
     pub noun: &'static str,
@@ -14,7 +68,7 @@ pub(super) struct Unit {
     digits: usize,
 }
 
-pub(super) fn unit(sought: Sought) -> Unit {
+fn unit(sought: Sought) -> Unit {
     let flux = |title, noun| Unit { title, noun, unit: "W/cm²", scale: 1e-4, digits: 3 };
     match sought {
         Sought::Flux => flux("Cold-wall heat flux at the hot face", "flux"),
@@ -41,7 +95,7 @@ impl Unit {
 }
 
 /// Cells of the heading of the table of knots.
-pub(super) fn head(outcome: &History) -> [&'static str; 4] {
+fn head(outcome: &History) -> [&'static str; 4] {
     let value = match outcome.sought {
         Sought::Flux | Sought::RadiantFlux => "Flux, W/cm²",
         Sought::Gas => "Gas, K",
@@ -50,7 +104,7 @@ pub(super) fn head(outcome: &History) -> [&'static str; 4] {
 }
 
 /// The knots in order; at most so many, evenly picked.
-pub(super) fn rows(outcome: &History, most: usize) -> Vec<[String; 4]> {
+fn rows(outcome: &History, most: usize) -> Vec<[String; 4]> {
     let last = outcome.times_s.len() - 1;
     let rows = most.min(last + 1);
     let picked = (0..rows).map(|row| row * last / (rows - 1));
@@ -64,7 +118,7 @@ pub(super) fn rows(outcome: &History, most: usize) -> Vec<[String; 4]> {
 }
 
 /// One line of them on the screen.
-pub(super) fn row(cells: &[impl AsRef<str>; 4]) -> String {
+fn row(cells: &[impl AsRef<str>; 4]) -> String {
     let [time, value, half, own] = cells.each_ref().map(AsRef::as_ref);
     format!("{time:>9}{value:>14}{half:>10}{own:>21}")
 }
@@ -76,9 +130,9 @@ fn open(outcome: &History) -> Vec<String> {
 }
 
 /// The answer: how much heat or how hot a gas, how strong at most, and how far from what the case says.
-pub(super) fn found(story: &Story, outcome: &History) -> String {
+fn found(answers: &Answers, outcome: &History) -> String {
     let unit = unit(outcome.sought);
-    let sensors: Vec<&str> = outcome.seen.iter().map(|seen| story.case.sensors[seen.sensor].name.as_str()).collect();
+    let sensors: Vec<&str> = outcome.seen.iter().map(|seen| answers.case.sensors[seen.sensor].name.as_str()).collect();
     let (peak, at_s) = outcome
         .values
         .iter()
@@ -123,7 +177,7 @@ pub(super) fn found(story: &Story, outcome: &History) -> String {
 }
 
 /// How smooth the history is, and by what that was chosen.
-pub(super) fn chosen(outcome: &History) -> String {
+fn chosen(outcome: &History) -> String {
     let rms = words::significant(outcome.rung.rms, 3);
     let why = match outcome.chosen {
         Chosen::Discrepancy => format!(
@@ -155,13 +209,14 @@ pub(super) fn chosen(outcome: &History) -> String {
 }
 
 /// What the band is and is not.
-pub(super) fn left_out() -> &'static str {
+fn left_out() -> &'static str {
     "At each knot the band holds 95 % of what other noise would have made of the same heating. What smoothing takes off peaks, and what is wrong \
      with properties, depths or physics, is not in it."
 }
 
 /// Reasons for doubt.
-pub(super) fn doubts(story: &Story, outcome: &History, doubts: &mut Vec<String>) {
+fn doubts(answers: &Answers, outcome: &History) -> Vec<String> {
+    let mut doubts = Vec::new();
     if outcome.chosen == Chosen::Unmet {
         doubts.push(
             "No heating explains the data within their noise: either the noise is larger than stated (--set \
@@ -196,10 +251,63 @@ pub(super) fn doubts(story: &Story, outcome: &History, doubts: &mut Vec<String>)
             unit.noun
         ));
     }
-    if outcome.end_s < story.case.exposure.duration_s {
+    if outcome.end_s < answers.case.exposure.duration_s {
         doubts.push(format!(
             "After {}, the end of the window, nothing was sought: history.csv goes on as the case has it.",
             words::seconds(outcome.end_s)
         ));
     }
+    doubts
+}
+
+fn page(answers: &Answers, outcome: &History) -> String {
+    let rows: Vec<Vec<String>> = rows(outcome, usize::MAX).into_iter().map(Vec::from).collect();
+    let fits: Vec<Vec<String>> = outcome
+        .seen
+        .iter()
+        .map(|seen| {
+            let [own, found] = [seen.rms_k.0, seen.rms_k.1].map(|rms_k| words::significant(rms_k, 3));
+            vec![answers.case.sensors[seen.sensor].name.clone(), words::count(seen.times_s.len()), own, found]
+        })
+        .collect();
+    let columns = ["Sensor", "Samples", "Off as the case has it, K", "Off as found, K"];
+    list(&[found(answers, outcome), chosen(outcome), left_out().to_owned()])
+        + &table(&format!("{} at the knots", unit(outcome.sought).title), &head(outcome), &rows)
+        + &table("Measured less predicted, root mean square", &columns, &fits)
+}
+
+fn on_screen(answers: &Answers, outcome: &History) -> Vec<String> {
+    let mut lines = vec![row(&head(outcome))];
+    lines.extend(rows(outcome, 8).iter().map(row));
+    let said = [found(answers, outcome), chosen(outcome), left_out().to_owned()];
+    lines.extend(said.iter().flat_map(|said| wrapped("", said)));
+    lines
+}
+
+fn heating(case: &Case, outcome: &History) -> Result<Vec<File>, ReportError> {
+    let (name, unit) = match outcome.sought {
+        Sought::Flux => ("flux", "w_m2"),
+        Sought::RadiantFlux => ("radiant_flux", "w_m2"),
+        Sought::Gas => ("gas", "K"),
+    };
+    let value = format!("{name}_{unit}");
+    let mut found = Table::new("history.csv", ["time_s", &value])?;
+    for (&time_s, &value) in outcome.schedule.times_s.iter().zip(&outcome.schedule.values) {
+        found.row(None, [time_s, value])?;
+    }
+    let [low, high, smoothed, own] = ["low", "high", "smoothed", "own"].map(|of| format!("{of}_{unit}"));
+    let columns = ["time_s", &value, &low, &high, &smoothed, &own].map(str::to_owned);
+    let mut band = Table::new("history-band.csv", columns.each_ref().map(String::as_str))?;
+    for (knot, &value) in outcome.values.iter().enumerate() {
+        let half = outcome.half_width(knot);
+        let (smoothed, own) = (outcome.smoothed[knot], outcome.own[knot]);
+        band.row(None, [outcome.times_s[knot], value, (value - half).max(0.0), value + half, smoothed, own])?;
+    }
+    let mut left = Table::new("history-residuals.csv", ["sensor", "time_s", "residual_K"])?;
+    for seen in &outcome.seen {
+        for (&time_s, &off_k) in seen.times_s.iter().zip(&seen.residuals_k) {
+            left.row(Some(&case.sensors[seen.sensor].name), [time_s, off_k])?;
+        }
+    }
+    Ok(vec![found.close()?, band.close()?, left.close()?])
 }

@@ -1,70 +1,41 @@
 //! Outcomes made visible: the page, the figures, the files and the screen. It computes nothing: every number
 //! shown was found by a study.
 //!
-//! [`write()`] puts a [`Story`] into a folder; [`summary::screen`] says it in a terminal.
+//! [`write()`] puts [`Answers`] into a folder; [`summary::screen`] says them in a terminal. What is shown of an answer is in
+//! the file of its name.
 
-mod causes;
+mod answer;
 mod chart;
 mod contour;
-pub mod figure;
-pub mod figures;
+mod estimate;
+mod figure;
+mod figures;
 pub mod files;
 mod findings;
 #[cfg(test)]
 mod fixture;
-mod gas;
 mod history;
 mod html;
 pub mod materials;
+mod nominal;
 mod observed;
-mod posterior;
 mod recovery;
-mod reduction;
-mod sizing;
+mod sensitivity;
+mod size;
 pub mod summary;
 mod svg;
+mod uncertainty;
 mod warnings;
 mod words;
 
 use crate::case::Case;
 use crate::march::{Backend, Precision};
-use crate::study::beside::Beside;
+use crate::study::answers::Answers;
 use crate::study::estimate::{Estimated, Fitted};
-use crate::study::history::History;
 use crate::study::nominal::{Misfit, Nominal};
-use crate::study::posterior::Posterior;
-use crate::study::recovery::Recovery;
-use crate::study::seconds::Seconds;
-use crate::study::sensitivity::Sensitivity;
-use crate::study::size::Sizing;
-use crate::study::uncertainty::Uncertainty;
 use files::{OutputFolder, record, tables};
 use std::path::PathBuf;
 use std::time::Instant;
-
-/// All that a report tells: a case, the answers at hand, and who found them.
-#[derive(Clone, Copy, Debug)]
-pub struct Story<'a> {
-    pub case: &'a Case,
-    /// The cases that were estimated together with it.
-    pub others: &'a [Case],
-    /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `history`, `twin`.
-    pub command: &'a str,
-    pub version: &'a str,
-    pub backend: &'a Backend,
-    /// Of the random draws; `None` where none were made.
-    pub seed: Option<u64>,
-    pub seconds: Seconds,
-    pub nominal: Option<&'a Nominal>,
-    pub uncertainty: Option<&'a Uncertainty>,
-    pub sensitivity: Option<&'a Sensitivity>,
-    pub estimated: Option<&'a Estimated>,
-    pub posterior: Option<&'a Posterior>,
-    pub beside: Option<&'a Beside>,
-    pub sizing: Option<&'a Sizing>,
-    pub history: Option<&'a History>,
-    pub recovery: Option<&'a Recovery>,
-}
 
 /// Why a report could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -87,24 +58,8 @@ pub enum ReportError {
     Json(#[from] serde_json::Error),
 }
 
-impl<'a> Story<'a> {
-    /// The march at the nominal factors, whichever study made it.
-    pub fn nominal_march(&self) -> Option<&'a Nominal> {
-        self.nominal.or(self.estimated.and_then(|outcome| outcome.fitted.first()).map(|fitted| &fitted.before))
-    }
-
-    /// The deepest sensor: the bondline, where there is one.
-    fn bondline(&self) -> Option<usize> {
-        let sensors = &self.case.sensors;
-        (0..sensors.len()).max_by(|&a, &b| sensors[a].depth_m.total_cmp(&sensors[b].depth_m))
-    }
-
-    /// The case, and those that were estimated together with it.
-    fn cases(&self) -> impl Iterator<Item = &'a Case> {
-        std::iter::once(self.case).chain(self.others)
-    }
-
-    /// What names the story: of several cases `lcat-2259+lcat-2330`.
+impl Answers {
+    /// What names the report: of several cases `lcat-2259+lcat-2330`.
     pub fn id(&self) -> String {
         let ids: Vec<&str> = self.cases().map(|case| case.id.as_str()).collect();
         ids.join("+")
@@ -116,14 +71,30 @@ impl<'a> Story<'a> {
         words::listed(&names)
     }
 
+    /// The march at the nominal factors, whichever answer has it.
+    fn nominal_march(&self) -> Option<&Nominal> {
+        answer::all(self).into_iter().find_map(|answer| answer.nominal())
+    }
+
+    /// The deepest sensor: the bondline, where there is one.
+    fn bondline(&self) -> Option<usize> {
+        let sensors = &self.case.sensors;
+        (0..sensors.len()).max_by(|&a, &b| sensors[a].depth_m.total_cmp(&sensors[b].depth_m))
+    }
+
+    /// The case, and those that were estimated together with it.
+    fn cases(&self) -> impl Iterator<Item = &Case> {
+        std::iter::once(&self.case).chain(&self.others)
+    }
+
     /// Every case of an estimate, with what came of it.
-    fn fits(&self, outcome: &'a Estimated) -> impl Iterator<Item = (&'a Case, &'a Fitted)> {
+    fn fits<'a>(&'a self, outcome: &'a Estimated) -> impl Iterator<Item = (&'a Case, &'a Fitted)> {
         self.cases().zip(&outcome.fitted)
     }
 
     /// Every observation that an estimate was fitted to: of which sensor, and of which case where there are several; and
     /// its misfit before and after.
-    fn misfits(&self, outcome: &'a Estimated) -> Vec<(String, &'a (Misfit, Misfit))> {
+    fn misfits<'a>(&'a self, outcome: &'a Estimated) -> Vec<(String, &'a (Misfit, Misfit))> {
         let of = |(case, fitted): (&'a Case, &'a Fitted)| {
             let names = fitted.sensors.iter().map(move |&sensor| self.sensor(case, sensor));
             names.zip(&fitted.misfits)
@@ -156,22 +127,22 @@ fn precision_words(precision: Precision) -> &'static str {
 ///
 /// # Errors
 /// When a figure cannot be drawn or the folder cannot be written.
-pub fn write(story: &Story, folder: &OutputFolder) -> Result<Vec<PathBuf>, ReportError> {
+pub fn write(answers: &Answers, folder: &OutputFolder) -> Result<Vec<PathBuf>, ReportError> {
     let began = Instant::now();
-    let figures = figures::all(story);
+    let figures = figures::in_sections(answers);
     let mut stills = Vec::with_capacity(figures.len());
-    for figure in &figures {
+    for (_, figure) in &figures {
         let still = svg::draw(figure).map_err(|message| ReportError::Figure { id: figure.id.clone(), message })?;
         stills.push(still);
     }
-    let page = html::page(story, &figures, &stills);
-    let mut files: Vec<(String, Vec<u8>)> = tables::all(story)?;
-    for (figure, still) in figures.iter().zip(stills) {
+    let page = html::page(answers, &figures, &stills);
+    let mut files: Vec<(String, Vec<u8>)> = tables::all(answers)?;
+    for ((_, figure), still) in figures.iter().zip(stills) {
         files.push((format!("figures/{}.svg", figure.id), still.into_bytes()));
     }
     files.push(("report.html".to_owned(), page.into_bytes()));
     let names: Vec<String> = files.iter().map(|(name, _)| name).chain(folder.claimed()).cloned().collect();
-    let summary = record::summary(story, began.elapsed().as_secs_f64(), &names)?;
+    let summary = record::summary(answers, began.elapsed().as_secs_f64(), &names)?;
     files.push((files::SUMMARY.to_owned(), summary.into_bytes()));
     folder.write(&files)
 }

@@ -1,11 +1,12 @@
 //! What each thermocouple counts for: from when to when, and how firmly.
 
-use super::{Story, words};
+use super::words;
 use crate::case::Observation;
+use crate::study::answers::Answers;
 
 /// What the sensors count for that judge, where they do not count alike: windows of their own, and standard deviations.
-pub(super) fn apart(story: &Story) -> Option<String> {
-    let judges = || story.cases().flat_map(|case| case.judges().map(move |seen| (case, seen)));
+pub(super) fn apart(answers: &Answers) -> Option<String> {
+    let judges = || answers.cases().flat_map(|case| case.judges().map(move |seen| (case, seen)));
     // Error bars that differ from sample to sample are in the table: only what was stated of a sensor is told here.
     let stated_k = |seen: &Observation| Some(deviations_k(seen)).filter(|(least, most)| least == most).map(|(k, _)| k);
     let mut all_k = judges().filter_map(|(_, seen)| stated_k(seen));
@@ -15,7 +16,7 @@ pub(super) fn apart(story: &Story) -> Option<String> {
         let window = seen.window_s.map(window);
         let sigma = stated_k(seen).filter(|_| is_weighed).map(|sigma_k| format!("± {}", words::misfit(sigma_k)));
         let said: Vec<String> = window.into_iter().chain(sigma).collect();
-        (!said.is_empty()).then(|| format!("{} {}", story.sensor(case, seen.sensor), said.join(", ")))
+        (!said.is_empty()).then(|| format!("{} {}", answers.sensor(case, seen.sensor), said.join(", ")))
     });
     let said: Vec<String> = said.collect();
     (!said.is_empty()).then(|| format!("What sensors count for: {}.", said.join("; ")))

@@ -1,8 +1,8 @@
 //! What an analyst should doubt before using an outcome.
 
-use super::{Story, history, posterior, recovery, sizing, words};
+use super::{answer, words};
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, Ply};
-use crate::study::estimate::Estimated;
+use crate::study::answers::Answers;
 use crate::study::nominal::Nominal;
 use crate::traces::Arrival;
 
@@ -12,62 +12,15 @@ const BALANCE: f64 = 1e-3;
 const EXCURSION_K: f64 = 10.0;
 /// Beyond this a per cent of model error may be tens of per cent of an estimate (the range 30 to 100 marks
 /// strong dependence in Belsley, Kuh & Welsch, *Regression Diagnostics*, 1980).
-const CONDITION: f64 = 50.0;
-/// Beyond this ratio stated deviations and residuals disagree.
-const DISAGREE: f64 = 2.0;
-/// Residuals whose neighbours correlate so are a pattern, not noise.
-const AUTOCORRELATION: f64 = 0.5;
+pub(super) const CONDITION: f64 = 50.0;
 
-/// Every reason for doubt in a story, each a sentence or two.
-pub(super) fn all(story: &Story) -> Vec<String> {
-    let mut doubts = Vec::new();
-    if let Some(nominal) = story.nominal_march() {
-        march(story.case, nominal, "nominal", &mut doubts);
-    }
-    if let Some(outcome) = story.uncertainty {
-        for failure in &outcome.failures {
-            doubts.push(format!(
-                "{} of {} failed ({}), the first being member {}; they are left out of every statistic.",
-                words::count(failure.members),
-                words::counted(outcome.asked, "member"),
-                failure.reason,
-                words::count(failure.first)
-            ));
-        }
-    }
-    if let Some(outcome) = story.sizing {
-        sizing::doubts(story, outcome, &mut doubts);
-    }
-    if let Some(outcome) = story.history {
-        history::doubts(story, outcome, &mut doubts);
-    }
-    if let Some(outcome) = story.recovery {
-        recovery::doubts(outcome, &mut doubts);
-    }
-    if let Some(outcome) = story.sensitivity
-        && !outcome.proposed.factors.is_empty()
-        && outcome.proposed.condition_number > CONDITION
-    {
-        doubts.push(format!(
-            "Even the proposed set is ill-conditioned (condition number {}). The weakest direction: {}.",
-            words::condition(outcome.proposed.condition_number),
-            outcome.proposed.weakest
-        ));
-    }
-    if let Some(outcome) = story.estimated {
-        estimate(story, outcome, &mut doubts);
-        for (case, fitted) in story.fits(outcome) {
-            march(case, &fitted.after, "fitted", &mut doubts);
-        }
-        for (case, fitted) in story.fits(outcome).skip(1) {
-            march(case, &fitted.before, "nominal", &mut doubts);
-            excursions(case, &[&fitted.before, &fitted.after], &mut doubts);
-        }
-    }
-    doubts.extend(story.posterior.iter().flat_map(|outcome| posterior::doubts(story, outcome)));
-    let fitted = story.estimated.and_then(|outcome| outcome.fitted.first()).map(|fitted| &fitted.after);
-    let marches: Vec<&Nominal> = story.nominal_march().into_iter().chain(fitted).collect();
-    excursions(story.case, &marches, &mut doubts);
+/// Every reason for doubt, each a sentence or two: those of every answer, then what temperatures were met beyond tables.
+pub(super) fn all(answers: &Answers) -> Vec<String> {
+    let each = answer::all(answers);
+    let mut doubts: Vec<String> = each.iter().flat_map(|answer| answer.warnings(answers)).collect();
+    let marches: Vec<&Nominal> =
+        answers.nominal_march().into_iter().chain(each.iter().find_map(|answer| answer.fitted())).collect();
+    doubts.extend(excursions(&answers.case, &marches));
     doubts
 }
 
@@ -83,7 +36,9 @@ pub(super) fn surrogates(case: &Case) -> Vec<&Material> {
     found
 }
 
-fn march(case: &Case, outcome: &Nominal, which: &str, doubts: &mut Vec<String>) {
+/// What is doubtful of the `which` march, `nominal` or `fitted`.
+pub(super) fn march(case: &Case, outcome: &Nominal, which: &str) -> Vec<String> {
+    let mut doubts = Vec::new();
     match &outcome.arrival {
         Arrival::Done => {}
         Arrival::Strayed { time_s } => doubts.push(format!(
@@ -130,6 +85,7 @@ fn march(case: &Case, outcome: &Nominal, which: &str, doubts: &mut Vec<String>) 
             words::significant(BALANCE, 1)
         ));
     }
+    doubts
 }
 
 /// A property of a ply beyond the temperatures for which it was measured.
@@ -143,7 +99,8 @@ struct Excursion<'a> {
 }
 
 /// Materials that met temperatures, in any of the marches, for which a property was not measured.
-fn excursions(case: &Case, marches: &[&Nominal], doubts: &mut Vec<String>) {
+pub(super) fn excursions(case: &Case, marches: &[&Nominal]) -> Vec<String> {
+    let mut doubts = Vec::new();
     let mut left: Vec<Excursion<'_>> = Vec::new();
     for (index, ply) in case.layup.plies.iter().enumerate() {
         let met = marches.iter().filter_map(|march| march.extremes_k.get(index));
@@ -165,6 +122,7 @@ fn excursions(case: &Case, marches: &[&Nominal], doubts: &mut Vec<String>) {
         doubts.push(told(&together));
         left = others;
     }
+    doubts
 }
 
 /// Excursions of one material in one direction, in a sentence.
@@ -210,151 +168,14 @@ fn known(case: &Case, index: usize) -> Vec<(&'static str, (f64, f64))> {
     known
 }
 
-fn estimate(story: &Story, outcome: &Estimated, doubts: &mut Vec<String>) {
-    if !outcome.converged {
-        doubts.push(format!("The estimate did not converge ({}). {}", outcome.termination, outcome.advice));
-    }
-    for (index, factor) in outcome.factors.iter().enumerate() {
-        let (low, high) = factor.bounds;
-        if outcome.at_bound[index] {
-            doubts.push(format!(
-                "{} stands on its bound at {:.3} (allowed {low:.2} to {high:.2}): the data want it beyond, or the \
-                 model lacks something.",
-                factor.factor.name, outcome.values[index]
-            ));
-        }
-    }
-    combinations(outcome, doubts);
-    let set = &outcome.identifiability;
-    if set.condition_number > CONDITION {
-        doubts.push(format!(
-            "The estimate is ill-conditioned (condition number {}). The weakest direction: {}.",
-            words::condition(set.condition_number),
-            set.weakest
-        ));
-    }
-    let ratio = outcome.noise_variance.sqrt();
-    if ratio > DISAGREE || (ratio < 1.0 / DISAGREE && is_seen(story, outcome)) {
-        let used = if outcome.prior.is_some() {
-            format!(
-                " Beside the priors the data count with {} times their deviations.",
-                words::significant(outcome.shortfall, 2)
-            )
-        } else {
-            String::new()
-        };
-        doubts.push(format!(
-            "Stated deviations and residuals disagree: the residuals are {} times as large.{used}",
-            words::significant(ratio, 2)
-        ));
-    }
-    if outcome.autocorrelation > AUTOCORRELATION && is_seen(story, outcome) {
-        doubts.push(format!(
-            "The residuals are not noise: neighbours correlate by {}, so {} carry the information of {}. The model \
-             lacks something; standard errors and intervals allow for it.",
-            words::significant(outcome.autocorrelation, 2),
-            words::counted(outcome.samples, "sample"),
-            words::significant(outcome.effective_samples, 2)
-        ));
-    }
-}
-
-/// Whether residuals are large enough to matter: a tenth of the standard deviation of the measurement, at one sensor
-/// at least. Data made without noise leave rounding, and rounding has patterns.
-fn is_seen(story: &Story, outcome: &Estimated) -> bool {
-    story.fits(outcome).any(|(case, fitted)| {
-        let seen = case.observations.iter().filter(|seen| fitted.sensors.contains(&seen.sensor));
-        seen.zip(&fitted.misfits).any(|(seen, (_, after))| {
-            let finest_k = seen.sigma_k.iter().copied().fold(f64::INFINITY, f64::min);
-            after.rms_k > 0.1 * finest_k
-        })
-    })
-}
-
-/// Estimates that stand in each other's way, and what the data determine in their place.
-fn combinations(outcome: &Estimated, doubts: &mut Vec<String>) {
-    let name = |place: usize| outcome.factors[place].factor.name.as_str();
-    for found in &outcome.combinations {
-        let (first, second) = (name(found.pair.0), name(found.pair.1));
-        let correlate = format!(
-            "The estimates of {first} and {second} correlate by {}: neither stands alone.",
-            words::significant(found.correlation, 3)
-        );
-        let (noun, sign) = if found.is_ratio { ("ratio", "/") } else { ("product", "·") };
-        doubts.push(if found.relative_error.is_finite() {
-            format!(
-                "{correlate} Their {noun} {first}{sign}{second}, {} ± {} %, is what the data determine.",
-                words::significant(found.value, 3),
-                words::significant(100.0 * found.relative_error, 1)
-            )
-        } else {
-            format!("{correlate} The data determine their {noun} alone.")
-        });
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::fixture;
     use super::*;
+    use crate::report::fixture;
 
     /// How many doubts of a study say this.
     fn saying(outcomes: &fixture::Outcomes, text: &str) -> usize {
-        all(&outcomes.story("study")).iter().filter(|doubt| doubt.contains(text)).count()
-    }
-
-    #[test]
-    fn each_fault_of_an_estimate_is_doubted_once_and_a_sound_one_not_at_all() {
-        let mut outcomes = fixture::outcomes();
-        assert_eq!(saying(&outcomes, "correlate by 0.993"), 1);
-        assert_eq!(saying(&outcomes, "Their ratio f_k_INS/f_cp_INS, 0.951 ± 0.3 %, is what the data determine."), 1);
-        assert_eq!(saying(&outcomes, "not noise"), 1);
-        for fault in ["bound", "converge", "ill-conditioned", "balance", "ran away"] {
-            assert_eq!(saying(&outcomes, fault), 0, "{fault}");
-        }
-        outcomes.estimated.at_bound[0] = true;
-        outcomes.estimated.converged = false;
-        outcomes.estimated.identifiability.condition_number = 400.0;
-        outcomes.estimated.fitted[0].after.arrival = Arrival::Strayed { time_s: 12.0 };
-        outcomes.nominal.balance.back_out_j_m2 *= 1.2;
-        for fault in ["bound", "converge", "ill-conditioned", "balance", "ran away"] {
-            assert_eq!(saying(&outcomes, fault), 1, "{fault}");
-        }
-    }
-
-    #[test]
-    fn stated_deviations_that_the_residuals_belie_are_doubted_and_beside_priors_their_weight_is_stated() {
-        let mut outcomes = fixture::outcomes();
-        assert_eq!(saying(&outcomes, "the residuals are 2.1 times as large."), 1);
-        assert_eq!(saying(&outcomes, "Beside the priors"), 0, "there are none");
-        outcomes.estimated.prior = Some(crate::case::Bounds::Small);
-        assert_eq!(saying(&outcomes, "the data count with 3.3 times their deviations"), 1);
-        for (variance, doubts) in [(1.2, 0), (0.1, 1)] {
-            outcomes.estimated.noise_variance = variance;
-            assert_eq!(saying(&outcomes, "deviations and residuals disagree"), doubts, "{variance}");
-        }
-    }
-
-    #[test]
-    fn of_two_estimates_that_oppose_each_other_the_product_is_determined() {
-        let mut outcomes = fixture::outcomes();
-        let combination = &mut outcomes.estimated.combinations[0];
-        (combination.is_ratio, combination.correlation, combination.value) = (false, -0.993, 0.9894);
-        assert_eq!(saying(&outcomes, "Their product f_k_INS·f_cp_INS, 0.989 ± 0.3 %, is what"), 1);
-        outcomes.estimated.combinations[0].relative_error = f64::NAN;
-        assert_eq!(saying(&outcomes, "The data determine their product alone."), 1);
-        outcomes.estimated.combinations.clear();
-        assert_eq!(saying(&outcomes, "correlate by -0.993"), 0);
-    }
-
-    #[test]
-    fn the_pattern_of_what_rounding_leaves_is_no_doubt() {
-        let mut outcomes = fixture::outcomes();
-        assert_eq!(saying(&outcomes, "not noise"), 1);
-        for (_, after) in &mut outcomes.estimated.fitted[0].misfits {
-            after.rms_k = 1e-6;
-        }
-        assert_eq!(saying(&outcomes, "not noise"), 0);
+        all(&outcomes.answers("study")).iter().filter(|doubt| doubt.contains(text)).count()
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::case::{Factor, Property};
 use crate::study::nominal::Reached;
+use crate::study::proportion::Proportion;
 use crate::traces::Gauge;
 
 /// 0 °C, K.
@@ -208,6 +209,19 @@ fn group(digits: &str) -> String {
         out.push(digit);
     }
     out
+}
+
+/// A counted share and what it leaves open at 95 %, to two digits of that: `99.12 % (98.81 to 99.34 %)`.
+pub(super) fn proportion(counted: Proportion) -> String {
+    let (low, high) = counted.interval_95();
+    let decimals = (1.0 - (100.0 * (high - low)).log10().floor()).clamp(0.0, 6.0) as usize;
+    let percent = |share: f64| grouped(100.0 * share, decimals);
+    format!("{} % ({} to {} %)", percent(counted.share()), percent(low), percent(high))
+}
+
+/// A clause without its closing point, to be put into a sentence.
+pub(super) fn sentence(text: &str) -> &str {
+    text.trim().trim_end_matches('.')
 }
 
 #[cfg(test)]

@@ -1,12 +1,12 @@
 //! Merging of the pieces of a sweep, to the bit what one sweep over all members gives.
 
-use super::answers::Answers;
 use super::error::{InputError, SessionError};
 use crate::case::{Bounds, Case};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::march::{Backend, Precision};
 use crate::pilot::pilot;
 use crate::report::files::piece::{Piece, fingerprint};
+use crate::study::answers::Answers;
 use crate::study::nominal::Nominal;
 use crate::study::seconds::Seconds;
 use crate::study::uncertainty::Gathered;

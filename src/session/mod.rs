@@ -5,6 +5,7 @@
 //!
 //! See the [crate] for an example.
 
+#[cfg(feature = "report")]
 mod answers;
 mod error;
 #[cfg(feature = "report")]
@@ -14,7 +15,7 @@ mod selection;
 
 pub use crate::march::choose::Kind;
 pub use crate::march::monitored::{CancelToken, Progress, ProgressCallback};
-pub use answers::Answers;
+pub use crate::study::answers::Answers;
 pub use error::{InputError, SessionError};
 #[cfg(feature = "report")]
 pub use merge::merge;

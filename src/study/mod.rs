@@ -1,5 +1,6 @@
 //! Questions about a case, and their answers: one function a question, in the file of its answer.
 
+pub mod answers;
 pub mod beside;
 pub mod estimate;
 pub mod history;

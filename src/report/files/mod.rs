@@ -2,9 +2,9 @@
 
 pub mod members;
 pub mod piece;
-pub mod record;
-mod table;
-pub mod tables;
+pub(super) mod record;
+pub(super) mod table;
+pub(super) mod tables;
 
 pub use members::{MembersFile, Row, TracesFile};
 pub use piece::Piece;
@@ -185,7 +185,7 @@ mod tests {
         let scratch = Scratch::new("study");
         let outcomes = fixture::outcomes();
         let folder = OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a new folder");
-        let paths = write(&outcomes.story("study"), &folder).expect("it can be written");
+        let paths = write(&outcomes.answers("study"), &folder).expect("it can be written");
         for name in ["report.html", "summary.json", "traces.csv", "percentiles.csv", "shares.csv", "path.csv"] {
             assert!(paths.contains(&scratch.0.join(name)), "no {name} in {paths:?}");
         }
@@ -200,7 +200,7 @@ mod tests {
         let scratch = Scratch::new("other");
         let outcomes = fixture::outcomes();
         let folder = OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a new folder");
-        write(&outcomes.story("predict"), &folder).expect("it can be written");
+        write(&outcomes.answers("predict"), &folder).expect("it can be written");
         assert!(OutputFolder::open(&scratch.0, "lcat-2259", false).is_ok());
         let refusal = OutputFolder::open(&scratch.0, "lcat-2330", false).expect_err("another case");
         assert!(refusal.to_string().contains("lcat-2259") && refusal.to_string().contains("lcat-2330"), "{refusal}");
@@ -212,9 +212,9 @@ mod tests {
         let scratch = Scratch::new("second");
         let outcomes = fixture::outcomes();
         let open = || OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a folder of this case");
-        write(&outcomes.story("study"), &open()).expect("it can be written");
+        write(&outcomes.answers("study"), &open()).expect("it can be written");
         fs::write(scratch.0.join("notes.txt"), "mine").expect("a file of the analyst");
-        write(&outcomes.story("predict"), &open()).expect("it can be written");
+        write(&outcomes.answers("predict"), &open()).expect("it can be written");
         assert!(!scratch.0.join("path.csv").exists(), "a table of the first report stayed");
         assert!(scratch.0.join("traces.csv").exists() && scratch.0.join("notes.txt").exists());
     }

@@ -1,76 +1,32 @@
 //! `summary.json`: the outcome for a program. Numbers that are unbounded or unknown are `null`.
 
-mod asked;
-mod causes;
-mod estimated;
-mod history;
-mod observed;
-mod posterior;
-mod whole;
-
-use super::super::{ReportError, Story, findings, precision_words, reduction};
-use crate::case::Case;
-use crate::study::beside::{Beside, Left};
-use crate::study::nominal::{Reached, Reading};
-use crate::study::sensitivity::Sensitivity;
+use crate::case::{Case, Observation};
+use crate::report::answer::{self, Members};
+use crate::report::{ReportError, observed, precision_words};
+use crate::study::answers::Answers;
+use crate::study::nominal::{Peak, Reached, Reading};
+use crate::study::proportion::Proportion;
 use crate::traces::Arrival;
-use asked::{RecoveryRecord, SizingRecord};
-use causes::Due;
-use estimated::EstimatedRecord;
-use history::HistoryRecord;
-use observed::ObservedRecord;
-use posterior::PosteriorRecord;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
+use serde_json::ser::PrettyFormatter;
 use std::collections::BTreeMap;
-use whole::WholeRecord;
 
-/// Keys in the order written. Absent answers leave their keys out.
-#[derive(Serialize)]
-struct Record<'a> {
-    command: &'a str,
-    case: String,
-    version: &'a str,
-    seed: Option<u64>,
-    backend: Backend<'a>,
-    members: Members,
-    steps: Option<usize>,
-    cells: Option<usize>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    resolution: Option<Resolution>,
-    /// s.
-    seconds: Seconds,
-    sensors: Named<'a, PeakRecord>,
-    /// Case → sensor → what its observation counts for.
-    observed: Named<'a, Named<'a, ObservedRecord>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    gauges: Option<Named<'a, ReadingRecord>>,
-    balance: Balance,
-    #[serde(flatten)]
-    estimated: Option<EstimatedRecord<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    posterior: Option<PosteriorRecord<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    beside: Option<BesideRecord<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sizing: Option<SizingRecord<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    history: Option<HistoryRecord<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    twins: Option<RecoveryRecord<'a>>,
-    /// Sensor → factor → share of the spread at the sensor's nominal peak.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    shares: Option<Named<'a, Named<'a, f64>>>,
-    /// Sensor → what its peak and the time of that are due to.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    causes: Option<Named<'a, Due<'a>>>,
-    /// Sensor → how whole traces lie.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    whole_traces: Option<Named<'a, WholeRecord>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    estimable: Option<Estimable<'a>>,
-    /// The files of this report, so that the next one of the case can clear them.
-    files: &'a [String],
+type Json = serde_json::Serializer<Vec<u8>, PrettyFormatter<'static>>;
+
+/// The keys of the record, in the order in which they are put.
+pub(in crate::report) struct Record<'a> {
+    keys: <&'a mut Json as Serializer>::SerializeMap,
+}
+
+impl Record<'_> {
+    /// Put a key and its value.
+    ///
+    /// # Errors
+    /// When JSON cannot be written.
+    pub(in crate::report) fn put<T: Serialize + ?Sized>(&mut self, key: &str, value: &T) -> Result<(), ReportError> {
+        Ok(self.keys.serialize_entry(key, value)?)
+    }
 }
 
 /// Estimated discretisation errors: of temperatures in K; of gauges in the unit of their key.
@@ -113,7 +69,7 @@ struct Backend<'a> {
 }
 
 #[derive(Serialize)]
-struct Members {
+struct MembersRecord {
     asked: usize,
     ok: usize,
     failed: usize,
@@ -150,51 +106,8 @@ struct Balance {
     mass: Option<f64>,
 }
 
-/// A second case fitted to the same observations: root mean squares of the first and of it, K.
-#[derive(Serialize)]
-struct BesideRecord<'a> {
-    case: &'a str,
-    cooling_s: f64,
-    factors: Named<'a, f64>,
-    sensors: Named<'a, LeftRecord>,
-}
-
-#[derive(Serialize)]
-struct LeftRecord {
-    heating_k: [f64; 2],
-    cooling_k: [f64; 2],
-    explained: f64,
-}
-
-#[derive(Serialize)]
-struct Estimable<'a> {
-    factors: Vec<&'a str>,
-    /// Of those that matter they are the ones that the data tell apart.
-    matter: Vec<&'a str>,
-    /// Of the variance of the data.
-    shares: Named<'a, f64>,
-    /// Why each of the others was left out, in the order they went.
-    left_out: Vec<String>,
-    /// How the set that the case states differs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stated: Option<String>,
-    standard_errors: &'a [f64],
-    condition_number: f64,
-    rank: usize,
-    weakest: &'a str,
-    all: Together<'a>,
-}
-
-/// What the data say of all factors at once.
-#[derive(Serialize)]
-struct Together<'a> {
-    condition_number: f64,
-    rank: usize,
-    weakest: &'a str,
-}
-
 /// Values by name, in the order of the case and not of the alphabet.
-struct Named<'a, T>(Vec<(&'a str, T)>);
+pub(in crate::report) struct Named<'a, T>(pub(in crate::report) Vec<(&'a str, T)>);
 
 impl<T: Serialize> Serialize for Named<'_, T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -206,93 +119,112 @@ impl<T: Serialize> Serialize for Named<'_, T> {
     }
 }
 
-fn beside<'a>(case: &'a Case, outcome: &'a Beside) -> BesideRecord<'a> {
-    let estimates = outcome.factors.iter().map(String::as_str).zip(outcome.estimated.values.iter().copied());
-    let left = outcome.left.iter().map(|left| {
-        let Left { heating_k, cooling_k, .. } = *left;
-        let record = LeftRecord { heating_k, cooling_k, explained: left.explained() };
-        (case.sensors[left.sensor].name.as_str(), record)
-    });
-    BesideRecord {
-        case: &outcome.id,
-        cooling_s: outcome.cooling_s,
-        factors: Named(estimates.collect()),
-        sensors: Named(left.collect()),
+/// A counted share with its binomial interval at 95 %.
+#[derive(Serialize)]
+pub(in crate::report) struct Counted {
+    count: usize,
+    of: usize,
+    share: f64,
+    interval: (f64, f64),
+}
+
+impl Counted {
+    pub(in crate::report) fn of(counted: Proportion) -> Self {
+        Self { count: counted.count, of: counted.of, share: counted.share(), interval: counted.interval_95() }
     }
 }
 
-/// The text of `summary.json`; `report_s` is what the report took, `files` what it wrote.
+/// The text of `summary.json`: what every question has, then the keys of every answer. `report_s` is what the report took,
+/// `files` what it wrote.
 ///
 /// # Errors
 /// When JSON cannot be written.
-pub fn summary(story: &Story, report_s: f64, files: &[String]) -> Result<String, ReportError> {
-    let march = story.nominal_march();
+pub(in crate::report) fn summary(answers: &Answers, report_s: f64, files: &[String]) -> Result<String, ReportError> {
+    let march = answers.nominal_march();
     let readings = march.filter(|outcome| !outcome.readings.is_empty());
-    let record = Record {
-        command: story.command,
-        case: story.id(),
-        version: story.version,
-        seed: story.seed,
-        backend: Backend {
-            name: &story.backend.name,
-            kind: story.backend.kind,
-            precision: precision_words(story.backend.precision),
-        },
-        members: members(story),
-        steps: march.map(|outcome| outcome.steps),
-        cells: march.map(|outcome| outcome.cells),
-        resolution: march.and_then(|outcome| outcome.reached.as_ref()).map(Resolution::of),
-        seconds: Seconds {
-            plan: story.seconds.plan_s,
-            march: story.seconds.march_s,
-            reduce: story.seconds.reduce_s,
-            report: report_s,
-            total: story.seconds.began.elapsed().as_secs_f64(),
-        },
-        sensors: sensors(story),
-        observed: observed::observed(story),
-        gauges: readings.map(|outcome| gauges(&outcome.readings)),
-        balance: Balance {
-            energy: march.map(|outcome| outcome.balance.residual()),
-            mass: readings.map(|outcome| outcome.balance.mass_residual()),
-        },
-        estimated: story.estimated.map(|outcome| EstimatedRecord::of(story, outcome)),
-        posterior: story.posterior.map(|outcome| PosteriorRecord::of(story, outcome)),
-        beside: story.beside.map(|outcome| beside(story.case, outcome)),
-        sizing: story.sizing.map(|outcome| SizingRecord::of(story.case, outcome)),
-        history: story.history.map(|outcome| HistoryRecord::of(story.case, outcome)),
-        twins: story.recovery.map(RecoveryRecord::of),
-        shares: story.uncertainty.map(|_| shares(story)),
-        causes: story.uncertainty.map(|outcome| causes::causes(story.case, outcome)),
-        whole_traces: story.uncertainty.map(|outcome| whole::whole(story.case, outcome)),
-        estimable: story.sensitivity.map(|outcome| estimable(story.case, outcome)),
-        files,
+    let mut json = Json::with_formatter(Vec::new(), PrettyFormatter::new());
+    let mut record = Record { keys: json.serialize_map(None)? };
+    record.put("command", answers.question)?;
+    record.put("case", &answers.id())?;
+    record.put("version", env!("CARGO_PKG_VERSION"))?;
+    record.put("seed", &answers.seed)?;
+    let backend = Backend {
+        name: &answers.backend.name,
+        kind: answers.backend.kind,
+        precision: precision_words(answers.backend.precision),
     };
-    Ok(serde_json::to_string_pretty(&record)? + "\n")
-}
-
-fn members(story: &Story) -> Members {
-    match (story.uncertainty, story.nominal_march()) {
-        (Some(outcome), _) => {
-            Members { asked: outcome.asked, ok: outcome.ok, failed: outcome.asked.saturating_sub(outcome.ok) }
-        }
-        (None, Some(nominal)) => {
-            let ok = usize::from(nominal.arrival == Arrival::Done);
-            Members { asked: 1, ok, failed: 1 - ok }
-        }
-        (None, None) => Members { asked: 0, ok: 0, failed: 0 },
+    record.put("backend", &backend)?;
+    record.put("members", &members(answers))?;
+    record.put("steps", &march.map(|outcome| outcome.steps))?;
+    record.put("cells", &march.map(|outcome| outcome.cells))?;
+    if let Some(reached) = march.and_then(|outcome| outcome.reached.as_ref()) {
+        record.put("resolution", &Resolution::of(reached))?;
     }
+    let seconds = Seconds {
+        plan: answers.seconds.plan_s,
+        march: answers.seconds.march_s,
+        reduce: answers.seconds.reduce_s,
+        report: report_s,
+        total: answers.seconds.began.elapsed().as_secs_f64(),
+    };
+    record.put("seconds", &seconds)?;
+    record.put("sensors", &sensors(answers))?;
+    record.put("observed", &observed(answers))?;
+    if let Some(outcome) = readings {
+        record.put("gauges", &gauges(&outcome.readings))?;
+    }
+    let balance = Balance {
+        energy: march.map(|outcome| outcome.balance.residual()),
+        mass: readings.map(|outcome| outcome.balance.mass_residual()),
+    };
+    record.put("balance", &balance)?;
+    for answer in answer::all(answers) {
+        answer.record(answers, &mut record)?;
+    }
+    // The next report of the case clears the files of this one.
+    record.put("files", files)?;
+    record.keys.end()?;
+    Ok(String::from_utf8(json.into_inner()).expect("JSON is text") + "\n")
 }
 
-/// Peaks of the nominal march, whichever study made it.
-fn sensors<'a>(story: &Story<'a>) -> Named<'a, PeakRecord> {
-    let march = story.nominal_march().map(|outcome| outcome.peaks.clone());
-    let drawn = || story.uncertainty.map(|outcome| outcome.peaks.iter().map(|peak| peak.nominal).collect());
-    let peaks = march.or_else(drawn).unwrap_or_default();
-    let record =
-        |peak: crate::study::nominal::Peak| PeakRecord { peak_k: peak.temperature_k, peak_time_s: peak.time_s };
-    let named = story.case.sensors.iter().zip(peaks);
+/// One nominal march counts where no answer drew members.
+fn members(answers: &Answers) -> MembersRecord {
+    let drawn = answer::all(answers).into_iter().find_map(|answer| answer.members());
+    let one =
+        answers.nominal_march().map(|march| Members { asked: 1, ok: usize::from(march.arrival == Arrival::Done) });
+    let Members { asked, ok } = drawn.or(one).unwrap_or(Members { asked: 0, ok: 0 });
+    MembersRecord { asked, ok, failed: asked.saturating_sub(ok) }
+}
+
+/// Peaks of the nominal march, whichever answer has it.
+fn sensors(answers: &Answers) -> Named<'_, PeakRecord> {
+    let peaks = answers.nominal_march().into_iter().flat_map(|march| &march.peaks);
+    let record = |peak: &Peak| PeakRecord { peak_k: peak.temperature_k, peak_time_s: peak.time_s };
+    let named = answers.case.sensors.iter().zip(peaks);
     Named(named.map(|(sensor, peak)| (sensor.name.as_str(), record(peak))).collect())
+}
+
+/// The window that is trusted, samples within it, and the least and the largest standard deviation of all.
+#[derive(Serialize)]
+struct ObservedRecord {
+    window_s: (f64, f64),
+    samples: usize,
+    sigma_k: (f64, f64),
+}
+
+/// Case → sensor → what its observation counts for.
+fn observed(answers: &Answers) -> Named<'_, Named<'_, ObservedRecord>> {
+    Named(answers.cases().map(|case| (case.id.as_str(), observed_of(case))).collect())
+}
+
+fn observed_of(case: &Case) -> Named<'_, ObservedRecord> {
+    let record = |seen: &Observation| {
+        let window_s = case.window_s(seen.sensor);
+        let is_trusted = |time_s: &&f64| (window_s.0..=window_s.1).contains(*time_s);
+        let samples = seen.times_s.iter().filter(is_trusted).count();
+        ObservedRecord { window_s, samples, sigma_k: observed::deviations_k(seen) }
+    };
+    Named(case.observations.iter().map(|seen| (case.sensors[seen.sensor].name.as_str(), record(seen))).collect())
 }
 
 fn gauges(readings: &[Reading]) -> Named<'static, ReadingRecord> {
@@ -300,42 +232,16 @@ fn gauges(readings: &[Reading]) -> Named<'static, ReadingRecord> {
     Named(readings.iter().map(|reading| (reading.gauge.name(), record(reading))).collect())
 }
 
-fn shares<'a>(story: &Story<'a>) -> Named<'a, Named<'a, f64>> {
-    let of = |sensor: usize| {
-        let ranked = story.uncertainty.and_then(|outcome| findings::ranked(story.case, outcome, sensor));
-        let named = ranked.into_iter().flatten();
-        Named(named.map(|(factor, share)| (story.case.factors[factor].name.as_str(), share)).collect())
-    };
-    Named(story.case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
-}
-
-fn estimable<'a>(case: &'a Case, outcome: &'a Sensitivity) -> Estimable<'a> {
-    let (proposed, all) = (&outcome.proposed, &outcome.all);
-    let name = |&factor: &usize| case.factors[factor].name.as_str();
-    Estimable {
-        factors: proposed.factors.iter().map(name).collect(),
-        matter: outcome.matter().iter().map(name).collect(),
-        shares: Named(all.factors.iter().map(|factor| (name(factor), outcome.shares[*factor])).collect()),
-        left_out: outcome.reduction.iter().map(|dropped| reduction::left_out(case, dropped)).collect(),
-        stated: reduction::stated(case, outcome),
-        standard_errors: &proposed.standard_errors,
-        condition_number: proposed.condition_number,
-        rank: proposed.rank,
-        weakest: &proposed.weakest,
-        all: Together { condition_number: all.condition_number, rank: all.rank, weakest: &all.weakest },
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::super::fixture;
     use super::*;
+    use crate::report::fixture;
     use serde_json::Value;
 
     #[test]
     fn the_summary_of_an_estimate_holds_every_promised_key() {
         let outcomes = fixture::outcomes();
-        let text = summary(&outcomes.story("estimate"), 0.4, &[]).expect("it serialises");
+        let text = summary(&outcomes.answers("estimate"), 0.4, &[]).expect("it serialises");
         let read: Value = serde_json::from_str(&text).expect("it is JSON");
         for key in ["command", "case", "version", "steps", "cells", "iterations", "marches", "termination"] {
             assert!(!read[key].is_null(), "no {key}");
@@ -360,7 +266,7 @@ mod tests {
     fn an_undetermined_factor_is_null_and_not_a_number_that_json_lacks() {
         let mut outcomes = fixture::outcomes();
         outcomes.estimated.standard_errors[1] = f64::INFINITY;
-        let text = summary(&outcomes.story("estimate"), 0.4, &[]).expect("it serialises");
+        let text = summary(&outcomes.answers("estimate"), 0.4, &[]).expect("it serialises");
         let read: Value = serde_json::from_str(&text).expect("it is JSON");
         assert!(read["factors"]["f_cp_INS"]["standard_error"].is_null());
         assert!(read["factors"]["f_k_INS"]["standard_error"].is_number());
@@ -368,8 +274,8 @@ mod tests {
 
     #[test]
     fn where_gas_moves_the_summary_says_how_much_when_and_whether_mass_is_kept_and_elsewhere_nothing() {
-        let read = |outcomes: &fixture::Outcomes, command: &str| -> Value {
-            let text = summary(&outcomes.story(command), 0.4, &[]).expect("it serialises");
+        let read = |outcomes: &fixture::Outcomes, command: &'static str| -> Value {
+            let text = summary(&outcomes.answers(command), 0.4, &[]).expect("it serialises");
             serde_json::from_str(&text).expect("it is JSON")
         };
         let still = read(&fixture::outcomes(), "predict");
@@ -391,7 +297,7 @@ mod tests {
     #[test]
     fn the_shares_of_a_sensor_at_its_peak_add_up_to_one() {
         let outcomes = fixture::outcomes();
-        let text = summary(&outcomes.story("uncertainty"), 0.4, &[]).expect("it serialises");
+        let text = summary(&outcomes.answers("uncertainty"), 0.4, &[]).expect("it serialises");
         let read: Value = serde_json::from_str(&text).expect("it is JSON");
         let shares = read["shares"]["TC4"].as_object().expect("shares of TC4");
         let total: f64 = shares.values().filter_map(Value::as_f64).sum();

@@ -1,30 +1,37 @@
 //! One CSV, row by row.
 
-use super::super::ReportError;
+use crate::report::ReportError;
 
 /// A table being written.
-pub(super) struct Table {
+pub(in crate::report) struct Table {
     name: String,
     rows: csv::Writer<Vec<u8>>,
 }
 
 impl Table {
-    pub(super) fn new<S: AsRef<str>>(name: &str, columns: impl IntoIterator<Item = S>) -> Result<Self, ReportError> {
+    pub(in crate::report) fn new<S: AsRef<str>>(
+        name: &str,
+        columns: impl IntoIterator<Item = S>,
+    ) -> Result<Self, ReportError> {
         let mut table = Self { name: name.to_owned(), rows: csv::Writer::from_writer(Vec::new()) };
         table.text(columns.into_iter().map(|column| column.as_ref().to_owned()).collect())?;
         Ok(table)
     }
 
-    pub(super) fn text(&mut self, cells: Vec<String>) -> Result<(), ReportError> {
+    pub(in crate::report) fn text(&mut self, cells: Vec<String>) -> Result<(), ReportError> {
         self.rows.write_record(cells).map_err(|error| self.fault(&error))
     }
 
     /// A row of numbers behind a name, which may be missing.
-    pub(super) fn row(&mut self, name: Option<&str>, values: impl IntoIterator<Item = f64>) -> Result<(), ReportError> {
+    pub(in crate::report) fn row(
+        &mut self,
+        name: Option<&str>,
+        values: impl IntoIterator<Item = f64>,
+    ) -> Result<(), ReportError> {
         self.text(name.map(str::to_owned).into_iter().chain(values.into_iter().map(cell)).collect())
     }
 
-    pub(super) fn close(self) -> Result<(String, Vec<u8>), ReportError> {
+    pub(in crate::report) fn close(self) -> Result<(String, Vec<u8>), ReportError> {
         let Self { name, rows } = self;
         match rows.into_inner() {
             Ok(bytes) => Ok((name, bytes)),
@@ -38,7 +45,7 @@ impl Table {
 }
 
 /// Nine significant digits, or nothing.
-pub(super) fn cell(value: f64) -> String {
+pub(in crate::report) fn cell(value: f64) -> String {
     if !value.is_finite() {
         return String::new();
     }

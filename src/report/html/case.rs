@@ -1,9 +1,10 @@
 //! The case as it was marched, and how.
 
-use super::super::{Story, observed, words};
 use super::table::{list, paragraph, table};
 use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasPath, Material, OpenFace, Schedule, Side};
 use crate::case::{Mark, Provenance};
+use crate::report::{answer, observed, words};
+use crate::study::answers::Answers;
 
 /// Layup, sensors, what they measured, materials, exposure and factors.
 pub(super) fn described(case: &Case) -> String {
@@ -283,56 +284,14 @@ fn factors(case: &Case) -> String {
 }
 
 /// How the numbers of this page were found, shortly.
-pub(super) fn method(story: &Story) -> String {
+pub(super) fn method(answers: &Answers) -> String {
     let mut out = paragraph(
         "One-dimensional conduction through the plies, properties over temperature and pressure, contact conductance \
          between plies, and at each face the terms listed under Exposure. Factors multiply the properties and \
          exposures they are named for.",
     );
-    if let Some(outcome) = story.uncertainty {
-        out += &paragraph(&format!(
-            "Uncertainty: every member draws all factors within their {} bounds and is marched in full. A factor's \
-             correlation with a temperature is Pearson's; its share is the squared correlation over the sum of all. \
-             Shares take effects to be linear and factors to be independent. Sobol indices do not: they are parts of the \
-             variance, from a fit of all members with orthonormal polynomials of one factor and of two, and what such do \
-             not explain is told. Correlations of ranks are Spearman's, and with the others taken out partial ones.",
-            outcome.bounds.name()
-        ));
-    }
-    if let Some(outcome) = story.sensitivity {
-        let found = match outcome.step {
-            None => "those of the march itself, marched beside it,",
-            Some(_) => "by central differences",
-        };
-        out += &paragraph(&format!(
-            "Sensitivity: derivatives {found} about the nominal factors. The condition number is that of the sensitivities \
-             weighted by the measurement and scaled to unit columns; standard errors are those of linear least squares (Beck & \
-             Arnold, Parameter Estimation in Engineering and Science, 1977).",
-        ));
-    }
-    if story.estimated.is_some() {
-        out += &paragraph(
-            "Estimation: the Levenberg-Marquardt method (Levenberg 1944; Marquardt 1963; Özışık & Orlande, Inverse \
-             Heat Transfer, 2000) within the bounds. Standard errors and 95 % intervals are those of least squares under a \
-             noise model, an exponentially correlated process with a share of white noise, that is estimated with the \
-             factors by restricted likelihood (Patterson & Thompson 1971) and integrated over; the discretisation error of the march \
-             is added in quadrature. The standard error is half the interval over 1.96.",
-        );
-    }
-    if story.estimated.is_some_and(|outcome| !outcome.profiles.is_empty()) {
-        out += &paragraph(
-            "Profiles: one factor is held at value after value while all others are sought again, and what was made least \
-             rises above its least (Bates & Watts, Nonlinear Regression Analysis, 1988). The interval ends where the rise is that at the \
-             ends of the linear interval of a linear problem.",
-        );
-    }
-    if story.posterior.is_some() {
-        out += &paragraph(
-            "Posterior: values drawn as often as they are likely, by walkers that move by each other's differences (ter Braak \
-             2006) between the bounds. The density is exp(-S/2) of the objective that estimate and profiles have: data count by their noise model, priors at their word. What \
-             the model lacks is a process of exponential memory, as strong as the residuals are beyond the readings' own deviations; \
-             at each sensor and instant it is in proportion to what a standard deviation of every factor of the case moves there.",
-        );
+    for said in answer::all(answers).iter().flat_map(|answer| answer.method(answers)) {
+        out += &paragraph(&said);
     }
     out + &paragraph(
         "\"The paper\", where it is named, is \"Flexible Thermal Protection System Physics-Based Modeling for \

@@ -3,16 +3,14 @@
 //! The page has each figure twice: as a chart that plotly.js draws when it comes into view (`vendor/README.md` names
 //! the build), and as a still image in SVG, which is printed and which is shown where scripts do not run.
 
-mod asked;
 mod case;
-mod errors;
-mod posterior;
 mod sections;
-mod table;
+pub(super) mod table;
 
 use super::figure::Figure;
-use super::{Story, backend_words, chart, findings, warnings, words};
+use super::{answer, backend_words, chart, findings, warnings, words};
 use crate::case::Case;
+use crate::study::answers::Answers;
 use serde_json::{Value, json};
 use table::{escaped, list, paragraph};
 
@@ -21,16 +19,9 @@ const SCRIPT: &str = include_str!("page.js");
 const PLOTLY: &str = include_str!("vendor/plotly-cartesian.min.js.gz.base64");
 const PLOTLY_LICENSE: &str = include_str!("vendor/LICENSE");
 
-/// A section of the page: its anchor, its title and what is in it.
-struct Section {
-    anchor: &'static str,
-    title: &'static str,
-    content: String,
-}
-
 /// The page as text; `stills` are the figures as SVG, one a figure.
-pub(super) fn page(story: &Story, figures: &[Figure], stills: &[String]) -> String {
-    let sections = sections::all(story, figures, stills);
+pub(super) fn page(answers: &Answers, figures: &[(&'static str, Figure)], stills: &[String]) -> String {
+    let sections = sections::all(answers, figures, stills);
     let links: String =
         sections.iter().map(|section| format!("<a href=\"#{}\">{}</a>\n", section.anchor, section.title)).collect();
     let body: String = sections
@@ -47,9 +38,9 @@ pub(super) fn page(story: &Story, figures: &[Figure], stills: &[String]) -> Stri
          {header}<nav aria-label=\"Sections\">\n{links}</nav>\n<main>\n{summary}{body}</main>\n\
          {plotly}\n<script type=\"application/json\" id=\"charts\">{charts}</script>\n\
          <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
-        title = escaped(&format!("{}: {}", story.name(), story.command)),
-        header = header(story),
-        summary = summary(story),
+        title = escaped(&format!("{}: {}", answers.name(), answers.question)),
+        header = header(answers),
+        summary = summary(answers),
         plotly = plotly(),
         charts = charts(figures),
     )
@@ -63,8 +54,8 @@ fn plotly() -> String {
 
 /// The charts as JSON, for a script element. Most traces share their `x` with others: each array is written once, in
 /// `x`, and a trace has its index there.
-fn charts(figures: &[Figure]) -> String {
-    let mut charts: Vec<Value> = figures.iter().map(chart::draw).collect();
+fn charts(figures: &[(&'static str, Figure)]) -> String {
+    let mut charts: Vec<Value> = figures.iter().map(|(_, figure)| chart::draw(figure)).collect();
     let mut shared: Vec<Value> = Vec::new();
     for trace in charts.iter_mut().filter_map(|chart| chart["traces"].as_array_mut()).flatten() {
         if let Some(x) = trace.get_mut("x") {
@@ -80,20 +71,19 @@ fn charts(figures: &[Figure]) -> String {
     json!({"charts": charts, "x": shared}).to_string().replace('<', "\\u003c")
 }
 
-fn header(story: &Story) -> String {
+fn header(answers: &Answers) -> String {
     let mut facts = vec![
-        format!("bondline {} {}", story.version, story.command),
-        format!("case {}", story.id()),
-        backend_words(story.backend),
+        format!("bondline {} {}", env!("CARGO_PKG_VERSION"), answers.question),
+        format!("case {}", answers.id()),
+        backend_words(&answers.backend),
     ];
-    facts.extend(story.seed.map(|seed| format!("seed {seed}")));
-    facts.extend(story.uncertainty.map(|outcome| words::counted(outcome.asked, "member")));
-    facts.extend(story.sizing.map(|outcome| words::counted(outcome.members, "member")));
-    if let Some(march) = story.nominal_march() {
+    facts.extend(answers.seed.map(|seed| format!("seed {seed}")));
+    facts.extend(answer::all(answers).iter().flat_map(|answer| answer.facts()));
+    if let Some(march) = answers.nominal_march() {
         facts.push(format!("{} steps, {} cells", words::count(march.steps), words::count(march.cells)));
         facts.extend(march.reached.as_ref().map(words::reached));
     }
-    let seconds = story.seconds;
+    let seconds = answers.seconds;
     let took = [("planning", seconds.plan_s), ("marching", seconds.march_s), ("reducing", seconds.reduce_s)];
     let took: Vec<String> =
         took.iter().map(|(what, spent_s)| format!("{what} {} s", words::significant(*spent_s, 2))).collect();
@@ -101,14 +91,14 @@ fn header(story: &Story) -> String {
     let facts: String = facts.iter().map(|fact| format!("<li>{}</li>\n", escaped(fact))).collect();
     format!(
         "<header>\n<h1>{}</h1>\n<ul class=\"facts\">\n{facts}</ul>\n{}</header>\n",
-        escaped(&story.name()),
-        notes(story)
+        escaped(&answers.name()),
+        notes(answers)
     )
 }
 
 /// What the analyst must know of the data, loudly where they are not what they stand for.
-fn notes(story: &Story) -> String {
-    story.cases().map(note).collect()
+fn notes(answers: &Answers) -> String {
+    answers.cases().map(note).collect()
 }
 
 fn note(case: &Case) -> String {
@@ -127,12 +117,12 @@ fn note(case: &Case) -> String {
     out
 }
 
-fn summary(story: &Story) -> String {
-    let rows: String = findings::all(story)
+fn summary(answers: &Answers) -> String {
+    let rows: String = findings::all(answers)
         .iter()
         .map(|finding| format!("<dt>{}</dt>\n<dd>{}</dd>\n", escaped(finding.about), escaped(&finding.said)))
         .collect();
-    let doubts = warnings::all(story);
+    let doubts = warnings::all(answers);
     let warned = if doubts.is_empty() {
         "<p class=\"calm\">No warnings.</p>\n".to_owned()
     } else {
@@ -149,10 +139,10 @@ mod tests {
     use crate::case::Bounds;
 
     fn made(outcomes: &fixture::Outcomes) -> String {
-        let story = outcomes.story("study");
-        let figures = figures::all(&story);
-        let stills: Vec<String> = figures.iter().map(|figure| svg::draw(figure).expect("it draws")).collect();
-        page(&story, &figures, &stills)
+        let answers = outcomes.answers("study");
+        let figures = figures::in_sections(&answers);
+        let stills: Vec<String> = figures.iter().map(|(_, figure)| svg::draw(figure).expect("it draws")).collect();
+        page(&answers, &figures, &stills)
     }
 
     /// The page without plotly.js, whose text names addresses that it does not load.
@@ -181,12 +171,12 @@ mod tests {
     #[test]
     fn charts_keep_their_traces_and_write_no_array_of_x_twice() {
         let outcomes = fixture::outcomes();
-        let figures = figures::all(&outcomes.story("study"));
+        let figures = figures::in_sections(&outcomes.answers("study"));
         let text = charts(&figures);
         let written: Value = serde_json::from_str(&text).expect("JSON");
         let shared = written["x"].as_array().expect("arrays");
         let mut traces = 0;
-        for (figure, written) in figures.iter().zip(written["charts"].as_array().expect("charts")) {
+        for ((_, figure), written) in figures.iter().zip(written["charts"].as_array().expect("charts")) {
             // Numbers as they are after one way through text.
             let drawn: Value = serde_json::from_str(&chart::draw(figure).to_string()).expect("JSON");
             let mut restored = written.clone();

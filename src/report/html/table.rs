@@ -1,7 +1,7 @@
 //! Tables and text of the page: the only place that turns words into markup, and so the only one that escapes.
 
 /// Text as text, whatever it holds; a number and its unit stay on one line.
-pub(super) fn escaped(text: &str) -> String {
+pub(in crate::report) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for (at, c) in text.char_indices() {
         match c {
@@ -25,12 +25,12 @@ fn is_unit(text: &str) -> bool {
 }
 
 /// A paragraph.
-pub(super) fn paragraph(text: &str) -> String {
+pub(in crate::report) fn paragraph(text: &str) -> String {
     format!("<p>{}</p>\n", escaped(text))
 }
 
 /// A list of sentences; nothing when there are none.
-pub(super) fn list<S: AsRef<str>>(sentences: &[S]) -> String {
+pub(in crate::report) fn list<S: AsRef<str>>(sentences: &[S]) -> String {
     if sentences.is_empty() {
         return String::new();
     }
@@ -40,7 +40,7 @@ pub(super) fn list<S: AsRef<str>>(sentences: &[S]) -> String {
 
 /// A table under a title, in a container that scrolls by itself. The first cell of a row names it; numbers
 /// stand to the right.
-pub(super) fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> String {
+pub(in crate::report) fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> String {
     if rows.is_empty() {
         return String::new();
     }

@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn every_figure_of_a_study_draws_with_its_title_and_without_a_value_that_is_no_number() {
         let outcomes = fixture::outcomes();
-        for figure in figures::all(&outcomes.story("study")) {
+        for figure in figures::all(&outcomes.answers("study")) {
             let svg = draw(&figure).expect("a figure of the fixture draws");
             assert!(svg.contains("<svg") && svg.contains("</svg>"), "{} is no picture", figure.id);
             assert!(svg.contains("width=\"900\" height=\"520\""), "{} has another size", figure.id);
@@ -157,7 +157,7 @@ mod tests {
     fn a_name_that_looks_like_markup_stays_a_name() {
         let mut outcomes = fixture::outcomes();
         outcomes.case.sensors[0].name = "<script>".to_owned();
-        let figure = &figures::all(&outcomes.story("predict"))[0];
+        let figure = &figures::all(&outcomes.answers("predict"))[0];
         let svg = draw(figure).expect("it draws");
         assert!(!svg.contains("<script>") && svg.contains("&lt;script&gt;"));
     }

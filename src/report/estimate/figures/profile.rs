@@ -1,0 +1,53 @@
+//! Profiles: how much worse the data are met as one factor is held and the others follow.
+
+use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
+use crate::report::figures::{file_name, line};
+use crate::report::words;
+use crate::study::estimate::{Estimated, Profile};
+
+pub(super) fn figures(outcome: &Estimated) -> Vec<Figure> {
+    outcome.profiles.iter().map(|profile| figure(outcome, profile)).collect()
+}
+
+fn figure(outcome: &Estimated, profile: &Profile) -> Figure {
+    let place = profile.factor;
+    let estimand = &outcome.factors[place];
+    let name = &estimand.factor.name;
+    // Beyond, it would press what matters to the ground.
+    let is_near = |rise: f64| rise <= 4.0 * profile.level;
+    let met = profile.points.iter().map(|point| point[place]).zip(profile.rises.iter().copied());
+    let (x, y): (Vec<f64>, Vec<f64>) = met.filter(|(_, rise)| is_near(*rise)).unzip();
+    let (first, last) = (x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0));
+    // The half-width of the linear interval is the root of the level in its standard errors.
+    let (low, high) = outcome.intervals[place];
+    let error = (high - low) / (2.0 * profile.level.sqrt());
+    let even: Vec<f64> = (0..=60).map(|step| first + (last - first) * f64::from(step) / 60.0).collect();
+    let parabola = even.iter().map(|at| ((at - outcome.values[place]) / error).powi(2));
+    let parabola: Vec<f64> = parabola.map(|rise| if is_near(rise) { rise } else { f64::NAN }).collect();
+    let highest = y.iter().copied().fold(1.5 * profile.level, f64::max);
+    let (below, above) = profile.interval;
+    let (least, most) = estimand.bounds;
+    let layers = vec![
+        Layer::Window { name: "95 % interval".to_owned(), from: below.unwrap_or(least), to: above.unwrap_or(most) },
+        line("as if linear".to_owned(), Ink::Guide, Stroke::Dashed, &even, &parabola),
+        line("95 %".to_owned(), Ink::Guide, Stroke::Dotted, &[first, last], &[profile.level; 2]),
+        line("profile".to_owned(), Ink::Series(0), Stroke::Solid, &x, &y),
+        Layer::Points { name: String::new(), ink: Ink::Series(0), x, y, error: Vec::new() },
+    ];
+    Figure {
+        id: file_name("profile", name),
+        number: String::new(),
+        title: format!("Profile of {name}"),
+        caption: format!(
+            "With {name} held at each value and all other factors sought again, what was made least rises so far above \
+             its least. Where it stays below {} lies the 95 % interval: {}; the linear one, of the dashed parabola, is {}. \
+             Data count by the scatter of their residuals and by how far these follow one another.",
+            words::significant(profile.level, 3),
+            words::profiled(profile.interval, estimand.bounds),
+            words::interval(outcome.intervals[place], estimand.bounds)
+        ),
+        x: Axis::linear(name),
+        y: Axis::linear("Rise, squares of a standard error").within(0.0, highest),
+        layers,
+    }
+}

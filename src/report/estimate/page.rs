@@ -1,0 +1,95 @@
+//! The section of an estimate.
+
+use super::{ends, noise, objective, standard_error, within};
+use crate::report::html::table::{list, table};
+use crate::report::nominal::misfit_cells;
+use crate::report::words;
+use crate::report::words::sentence;
+use crate::study::answers::Answers;
+use crate::study::estimate::{Estimand, Estimated};
+
+pub(super) fn page(answers: &Answers, outcome: &Estimated) -> String {
+    let rows: Vec<Vec<String>> = (outcome.factors.iter().enumerate())
+        .map(|(place, Estimand { factor, bounds, .. })| {
+            let (least, most) = *bounds;
+            let bounded = if outcome.at_bound[place] { "reached" } else { "" };
+            vec![
+                factor.name.clone(),
+                words::meaning(factor),
+                format!("{:.3}", outcome.path[0].values[place]),
+                format!("{:.4}", outcome.values[place]),
+                standard_error(outcome, place),
+                within(outcome, place),
+                format!("{least:.2} to {most:.2} {bounded}").trim_end().to_owned(),
+            ]
+        })
+        .collect();
+    let misfits: Vec<Vec<String>> = (answers.misfits(outcome).into_iter())
+        .flat_map(|(name, (before, after))| {
+            [("nominal", before), ("estimated", after)].map(|(when, misfit)| {
+                let mut row = vec![format!("{name} {when}")];
+                row.extend(misfit_cells(misfit));
+                row
+            })
+        })
+        .collect();
+    let mut said = vec![
+        format!("How it ended: {}. {}", sentence(&outcome.termination), outcome.advice),
+        format!(
+            "{} It went from {} to {}.",
+            objective(outcome),
+            words::significant(outcome.objectives().0, 4),
+            words::significant(outcome.objectives().1, 4)
+        ),
+        format!(
+            "The condition number is {}; the weakest direction: {}.",
+            words::condition(outcome.identifiability.condition_number),
+            sentence(&outcome.identifiability.weakest)
+        ),
+        noise(outcome),
+    ];
+    said.extend(ends(outcome));
+    let head = ["Factor", "Scales", "Start", "Estimate", "± (1 σ)", "95 % within", "Bounds"];
+    table("Estimates", &head, &rows)
+        + &errors(outcome)
+        + &profiles(outcome)
+        + &table(
+            "Prediction less measurement over the fitted window",
+            &["Sensor", "Root mean square, K", "On average, K", "At worst, K", "Then, s", "Samples"],
+            &misfits,
+        )
+        + &list(&said)
+}
+
+fn profiles(outcome: &Estimated) -> String {
+    let rows: Vec<Vec<String>> = (outcome.profiles.iter())
+        .map(|profile| {
+            let Estimand { factor, bounds, .. } = &outcome.factors[profile.factor];
+            vec![
+                factor.name.clone(),
+                words::interval(outcome.intervals[profile.factor], *bounds),
+                words::profiled(profile.interval, *bounds),
+            ]
+        })
+        .collect();
+    table("Intervals at 95 %, linear and by profile likelihood", &["Factor", "Linear", "By profile"], &rows)
+}
+
+/// The errors of an estimate, each under its statistical name.
+fn errors(outcome: &Estimated) -> String {
+    let row = |place: usize| {
+        vec![
+            outcome.factors[place].factor.name.clone(),
+            standard_error(outcome, place),
+            words::significant(outcome.independent_errors[place], 2),
+            words::significant(outcome.numerical_errors[place], 2),
+        ]
+    };
+    let head = [
+        "Factor",
+        "Standard error",
+        "Of linear least squares (independent residuals, exact march)",
+        "Numerical error (part of the first)",
+    ];
+    table("Errors of the estimates", &head, &(0..outcome.factors.len()).map(row).collect::<Vec<_>>())
+}

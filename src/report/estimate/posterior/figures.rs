@@ -1,0 +1,97 @@
+//! What walkers drew of the factors, and what that predicts of every sensor.
+
+use crate::case::Case;
+use crate::report::estimate::posterior;
+use crate::report::figure::{Axis, Figure, Ink, Layer, Region, Stroke, Variable};
+use crate::report::figures::{STILL_K, file_name, line, measured, temperature, thinned, time};
+use crate::report::words;
+use crate::study::answers::Answers;
+use crate::study::estimate::Estimated;
+use crate::study::posterior::{Band, Posterior, Predicted};
+
+pub(in crate::report::estimate) fn figures(answers: &Answers, found: &Estimated, outcome: &Posterior) -> Vec<Figure> {
+    let mut figures = vec![corner(found, outcome)];
+    for (case, of) in answers.cases().zip(&outcome.predicted) {
+        figures.extend((0..case.sensors.len()).filter_map(|sensor| predictive(answers, case, of, sensor)));
+    }
+    figures
+}
+
+fn corner(found: &Estimated, outcome: &Posterior) -> Figure {
+    let variable = |place: usize| {
+        let marginal = &outcome.marginals[place];
+        Variable {
+            name: found.factors[place].factor.name.clone(),
+            range: marginal.range,
+            middles: marginal.middles(),
+            shares: marginal.shares.clone(),
+            estimate: found.values[place],
+            interval: marginal.interval,
+        }
+    };
+    let region = |pair: &crate::study::posterior::Pair| Region {
+        across: pair.places.0,
+        up: pair.places.1,
+        enclosed: pair.enclosed.clone(),
+    };
+    let several = if outcome.pairs.is_empty() {
+        ""
+    } else {
+        " Below, each pair: the smallest regions that hold half (dark) and 95 % (light) of what was drawn."
+    };
+    Figure {
+        id: "corner".to_owned(),
+        number: String::new(),
+        title: "How likely the factors are".to_owned(),
+        caption: format!(
+            "On the diagonal the share of the draws by value, its 95 % interval dashed and the estimate vermilion.{several} {}",
+            posterior::walked(outcome)
+        ),
+        x: Axis::linear(""),
+        y: Axis::linear(""),
+        layers: vec![Layer::Corner {
+            variables: (0..outcome.marginals.len()).map(variable).collect(),
+            regions: outcome.pairs.iter().map(region).collect(),
+        }],
+    }
+}
+
+/// One sensor; none that is held and so never in doubt.
+fn predictive(answers: &Answers, case: &Case, of: &Predicted, sensor: usize) -> Option<Figure> {
+    let found = &of.sensors[sensor];
+    let width_k = |band: &Band| band.low_k.iter().zip(&band.high_k).map(|(low, high)| high - low).fold(0.0, f64::max);
+    let widest_k = width_k(&found.discrepancy).max(width_k(&found.parameters));
+    if widest_k <= STILL_K {
+        return None;
+    }
+    let name = answers.sensor(case, sensor);
+    let band = |name: &str, ink: Ink, opacity: f64, band: &Band| Layer::Band {
+        name: name.to_owned(),
+        ink,
+        opacity,
+        x: thinned(&of.instants_s),
+        low: thinned(&band.low_k),
+        high: thinned(&band.high_k),
+    };
+    let mut layers = vec![
+        band("with what is lacking", Ink::Series(4), 0.25, &found.discrepancy),
+        band("by the factors", Ink::Series(0), 0.35, &found.parameters),
+        line("median".to_owned(), Ink::Series(0), Stroke::Solid, &of.instants_s, &found.parameters.median_k),
+    ];
+    let seen = case.observations.iter().find(|seen| seen.sensor == sensor);
+    layers.extend(seen.map(|seen| measured("measured".to_owned(), Ink::Measured, seen)));
+    Some(Figure {
+        id: file_name("predictive", &name),
+        number: String::new(),
+        title: format!("What the posterior predicts of {name}"),
+        caption: format!(
+            "95 % at each instant: by what is known of the factors, {} wide at most, and with what the model lacks, {}. {}",
+            words::misfit(width_k(&found.parameters)),
+            words::misfit(width_k(&found.discrepancy)),
+            posterior::held(case, sensor, found)
+        ),
+        x: time(case),
+        y: temperature(),
+        layers,
+    })
+}

@@ -1,0 +1,149 @@
+//! What an estimate adds to `summary.json`.
+
+use crate::case::{Bounds, Case};
+use crate::report::ReportError;
+use crate::report::files::record::{Named, Record};
+use crate::study::answers::Answers;
+use crate::study::estimate::{Combination, End, Estimand, Estimated, Fitted, Profile};
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct FactorRecord<'a> {
+    value: f64,
+    standard_error: f64,
+    independent_standard_error: f64,
+    numerical_error: f64,
+    has_effect: bool,
+    low: f64,
+    high: f64,
+    /// In which cases, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    cases: Vec<&'a str>,
+}
+
+#[derive(Serialize)]
+struct Ends {
+    low: Option<f64>,
+    high: Option<f64>,
+}
+
+/// Root mean square of predicted less measured over the window, K.
+#[derive(Serialize)]
+struct MisfitRecord {
+    nominal_rms_k: f64,
+    estimated_rms_k: f64,
+}
+
+/// S, what is minimised, at the start and at the end.
+#[derive(Serialize)]
+struct Objective {
+    start: f64,
+    end: f64,
+}
+
+/// How many descents there were, how many converged, and how many ended where the estimate is.
+#[derive(Serialize)]
+struct Starts {
+    asked: usize,
+    converged: usize,
+    least: usize,
+}
+
+/// What a pair of estimates that cannot be told apart determines.
+#[derive(Serialize)]
+struct Determined<'a> {
+    factors: [&'a str; 2],
+    /// `ratio` or `product`.
+    combination: &'a str,
+    value: f64,
+    relative_standard_error: f64,
+}
+
+/// Put the keys of an estimate into the record.
+pub(super) fn put(answers: &Answers, outcome: &Estimated, record: &mut Record<'_>) -> Result<(), ReportError> {
+    let counted = |is: fn(&End) -> bool| outcome.ends.iter().filter(|end| is(end)).count();
+    record.put("factors", &factors(answers, outcome))?;
+    // Case → sensor → how far off.
+    let misfits = answers.fits(outcome).map(|(case, fitted)| (case.id.as_str(), misfits(case, fitted)));
+    record.put("misfits", &Named(misfits.collect()))?;
+    let (start, end) = outcome.objectives();
+    record.put("objective", &Objective { start, end })?;
+    // How samples counted that were far off, as it is typed.
+    record.put("loss", &outcome.loss.to_string())?;
+    // The side constraints that priors were made of.
+    record.put("prior", &outcome.prior.map(Bounds::name))?;
+    let starts = Starts {
+        asked: outcome.ends.len(),
+        converged: counted(|end| end.converged),
+        least: counted(|end| end.is_least),
+    };
+    record.put("starts", &starts)?;
+    record.put("iterations", &outcome.path.len().saturating_sub(1))?;
+    record.put("marches", &outcome.marches)?;
+    record.put("termination", &outcome.termination)?;
+    record.put("converged", &outcome.converged)?;
+    record.put("condition_number", &outcome.identifiability.condition_number)?;
+    record.put("correlation", &outcome.identifiability.correlation)?;
+    let determined: Vec<Determined<'_>> = outcome.combinations.iter().map(|found| determined(outcome, found)).collect();
+    record.put("determined", &determined)?;
+    // Where 95 % intervals by profile likelihood end; `null` where a bound comes first.
+    if let Some(profiles) = profiles(outcome) {
+        record.put("profiles", &profiles)?;
+    }
+    record.put("samples", &outcome.samples)?;
+    record.put("autocorrelation", &outcome.autocorrelation)?;
+    // Of the most probable noise model.
+    record.put("correlation_time_s", &outcome.correlation_time_s)?;
+    record.put("white_share", &outcome.white_share)?;
+    record.put("noise_variance", &outcome.noise_variance)?;
+    record.put("effective_samples", &outcome.effective_samples)?;
+    record.put("shortfall", &outcome.shortfall)
+}
+
+fn factors<'a>(answers: &'a Answers, outcome: &'a Estimated) -> Named<'a, FactorRecord<'a>> {
+    let cases = |places: &[Option<usize>]| -> Vec<&'a str> {
+        let within = answers.cases().zip(places).filter(|(_, place)| place.is_some() && places.len() > 1);
+        within.map(|(case, _)| case.id.as_str()).collect()
+    };
+    let record = |(index, estimand): (usize, &'a Estimand)| {
+        let record = FactorRecord {
+            value: outcome.values[index],
+            standard_error: outcome.standard_errors[index],
+            independent_standard_error: outcome.independent_errors[index],
+            numerical_error: outcome.numerical_errors[index],
+            has_effect: outcome.has_effect[index],
+            low: outcome.intervals[index].0,
+            high: outcome.intervals[index].1,
+            cases: cases(&estimand.places),
+        };
+        (estimand.factor.name.as_str(), record)
+    };
+    Named(outcome.factors.iter().enumerate().map(record).collect())
+}
+
+fn profiles(outcome: &Estimated) -> Option<Named<'_, Ends>> {
+    let of = |profile: &Profile| {
+        let (low, high) = profile.interval;
+        (outcome.factors[profile.factor].factor.name.as_str(), Ends { low, high })
+    };
+    let named: Vec<(&str, Ends)> = outcome.profiles.iter().map(of).collect();
+    (!named.is_empty()).then_some(Named(named))
+}
+
+fn misfits<'a>(case: &'a Case, fitted: &Fitted) -> Named<'a, MisfitRecord> {
+    let named = fitted.sensors.iter().zip(&fitted.misfits).map(|(&sensor, (before, after))| {
+        let record = MisfitRecord { nominal_rms_k: before.rms_k, estimated_rms_k: after.rms_k };
+        (case.sensors[sensor].name.as_str(), record)
+    });
+    Named(named.collect())
+}
+
+fn determined<'a>(outcome: &'a Estimated, found: &Combination) -> Determined<'a> {
+    let name = |place: usize| outcome.factors[place].factor.name.as_str();
+    Determined {
+        factors: [name(found.pair.0), name(found.pair.1)],
+        combination: if found.is_ratio { "ratio" } else { "product" },
+        value: found.value,
+        relative_standard_error: found.relative_error,
+    }
+}

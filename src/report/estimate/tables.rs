@@ -1,0 +1,77 @@
+//! The tables of an estimate.
+
+use crate::case::Case;
+use crate::report::ReportError;
+use crate::report::figures::file_name;
+use crate::report::files::table::Table;
+use crate::report::files::tables::{File, head, traces};
+use crate::study::answers::Answers;
+use crate::study::estimate::{Estimated, Fitted, Landscape};
+
+/// Residuals and further traces of every case, the path, profiles and the landscape.
+pub(super) fn all(answers: &Answers, outcome: &Estimated) -> Result<Vec<File>, ReportError> {
+    let mut tables = Vec::new();
+    for (which, (case, fitted)) in answers.fits(outcome).enumerate() {
+        if which == 0 {
+            tables.push(residuals("residuals.csv", case, fitted)?);
+            continue;
+        }
+        let name = |table: &str| format!("{}.csv", file_name(table, &case.id));
+        tables.push(traces(&name("traces"), case, &fitted.before, Some(&fitted.after))?);
+        tables.push(residuals(&name("residuals"), case, fitted)?);
+    }
+    tables.push(path(outcome)?);
+    if !outcome.profiles.is_empty() {
+        tables.push(profiles(outcome)?);
+    }
+    if let Some(landscape) = &outcome.landscape {
+        tables.push(plane(outcome, landscape)?);
+    }
+    Ok(tables)
+}
+
+fn residuals(name: &str, case: &Case, fitted: &Fitted) -> Result<File, ReportError> {
+    let mut table = Table::new(name, ["sensor", "time_s", "residual_K"])?;
+    for (&sensor, (times_s, residuals_k)) in fitted.sensors.iter().zip(&fitted.residuals) {
+        for (&time_s, &residual_k) in times_s.iter().zip(residuals_k) {
+            table.row(Some(&case.sensors[sensor].name), [time_s, residual_k])?;
+        }
+    }
+    table.close()
+}
+
+fn path(outcome: &Estimated) -> Result<File, ReportError> {
+    let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
+    let columns = names.chain(["objective".to_owned(), "damping".to_owned()]);
+    let mut table = Table::new("path.csv", head(&["iteration"], columns))?;
+    for (iteration, turn) in outcome.path.iter().enumerate() {
+        let values = turn.values.iter().copied().chain([turn.objective, turn.damping]);
+        table.row(Some(&iteration.to_string()), values)?;
+    }
+    table.close()
+}
+
+fn profiles(outcome: &Estimated) -> Result<File, ReportError> {
+    let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
+    let mut table = Table::new("profiles.csv", head(&["held"], names.chain(["rise".to_owned()])))?;
+    for profile in &outcome.profiles {
+        for (point, &rise) in profile.points.iter().zip(&profile.rises) {
+            let held = &outcome.factors[profile.factor].factor.name;
+            table.row(Some(held), point.iter().copied().chain([rise]))?;
+        }
+    }
+    table.close()
+}
+
+fn plane(outcome: &Estimated, landscape: &Landscape) -> Result<File, ReportError> {
+    let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
+    let columns = names.take(2).chain(["objective", "valley"].map(str::to_owned));
+    let mut table = Table::new("landscape.csv", columns)?;
+    for (line, objective) in landscape.objective.iter().enumerate() {
+        for (node, &s) in objective.iter().enumerate() {
+            let is_least = f64::from(u8::from(node == landscape.valley));
+            table.row(None, [landscape.x[line][node], landscape.y[line][node], s, is_least])?;
+        }
+    }
+    table.close()
+}

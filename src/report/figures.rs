@@ -1,0 +1,170 @@
+//! All figures of a report, and the parts that those of several answers share.
+//!
+//! Which of them repeats a figure of the paper, the case says (`paper_figures`): no other case is the paper's.
+
+use super::figure::{Axis, Figure, Ink, Layer, Stroke};
+use super::{answer, words};
+use crate::case::{Case, Observation};
+use crate::study::answers::Answers;
+
+/// What moves less over the whole exposure does not move, K.
+pub(super) const STILL_K: f64 = 1e-6;
+
+/// Every figure, each with a file name of its own, and the section of the page that it belongs to.
+pub(super) fn in_sections(answers: &Answers) -> Vec<(&'static str, Figure)> {
+    let each = answer::all(answers).into_iter();
+    let mut figures: Vec<(&'static str, Figure)> = each.flat_map(|answer| answer.figures(answers)).collect();
+    tell_apart(&mut figures);
+    for (_, figure) in &mut figures {
+        let repeated = answers.case.paper_figures.iter().find(|(name, _)| *name == figure.id);
+        figure.number = repeated.map_or_else(String::new, |(_, numbers)| cited(numbers));
+    }
+    figures
+}
+
+/// The figures of the paper that one repeats.
+fn cited(numbers: &[usize]) -> String {
+    let plural = if numbers.len() == 1 { "" } else { "s" };
+    let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
+    format!("as Figure{plural} {} of the paper", words::listed(&numbers))
+}
+
+/// Sensors `T/1` and `T-1` would share a file: later figures of one name get a number.
+fn tell_apart(figures: &mut [(&'static str, Figure)]) {
+    for later in 1..figures.len() {
+        let (before, rest) = figures.split_at_mut(later);
+        let wanted = rest[0].1.id.clone();
+        let mut number = 2;
+        while before.iter().any(|(_, figure)| figure.id == rest[0].1.id) {
+            rest[0].1.id = format!("{wanted}-{number}");
+            number += 1;
+        }
+    }
+}
+
+/// A file name: what is drawn, then of what, with nothing a file system could mind.
+pub(super) fn file_name(what: &str, of: &str) -> String {
+    let safe = |c: char| if c.is_alphanumeric() || c == '_' || c == '.' { c } else { '-' };
+    format!("{what}-{}", of.chars().map(safe).collect::<String>())
+}
+
+/// The whole exposure.
+pub(super) fn time(case: &Case) -> Axis {
+    Axis::linear("Time, s").within(0.0, case.exposure.duration_s)
+}
+
+pub(super) fn temperature() -> Axis {
+    Axis::linear("Temperature, K")
+}
+
+/// A curve over the instants.
+pub(super) fn line(name: String, ink: Ink, stroke: Stroke, x: &[f64], y: &[f64]) -> Layer {
+    Layer::Line { name, ink, stroke, x: thinned(x), y: thinned(y) }
+}
+
+/// A measured trace with bars of two standard deviations, at most sixty points of it.
+pub(super) fn measured(name: String, ink: Ink, observation: &Observation) -> Layer {
+    let stride = observation.times_s.len().div_ceil(60).max(1);
+    let pick = |values: &[f64], factor: f64| values.iter().step_by(stride).map(|value| factor * value).collect();
+    Layer::Points {
+        name,
+        ink,
+        x: pick(&observation.times_s, 1.0),
+        y: pick(&observation.temperatures_k, 1.0),
+        error: pick(&observation.sigma_k, 2.0),
+    }
+}
+
+/// The trusted window of a sensor, by this name, where it leaves something out.
+pub(super) fn window(case: &Case, sensor: usize, name: &str) -> Option<Layer> {
+    let (from, to) = case.window_s(sensor);
+    let is_part = from > 0.0 || to < case.exposure.duration_s;
+    is_part.then(|| Layer::Window { name: name.to_owned(), from, to })
+}
+
+/// At most a thousand points of a curve, evenly picked and the last one always: a screen shows no more.
+pub(super) fn thinned(values: &[f64]) -> Vec<f64> {
+    let stride = values.len().div_ceil(1000).max(1);
+    let last = values.len().saturating_sub(1);
+    let kept = |index: &usize| index.is_multiple_of(stride) || *index == last;
+    (0..values.len()).filter(kept).map(|index| values[index]).collect()
+}
+
+/// The index of the instant nearest to a time.
+pub(super) fn nearest(instants_s: &[f64], time_s: f64) -> Option<usize> {
+    (0..instants_s.len()).min_by(|&a, &b| (instants_s[a] - time_s).abs().total_cmp(&(instants_s[b] - time_s).abs()))
+}
+
+/// A matrix of correlations of factors.
+pub(super) fn correlations(id: &str, title: &str, caption: String, names: Vec<String>, values: &[Vec<f64>]) -> Figure {
+    Figure {
+        id: id.to_owned(),
+        number: String::new(),
+        title: title.to_owned(),
+        caption,
+        x: Axis::names("", names.clone()),
+        y: Axis::names("", names),
+        layers: vec![Layer::Cells { values: values.to_vec() }],
+    }
+}
+
+/// Every figure, for tests.
+#[cfg(test)]
+pub(super) fn all(answers: &Answers) -> Vec<Figure> {
+    in_sections(answers).into_iter().map(|(_, figure)| figure).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixture;
+    use super::*;
+
+    #[test]
+    fn a_figure_cites_the_paper_where_its_case_says_so_and_nowhere_else() {
+        let mut outcomes = fixture::outcomes();
+        let cited = |outcomes: &fixture::Outcomes| -> Vec<(String, String)> {
+            let figures = all(&outcomes.answers("study")).into_iter();
+            figures.filter(|figure| !figure.number.is_empty()).map(|figure| (figure.id, figure.number)).collect()
+        };
+        // Sensors, factors and the case itself are named as the paper's are: names say nothing.
+        assert_eq!(cited(&outcomes), []);
+        outcomes.case.paper_figures =
+            vec![("spread-TC2".to_owned(), vec![10]), ("design-space".to_owned(), vec![22, 23])];
+        let [spread, space] = ["as Figure 10 of the paper", "as Figures 22 and 23 of the paper"].map(str::to_owned);
+        assert_eq!(cited(&outcomes), [("spread-TC2".to_owned(), spread), ("design-space".to_owned(), space)]);
+    }
+
+    #[test]
+    fn two_sensors_whose_names_differ_only_in_a_slash_keep_two_files() {
+        let mut outcomes = fixture::outcomes();
+        outcomes.case.sensors[0].name = "T/1".to_owned();
+        outcomes.case.sensors[1].name = "T-1".to_owned();
+        let mut ids: Vec<String> = all(&outcomes.answers("study")).into_iter().map(|figure| figure.id).collect();
+        assert!(ids.iter().all(|id| !id.contains('/')));
+        let before = ids.len();
+        ids.sort_unstable();
+        ids.dedup();
+        assert_eq!(ids.len(), before);
+    }
+
+    #[test]
+    fn a_sensor_that_is_held_has_no_empty_figures_of_its_own() {
+        let mut outcomes = fixture::outcomes();
+        let ids = |outcomes: &fixture::Outcomes| -> Vec<String> {
+            all(&outcomes.answers("study")).into_iter().map(|figure| figure.id).collect()
+        };
+        let of_it = ["spread-TC1", "shares-TC1", "sensitivity-TC1"];
+        assert!(of_it.iter().all(|id| ids(&outcomes).iter().any(|found| found == id)));
+        outcomes.uncertainty.spreads[0].deviation_k.fill(0.0);
+        outcomes.sensitivity.derivatives_k.iter_mut().for_each(|of_factor| of_factor[0].fill(0.0));
+        assert!(of_it.iter().all(|id| ids(&outcomes).iter().all(|found| found != id)));
+    }
+
+    #[test]
+    fn thinning_keeps_both_ends_of_a_curve() {
+        let curve: Vec<f64> = (0..2500).map(f64::from).collect();
+        let kept = thinned(&curve);
+        assert!(kept.len() <= 1001);
+        assert_eq!((kept[0], kept[kept.len() - 1]), (0.0, 2499.0));
+    }
+}

@@ -1,0 +1,125 @@
+//! A flux or a gas temperature that was recovered, what it leaves of the readings, and how its smoothness was chosen.
+
+use super::{chosen, found, left_out, unit};
+use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
+use crate::report::figures::line;
+use crate::report::words;
+use crate::study::answers::Answers;
+use crate::study::history::History;
+
+pub(super) fn figures(answers: &Answers, outcome: &History) -> Vec<Figure> {
+    let mut figures = vec![flux(answers, outcome), residuals(answers, outcome)];
+    if outcome.rungs.len() > 1 {
+        figures.push(smoothing(outcome));
+    }
+    figures
+}
+
+fn flux(answers: &Answers, outcome: &History) -> Figure {
+    let knots = 0..outcome.times_s.len();
+    let unit = unit(outcome.sought);
+    let largest = outcome.values.iter().chain(&outcome.own).copied().fold(0.0, f64::max) * unit.scale;
+    // An open end of the band would leave the rest of the figure a line.
+    let top = 1.4 * largest.max(1e-6);
+    let values = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value * unit.scale).collect() };
+    let edge = |sign: f64| {
+        let at = |knot: usize| (outcome.values[knot] + sign * outcome.half_width(knot)) * unit.scale;
+        knots.clone().map(|knot| at(knot).clamp(0.0, top)).collect()
+    };
+    let x = &outcome.times_s;
+    let found_values = values(&outcome.values);
+    Figure {
+        id: "history-flux".to_owned(),
+        number: String::new(),
+        title: format!("{}, recovered", unit.title),
+        caption: format!("{} {}", found(answers, outcome), left_out()),
+        x: Axis::linear("Time, s").within(0.0, outcome.end_s),
+        y: Axis::linear(&format!("{}, {}", sentence(unit.noun), unit.unit)).within(0.0, top),
+        layers: vec![
+            Layer::Band {
+                name: "95 %, by noise".to_owned(),
+                ink: Ink::Series(0),
+                opacity: 0.2,
+                x: x.clone(),
+                low: edge(-1.0),
+                high: edge(1.0),
+            },
+            line("as the case has it".to_owned(), Ink::Guide, Stroke::Dashed, x, &values(&outcome.own)),
+            line("recovered".to_owned(), Ink::Series(0), Stroke::Solid, x, &found_values),
+            Layer::Points {
+                name: "knots".to_owned(),
+                ink: Ink::Series(0),
+                x: x.clone(),
+                y: found_values,
+                error: Vec::new(),
+            },
+        ],
+    }
+}
+
+/// With a capital at its front.
+fn sentence(noun: &str) -> String {
+    let mut letters = noun.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn residuals(answers: &Answers, outcome: &History) -> Figure {
+    let mut layers = vec![line(String::new(), Ink::Guide, Stroke::Dashed, &[0.0, outcome.end_s], &[0.0; 2])];
+    for (place, seen) in outcome.seen.iter().enumerate() {
+        layers.push(Layer::Points {
+            name: answers.case.sensors[seen.sensor].name.clone(),
+            ink: Ink::Series(place),
+            x: seen.times_s.clone(),
+            y: seen.residuals_k.clone(),
+            error: seen.sigma_k.clone(),
+        });
+    }
+    let each: Vec<String> = outcome
+        .seen
+        .iter()
+        .map(|seen| {
+            format!(
+                "{} is off by {} (root mean square) as the case is heated and by {} with what was found",
+                answers.case.sensors[seen.sensor].name,
+                words::misfit(seen.rms_k.0),
+                words::misfit(seen.rms_k.1)
+            )
+        })
+        .collect();
+    Figure {
+        id: "history-residuals".to_owned(),
+        number: String::new(),
+        title: "What the recovered heating leaves of the readings".to_owned(),
+        caption: format!("{}. Bars are one standard deviation of the measurement.", words::listed(&each)),
+        x: Axis::linear("Time, s").within(0.0, outcome.end_s),
+        y: Axis::linear("Measured less predicted, K"),
+        layers,
+    }
+}
+
+fn smoothing(outcome: &History) -> Figure {
+    let (x, y): (Vec<f64>, Vec<f64>) = outcome.rungs.iter().map(|rung| (rung.weight, rung.rms)).unzip();
+    let ends = [x[x.len() - 1], x[0]];
+    Figure {
+        id: "history-smoothing".to_owned(),
+        number: String::new(),
+        title: "How well the data are met over the strength of smoothing".to_owned(),
+        caption: format!(
+            "{} Residuals are weighted by their standard deviations; a weight of one is that at which misfit and roughness change alike.",
+            chosen(outcome)
+        ),
+        x: Axis::log("Weight of roughness"),
+        y: Axis::log("Weighted residuals, rms"),
+        layers: vec![
+            line("as the noise says".to_owned(), Ink::Measured, Stroke::Dotted, &ends, &[1.0; 2]),
+            line("tried".to_owned(), Ink::Series(0), Stroke::Solid, &x, &y),
+            Layer::Points {
+                name: "chosen".to_owned(),
+                ink: Ink::Series(1),
+                x: vec![outcome.rung.weight],
+                y: vec![outcome.rung.rms],
+                error: Vec::new(),
+            },
+        ],
+    }
+}

@@ -1,0 +1,155 @@
+//! The prediction with nominal factors.
+
+mod figures;
+mod gas;
+
+use super::answer::{Answer, Finding, Room, Section};
+use super::figure::Figure;
+use super::html::table::{paragraph, table};
+use super::summary::{shown, wrapped};
+use super::{uncertainty, warnings, words};
+use crate::study::answers::Answers;
+use crate::study::nominal::{Misfit, Nominal};
+
+impl Answer for Nominal {
+    fn nominal(&self) -> Option<&Nominal> {
+        Some(self)
+    }
+
+    fn findings(&self, answers: &Answers) -> Vec<Finding> {
+        gas::found(&answers.case, self).map(|said| Finding { about: "Gas", said }).into_iter().collect()
+    }
+
+    fn warnings(&self, answers: &Answers) -> Vec<String> {
+        warnings::march(&answers.case, self, "nominal")
+    }
+
+    fn figures(&self, answers: &Answers) -> Vec<(&'static str, Figure)> {
+        let case = &answers.case;
+        let gas = gas::figures::figures(case, self).into_iter().map(|figure| ("gas", figure));
+        let driver = figures::driver(case).map(|figure| ("case", figure));
+        [("nominal", figures::against_measurement(case, self))].into_iter().chain(driver).chain(gas).collect()
+    }
+
+    fn sections(&self, answers: &Answers) -> Vec<Section> {
+        let gas = if gas::decomposes(&answers.case) { "Decomposition and gas" } else { "Gas" };
+        vec![
+            Section::new("nominal", "Nominal", page(answers, self)),
+            // No table says in numbers what these charts show: there the sentence comes first.
+            Section { captions_first: true, ..Section::new("gas", gas, String::new()) },
+        ]
+    }
+
+    fn screen(&self, answers: &Answers, room: &Room) -> Vec<String> {
+        let gas = gas::found(&answers.case, self).map_or(Vec::new(), |said| wrapped("", &said));
+        if room.is_led {
+            return gas;
+        }
+        let sensors = room.sensors - if room.is_shared { gas.len().min(2) } else { 0 };
+        let mut lines = match &answers.uncertainty {
+            Some(outcome) => uncertainty::lines(answers, outcome, sensors, room),
+            None => table_on_screen(answers, self, sensors),
+        };
+        lines.extend(gas);
+        lines
+    }
+}
+
+fn page(answers: &Answers, outcome: &Nominal) -> String {
+    let rows: Vec<Vec<String>> = (answers.case.sensors.iter().zip(&outcome.peaks))
+        .map(|(sensor, peak)| {
+            vec![
+                sensor.name.clone(),
+                format!("{:.2}", 1e3 * sensor.depth_m),
+                words::grouped(peak.temperature_k, 1),
+                words::grouped(peak.temperature_k - 273.15, 1),
+                words::grouped(peak.time_s, 1),
+            ]
+        })
+        .collect();
+    let misfits: Vec<Vec<String>> = answers
+        .case
+        .observations
+        .iter()
+        .zip(&outcome.misfits)
+        .map(|(seen, misfit)| {
+            let mut row = vec![answers.case.sensors[seen.sensor].name.clone()];
+            row.extend(misfit_cells(misfit));
+            row
+        })
+        .collect();
+    let balance = outcome.balance;
+    let heat = |joules: f64| format!("{:.3}", 1e-6 * joules);
+    let balances = vec![vec![
+        "energy".to_owned(),
+        heat(balance.hot_in_j_m2),
+        heat(balance.hot_out_j_m2),
+        heat(balance.back_in_j_m2),
+        heat(balance.back_out_j_m2),
+        heat(balance.holder_in_j_m2),
+        heat(balance.holder_out_j_m2),
+        heat(balance.stored_j_m2),
+        words::significant(balance.residual(), 2),
+    ]];
+    table("Peaks", &["Sensor", "Depth, mm", "Peak, K", "Peak, °C", "At, s"], &rows)
+        + &table(
+            "Prediction less measurement over the trusted window",
+            &["Sensor", "Root mean square, K", "On average, K", "At worst, K", "Then, s", "Samples"],
+            &misfits,
+        )
+        + &table(
+            "Heat through the faces, from and to the holder, and stored, MJ/m²",
+            &[
+                "Balance",
+                "In, hot",
+                "Out, hot",
+                "In, back",
+                "Out, back",
+                "In, holder",
+                "Out, holder",
+                "Stored",
+                "Residual, relative",
+            ],
+            &balances,
+        )
+        + &if outcome.readings.is_empty() { String::new() } else { paragraph(&gas::balance(&balance)) }
+}
+
+/// Root mean square, mean and worst of prediction less measurement, for a table of the page.
+pub(super) fn misfit_cells(misfit: &Misfit) -> [String; 5] {
+    [
+        words::misfit(misfit.rms_k).replace(" K", ""),
+        words::signed(misfit.bias_k, 1),
+        words::signed(misfit.worst_k, 1),
+        words::grouped(misfit.worst_time_s, 1),
+        words::count(misfit.samples),
+    ]
+}
+
+/// Root mean square and mean of predicted less measured at a sensor, where it was measured.
+pub(super) fn misfit(answers: &Answers, outcome: &Nominal, sensor: usize) -> (String, String) {
+    let seen = answers.case.observations.iter().zip(&outcome.misfits).find(|(seen, _)| seen.sensor == sensor);
+    seen.map_or(("-".to_owned(), "-".to_owned()), |(_, misfit)| {
+        (words::misfit(misfit.rms_k), format!("{} K", words::signed(misfit.bias_k, 1)))
+    })
+}
+
+fn table_on_screen(answers: &Answers, outcome: &Nominal, most: usize) -> Vec<String> {
+    let mut lines =
+        vec![format!("{:<12}{:>22}{:>10}{:>14}{:>14}", "sensor", "peak", "at", "off by (rms)", "on average")];
+    let (sensors, others) = shown(answers, most);
+    for index in sensors {
+        let peak = outcome.peaks[index];
+        let (rms, bias) = misfit(answers, outcome, index);
+        lines.push(format!(
+            "{:<12}{:>22}{:>10}{:>14}{:>14}",
+            words::short(&answers.case.sensors[index].name, 11),
+            words::kelvin(peak.temperature_k),
+            words::seconds(peak.time_s),
+            rms,
+            bias
+        ));
+    }
+    lines.extend(others);
+    lines
+}

@@ -1,0 +1,95 @@
+//! The nominal march against what was measured, and what drove it.
+
+use crate::case::{Case, Face, Schedule};
+use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
+use crate::report::figures::{line, measured, temperature, time, window};
+use crate::report::{observed, words};
+use crate::study::nominal::Nominal;
+
+pub(super) fn against_measurement(case: &Case, nominal: &Nominal) -> Figure {
+    let mut layers = windows(case);
+    for (index, sensor) in case.sensors.iter().enumerate() {
+        let name = format!("{} predicted", sensor.name);
+        layers.push(line(name, Ink::Series(index), Stroke::Solid, &nominal.instants_s, &nominal.temperatures_k[index]));
+    }
+    for observation in &case.observations {
+        let name = format!("{} measured", case.sensors[observation.sensor].name);
+        layers.push(measured(name, Ink::Series(observation.sensor), observation));
+    }
+    let peaks: Vec<String> = case
+        .sensors
+        .iter()
+        .zip(&nominal.peaks)
+        .map(|(sensor, peak)| {
+            format!("{} peaks at {} at {}", sensor.name, words::kelvin(peak.temperature_k), words::seconds(peak.time_s))
+        })
+        .collect();
+    let compared = if case.observations.is_empty() {
+        "No measurement was given to compare with."
+    } else {
+        "Dots are measured, their bars two standard deviations; not every sample is drawn."
+    };
+    let own = case.observations.iter().filter_map(|seen| {
+        let window = observed::window(seen.window_s?);
+        Some(format!(" {} is trusted {window}.", case.sensors[seen.sensor].name))
+    });
+    let own: String = own.collect();
+    Figure {
+        id: "nominal".to_owned(),
+        number: String::new(),
+        title: "Nominal prediction".to_owned(),
+        caption: format!("{}. {compared}{own}", words::listed(&peaks)),
+        x: time(case),
+        y: temperature(),
+        layers,
+    }
+}
+
+/// The window of all and those that sensors have of their own, where they leave something out.
+fn windows(case: &Case) -> Vec<Layer> {
+    let (own, others): (Vec<_>, Vec<_>) = case.observations.iter().partition(|seen| seen.window_s.is_some());
+    let of_all = others.first().and_then(|seen| window(case, seen.sensor, "trusted window"));
+    let own = own.into_iter().filter_map(|seen| {
+        let name = &case.sensors[seen.sensor].name;
+        window(case, seen.sensor, &format!("{name} trusted"))
+    });
+    of_all.into_iter().chain(own).collect()
+}
+
+/// The heat flux or the temperature that drives the hot face, where it changes with time.
+pub(super) fn driver(case: &Case) -> Option<Figure> {
+    let (schedule, name, axis, scale) = match &case.exposure.hot_face {
+        Face::Open(face) if moves(&face.flux_w_m2) => {
+            (&face.flux_w_m2, "cold-wall heat flux", "Heat flux, W/cm²", 1e-4)
+        }
+        Face::Open(face) if moves(&face.radiant_w_m2) => {
+            (&face.radiant_w_m2, "radiant heat flux", "Heat flux, W/cm²", 1e-4)
+        }
+        Face::Open(face) if moves(&face.gas_k) => (&face.gas_k, "gas temperature", "Temperature, K", 1.0),
+        Face::Held(schedule) => (schedule, "held temperature", "Temperature, K", 1.0),
+        Face::Open(_) => return None,
+    };
+    let duration_s = case.exposure.duration_s;
+    let corners = schedule.times_s.iter().zip(&schedule.values).filter(|(time, _)| (0.0..duration_s).contains(*time));
+    let mut x = vec![0.0];
+    let mut y = vec![scale * schedule.before(0.0)];
+    for (&time_s, &value) in corners {
+        x.push(time_s);
+        y.push(scale * value);
+    }
+    x.push(duration_s);
+    y.push(scale * schedule.before(duration_s));
+    Some(Figure {
+        id: "hot-face".to_owned(),
+        number: String::new(),
+        title: "What drives the hot face".to_owned(),
+        caption: format!("The {name} prescribed at the hot face, as the case gives it."),
+        x: time(case),
+        y: Axis::linear(axis),
+        layers: vec![line(String::new(), Ink::Series(1), Stroke::Solid, &x, &y)],
+    })
+}
+
+fn moves(schedule: &Schedule) -> bool {
+    schedule.values.windows(2).any(|pair| pair[0] != pair[1])
+}

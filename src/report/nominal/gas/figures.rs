@@ -1,0 +1,94 @@
+//! What decomposition and gas do through time.
+
+use crate::case::Case;
+use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
+use crate::report::figures::{line, time};
+use crate::report::nominal::gas;
+use crate::study::nominal::{Nominal, Reading};
+use crate::traces::Gauge;
+
+/// Of what there is: gas alone loses no mass, and without Darcy's law pressure is that outside.
+pub(in crate::report::nominal) fn figures(case: &Case, outcome: &Nominal) -> Vec<Figure> {
+    let reading = |gauge| outcome.reading(gauge);
+    let times_s = &outcome.instants_s;
+    let mut figures = Vec::new();
+    let mut add = |id: &str, title: &str, caption, y, layers| {
+        let (id, title) = (id.to_owned(), title.to_owned());
+        figures.push(Figure { id, number: String::new(), title, caption, x: time(case), y, layers });
+    };
+    if let Some(flux) = reading(Gauge::GasFlux) {
+        let layers = vec![curve("", 0, Stroke::Solid, times_s, flux.values.clone())];
+        add("gas-flux", "Gas out of the hot face", gas::flux(flux), Axis::linear("Gas flux, kg/m²/s"), layers);
+    }
+    if let Some(lost) = reading(Gauge::MassLost).filter(|_| gas::decomposes(case)) {
+        let layers = vec![curve("", 1, Stroke::Solid, times_s, lost.values.clone())];
+        add("gas-lost", "Mass lost", gas::lost(lost), Axis::linear("Mass lost, kg/m²"), layers);
+    }
+    if let (Some(virgin), Some(char)) = (reading(Gauge::VirginFront), reading(Gauge::CharFront))
+        && virgin.peak > 0.0
+    {
+        let met =
+            [(char, "char front", 7), (virgin, "virgin front", 2)].into_iter().filter(|(front, ..)| front.peak > 0.0);
+        let layers = met.map(|(front, name, ink)| curve(name, ink, Stroke::Solid, times_s, depths_mm(front))).collect();
+        let axis = Axis::linear("Depth in the layup as made, mm");
+        add("gas-fronts", "Fronts of char and virgin material", gas::fronts(virgin, char), axis, layers);
+    }
+    if let (Some(largest), Some(back)) = (reading(Gauge::PeakPressure), reading(Gauge::BackPressure))
+        && gas::is_driven(case)
+    {
+        let kilopascals = |of: &Reading| of.values.iter().map(|pressure_pa| 1e-3 * pressure_pa).collect();
+        let layers = vec![
+            curve("largest", 0, Stroke::Solid, times_s, kilopascals(largest)),
+            curve("at the back face", 1, Stroke::Dashed, times_s, kilopascals(back)),
+        ];
+        let axis = Axis::linear("Pressure, kPa");
+        add("gas-pressure", "Gas pressure in the layup", gas::pressure(largest, back), axis, layers);
+    }
+    figures
+}
+
+fn curve(name: &str, series: usize, stroke: Stroke, times_s: &[f64], values: Vec<f64>) -> Layer {
+    line(name.to_owned(), Ink::Series(series), stroke, times_s, &values)
+}
+
+/// A front that is nowhere has no depth: a gap, where zero would draw it at the hot face.
+fn depths_mm(front: &Reading) -> Vec<f64> {
+    front.values.iter().map(|&depth_m| if depth_m > 0.0 { 1e3 * depth_m } else { f64::NAN }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::GasPath;
+    use crate::report::fixture;
+
+    fn drawn(outcomes: &fixture::Outcomes) -> Vec<String> {
+        figures(&outcomes.case, &outcomes.nominal).into_iter().map(|figure| figure.id).collect()
+    }
+
+    #[test]
+    fn charts_of_gas_show_what_there_is_and_nothing_else() {
+        let outcomes = fixture::outcomes();
+        assert!(drawn(&outcomes).is_empty());
+        let mut charring = outcomes.charring();
+        assert_eq!(drawn(&charring), ["gas-flux", "gas-lost", "gas-fronts", "gas-pressure"]);
+        charring.case.gas.as_mut().expect("gas").path = GasPath::QuasiSteady;
+        assert_eq!(drawn(&charring), ["gas-flux", "gas-lost", "gas-fronts"]);
+        charring.nominal.readings.iter_mut().for_each(|reading| reading.peak = 0.0);
+        assert_eq!(drawn(&charring), ["gas-flux", "gas-lost"]);
+        charring.case.layup = fixture::outcomes().case.layup;
+        assert_eq!(drawn(&charring), ["gas-flux"]);
+    }
+
+    #[test]
+    fn a_front_is_drawn_in_millimetres_and_not_at_all_where_it_is_nowhere() {
+        let mut outcomes = fixture::outcomes().charring();
+        outcomes.nominal.readings[Gauge::CharFront as usize].values[..10].fill(0.0);
+        let figures = figures(&outcomes.case, &outcomes.nominal);
+        let fronts = figures.iter().find(|figure| figure.id == "gas-fronts").expect("fronts are drawn");
+        let Layer::Line { name, y, .. } = &fronts.layers[0] else { panic!("a curve") };
+        assert_eq!(name, "char front");
+        assert!(y[..10].iter().all(|depth_mm| depth_mm.is_nan()));
+        assert!((y[80] - 1.75).abs() < 1e-9, "{} mm at 40 s", y[80]);
+    }
+}

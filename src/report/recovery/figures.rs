@@ -1,0 +1,81 @@
+//! What estimates make of truths that are known.
+
+use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
+use crate::report::figures::{file_name, line};
+use crate::report::{recovery, words};
+use crate::study::recovery::{Recovered, Recovery};
+
+pub(super) fn figures(outcome: &Recovery) -> Vec<Figure> {
+    let mut figures = vec![coverage(outcome)];
+    figures.extend((0..outcome.recovered.len()).map(|place| found(outcome, place)));
+    figures
+}
+
+fn coverage(outcome: &Recovery) -> Figure {
+    let factors = &outcome.recovered;
+    let limits: Vec<(f64, f64)> = factors.iter().map(|factor| factor.covered.interval_95()).collect();
+    let lowest = limits.iter().map(|limits| limits.0).fold(0.9, f64::min);
+    let bar = |name: &str, ink: Ink, place: usize, (low, high): (f64, f64)| {
+        let at = place as f64;
+        line(name.to_owned(), ink, Stroke::Solid, &[at, at], &[100.0 * low, 100.0 * high])
+    };
+    let ends = [-0.5, factors.len() as f64 - 0.5];
+    let mut layers = vec![line("95 %".to_owned(), Ink::Guide, Stroke::Dashed, &ends, &[95.0; 2])];
+    layers.extend(limits.iter().enumerate().map(|(place, &limits)| bar("", Ink::Series(0), place, limits)));
+    layers.push(Layer::Points {
+        name: "intervals that hold the truth".to_owned(),
+        ink: Ink::Series(0),
+        x: (0..factors.len()).map(|place| place as f64).collect(),
+        y: factors.iter().map(|factor| 100.0 * factor.covered.share()).collect(),
+        error: Vec::new(),
+    });
+    Figure {
+        id: "twins-coverage".to_owned(),
+        number: String::new(),
+        title: "How often 95 % intervals hold the truth".to_owned(),
+        caption: format!(
+            "{} The bars are what so many twins leave open of each share (95 %, binomial).",
+            recovery::coverage(outcome)
+        ),
+        x: Axis::names("", factors.iter().map(|factor| factor.name.clone()).collect()),
+        y: Axis::linear("Intervals that hold the truth, %").within(100.0 * lowest - 2.0, 100.0),
+        layers,
+    }
+}
+
+fn found(outcome: &Recovery, place: usize) -> Figure {
+    let Recovered { name, bias, bias_error, rms, .. } = &outcome.recovered[place];
+    let mut held = [(Vec::new(), Vec::new(), Vec::new()), (Vec::new(), Vec::new(), Vec::new())];
+    for twin in &outcome.twins {
+        let Some(found) = twin.end.found() else { continue };
+        let ((low, high), truth) = (found.intervals[place], twin.truth[place]);
+        let (x, y, error) = &mut held[usize::from(!(low..=high).contains(&truth))];
+        x.push(truth);
+        y.push(found.values[place] - truth);
+        error.push((high - low) / 2.0);
+    }
+    let truths = || outcome.twins.iter().map(|twin| twin.truth[place]);
+    let ends = [truths().fold(f64::INFINITY, f64::min), truths().fold(f64::NEG_INFINITY, f64::max)];
+    let mut layers = vec![line(String::new(), Ink::Guide, Stroke::Dashed, &ends, &[0.0; 2])];
+    let names = ["interval holds the truth", "interval misses it"];
+    for (((x, y, error), name), ink) in held.into_iter().zip(names).zip([Ink::Series(0), Ink::Series(1)]) {
+        if !x.is_empty() {
+            layers.push(Layer::Points { name: name.to_owned(), ink, x, y, error });
+        }
+    }
+    Figure {
+        id: file_name("twins", name),
+        number: String::new(),
+        title: format!("What is found of {name}, less the truth"),
+        caption: format!(
+            "Each point is a twin, with its 95 % interval. Estimates are off by {} on average (± {}) and by {} root mean \
+             square.",
+            words::significant(*bias, 2),
+            words::significant(*bias_error, 2),
+            words::significant(*rms, 2)
+        ),
+        x: Axis::linear(&format!("True {name}")),
+        y: Axis::linear("Estimate less truth"),
+        layers,
+    }
+}

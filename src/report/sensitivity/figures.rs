@@ -1,0 +1,81 @@
+//! What each factor does to each thermocouple; which act alike.
+
+use crate::case::Case;
+use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
+use crate::report::figures::{STILL_K, correlations, file_name, line, time, window};
+use crate::report::words;
+use crate::study::sensitivity::{Identifiability, Sensitivity};
+
+pub(super) fn figures(case: &Case, outcome: &Sensitivity) -> Vec<Figure> {
+    // A sensor that is held answers to no factor.
+    let moves = |sensor: &usize| {
+        let slopes_k = outcome.derivatives_k.iter().flat_map(|of_factor| &of_factor[*sensor]);
+        slopes_k.into_iter().any(|slope_k| slope_k.abs() > STILL_K)
+    };
+    let mut figures: Vec<Figure> =
+        (0..case.sensors.len()).filter(moves).map(|sensor| curves(case, outcome, sensor)).collect();
+    let names = |set: &Identifiability| set.factors.iter().map(|&f| case.factors[f].name.clone()).collect();
+    if outcome.all.factors.len() > 1 {
+        figures.push(correlations(
+            "alignment",
+            "Which factors act alike",
+            "How alike two factors' sensitivity curves are over the trusted data: 1 or -1 says that the data cannot \
+             tell the two apart, 0 that they act independently."
+                .to_owned(),
+            names(&outcome.all),
+            &outcome.all.alignment,
+        ));
+    }
+    if outcome.proposed.factors.len() > 1 {
+        figures.push(correlations(
+            "proposed",
+            "Correlation of the estimates of the proposed set",
+            format!(
+                "How the errors of two estimates would go together, were {} estimated at once. Beyond 0.95 either \
+                 way, what one gains the other gives.",
+                words::listed::<String>(&names(&outcome.proposed)),
+            ),
+            names(&outcome.proposed),
+            &outcome.proposed.correlation,
+        ));
+    }
+    figures
+}
+
+fn curves(case: &Case, outcome: &Sensitivity, sensor: usize) -> Figure {
+    let name = &case.sensors[sensor].name;
+    let mut layers: Vec<Layer> = window(case, sensor, "trusted window").into_iter().collect();
+    let (mut strongest, mut largest_k) = (None, 0.0);
+    for (index, factor) in case.factors.iter().enumerate() {
+        let per_percent = outcome.per_percent_k(case, index).swap_remove(sensor);
+        for (&time_s, &change_k) in outcome.instants_s.iter().zip(&per_percent) {
+            if change_k.abs() > f64::abs(largest_k) {
+                (strongest, largest_k) = (Some((factor, time_s)), change_k);
+            }
+        }
+        // Factors that act alike lie on one another: dashes let the one below be seen.
+        let stroke = if index % 2 == 0 { Stroke::Solid } else { Stroke::Dashed };
+        layers.push(line(factor.name.clone(), Ink::Series(index), stroke, &outcome.instants_s, &per_percent));
+    }
+    let most = strongest.map(|(factor, time_s)| {
+        format!(
+            " The most is {} K per 1 % of {} ({}), at {}.",
+            words::signed(largest_k, 2),
+            factor.name,
+            words::meaning(factor),
+            words::seconds(time_s)
+        )
+    });
+    Figure {
+        id: file_name("sensitivity", name),
+        number: String::new(),
+        title: format!("Sensitivity of {name} to each factor, K per 1 %"),
+        caption: format!(
+            "Change of {name} to first order when one factor rises by 1 % of its nominal value and the others stay.{}",
+            most.unwrap_or_default()
+        ),
+        x: time(case),
+        y: Axis::linear("Sensitivity, K per 1 % of the factor"),
+        layers,
+    }
+}

@@ -1,0 +1,177 @@
+//! How far the prediction may be off and which factor is to blame.
+
+use crate::case::Case;
+use crate::report::figure::{Axis, Figure, Ink, Layer, Part, Stroke};
+use crate::report::figures::{STILL_K, file_name, line, nearest, temperature, thinned, time, window};
+use crate::report::words;
+use crate::study::nominal::Nominal;
+use crate::study::statistics::Likely;
+use crate::study::uncertainty::Uncertainty;
+
+pub(super) fn figures(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>) -> Vec<Figure> {
+    // A sensor that is held has no spread to draw.
+    let moves = |sensor: &usize| outcome.spreads[*sensor].deviation_k.iter().any(|deviation_k| *deviation_k > STILL_K);
+    let sensors = (0..case.sensors.len()).filter(moves);
+    let mut figures: Vec<Figure> = sensors.clone().map(|sensor| spread(case, outcome, nominal, sensor)).collect();
+    figures.extend(sensors.clone().map(|sensor| shares(case, outcome, sensor)));
+    figures.extend(sensors.filter_map(|sensor| indices(case, outcome, sensor)));
+    figures.push(peaks(case, outcome));
+    figures
+}
+
+fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor: usize) -> Figure {
+    let name = &case.sensors[sensor].name;
+    let times = &outcome.instants_s;
+    let [low, quarter, median, three_quarters, high] = &outcome.spreads[sensor].percentiles_k;
+    let band = |name: &str, opacity: f64, low: &[f64], high: &[f64]| Layer::Band {
+        name: name.to_owned(),
+        ink: Ink::Series(0),
+        opacity,
+        x: thinned(times),
+        low: thinned(low),
+        high: thinned(high),
+    };
+    let mut layers: Vec<Layer> = window(case, sensor, "trusted window").into_iter().collect();
+    layers.push(band("95 % at each instant", 0.18, low, high));
+    layers.push(band("50 % at each instant", 0.38, quarter, three_quarters));
+    let whole = &outcome.spreads[sensor].whole;
+    layers.push(line("95 % of whole traces".to_owned(), Ink::Series(0), Stroke::Thin, times, &whole.low_k));
+    layers.push(line(String::new(), Ink::Series(0), Stroke::Thin, times, &whole.high_k));
+    layers.push(line("median".to_owned(), Ink::Series(0), Stroke::Solid, times, median));
+    if let Some(nominal) = nominal {
+        let trace = &nominal.temperatures_k[sensor];
+        layers.push(line("nominal".to_owned(), Ink::Series(1), Stroke::Dashed, &nominal.instants_s, trace));
+    }
+    let peak = &outcome.peaks[sensor];
+    Figure {
+        id: file_name("spread", name),
+        number: String::new(),
+        title: format!("How far {name} may be off"),
+        caption: format!(
+            "Pointwise: at each instant 95 % of {} lie in the light band, half of them in the dark one. Simultaneous: 95 % of \
+             them stay between the thin dashed lines at all instants. Of {} whose whole traces were kept {} % stay in the \
+             light band throughout, {} % between the dashed lines. The members' own peaks at {name} reach {} on average, \
+             95 % of them from {} to {}.",
+            words::counted(outcome.ok, "member"),
+            words::count(whole.in_pointwise.of),
+            words::grouped(100.0 * whole.in_pointwise.share(), 1),
+            words::grouped(100.0 * whole.in_simultaneous.share(), 1),
+            words::kelvin(peak.mean_k),
+            words::kelvin(peak.percentiles_k[0]),
+            words::kelvin(peak.percentiles_k[4]),
+        ),
+        x: time(case),
+        y: temperature(),
+        layers,
+    }
+}
+
+fn shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure {
+    let name = &case.sensors[sensor].name;
+    let causes = &outcome.spreads[sensor].causes;
+    let percent = |factor: usize| causes.iter().map(|causes| 100.0 * causes.shares[factor]).collect::<Vec<f64>>();
+    let parts = case.factors.iter().enumerate().map(|(index, factor)| Part {
+        name: factor.name.clone(),
+        ink: Ink::Series(index),
+        values: thinned(&percent(index)),
+    });
+    let peak = outcome.peaks[sensor].nominal;
+    let blame = nearest(&outcome.instants_s, peak.time_s).and_then(|instant| {
+        let shares = &causes[instant].shares;
+        let most = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b]))?;
+        Some(format!(
+            " At the nominal peak ({}) {} ({}) has the largest share, {}.",
+            words::seconds(peak.time_s),
+            case.factors[most].name,
+            words::meaning(&case.factors[most]),
+            words::percent(shares[most]),
+        ))
+    });
+    Figure {
+        id: file_name("shares", name),
+        number: String::new(),
+        title: format!("What the spread at {name} is due to"),
+        caption: format!(
+            "Each factor's share of the spread at {name} through time.{} A share is the squared correlation of the \
+             factor with the temperature over the sum of all factors'.",
+            blame.unwrap_or_default(),
+        ),
+        x: time(case),
+        y: Axis::linear("Share of the spread, %").within(0.0, 100.0),
+        layers: vec![Layer::Shares { x: thinned(&outcome.instants_s), parts: parts.collect() }],
+    }
+}
+
+/// Total Sobol indices through time, with their intervals, of those factors that ever matter; `None` where too few members
+/// arrived to tell.
+fn indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> {
+    let name = &case.sensors[sensor].name;
+    let spread = &outcome.spreads[sensor];
+    // Before anything moves, indices are those of nothing.
+    let most_k = spread.deviation_k.iter().copied().fold(0.0, f64::max);
+    let from = spread.deviation_k.iter().position(|&deviation_k| deviation_k > 0.01 * most_k)?;
+    let (times, causes) = (&outcome.instants_s[from..], &spread.causes[from..]);
+    let curve = |factor: usize, of: fn(&Likely) -> f64| -> Vec<f64> {
+        causes.iter().map(|causes| 100.0 * of(&causes.total[factor])).collect()
+    };
+    let mut layers: Vec<Layer> = window(case, sensor, "trusted window").into_iter().collect();
+    let matters = |factor: &usize| curve(*factor, |index| index.value).into_iter().any(|percent| percent > 2.0);
+    for factor in (0..case.factors.len()).filter(matters) {
+        let stroke = if factor % 2 == 0 { Stroke::Solid } else { Stroke::Dashed };
+        layers.push(Layer::Band {
+            name: String::new(),
+            ink: Ink::Series(factor),
+            opacity: 0.18,
+            x: thinned(times),
+            low: thinned(&curve(factor, |index| index.low)),
+            high: thinned(&curve(factor, |index| index.high)),
+        });
+        let values = curve(factor, |index| index.value);
+        layers.push(line(case.factors[factor].name.clone(), Ink::Series(factor), stroke, times, &values));
+    }
+    let rest = causes.iter().map(|causes| causes.rest).fold(0.0, f64::max);
+    let sum = if outcome.is_independent {
+        "Together they exceed the share that factors and pairs explain by what pairs add."
+    } else {
+        "Factors go together here: shares overlap or leave gaps, and their sum says nothing."
+    };
+    let drawn = layers.iter().any(|layer| matches!(layer, Layer::Band { .. }));
+    drawn.then(|| Figure {
+        id: file_name("indices", name),
+        number: String::new(),
+        title: format!("How much of the variance at {name} hangs on each factor"),
+        caption: format!(
+            "Total Sobol indices through time, of factors that ever reach 2 %: the share of the variance that would stay \
+             were all other factors known, with its 95 % interval. {sum} At most {} of the variance is left that pairs \
+             do not explain.",
+            words::percent_of(rest),
+        ),
+        x: time(case),
+        y: Axis::linear("Total index, %"),
+        layers,
+    })
+}
+
+/// Peaks less the nominal one, so that a spread of tens of kelvin shows beside peaks a thousand apart.
+fn peaks(case: &Case, outcome: &Uncertainty) -> Figure {
+    let less_nominal = outcome
+        .peaks
+        .iter()
+        .map(|peak| peak.percentiles_k.map(|percentile_k| percentile_k - peak.nominal.temperature_k))
+        .collect();
+    let sensors = case.sensors.len() as f64;
+    Figure {
+        id: "peaks".to_owned(),
+        number: String::new(),
+        title: "Where the peaks fall".to_owned(),
+        caption: "The members' peaks less the nominal peak of each sensor: the thick bar holds half of them, the thin \
+                  one 95 %, and the light mark is the median."
+            .to_owned(),
+        x: Axis::names("", case.sensors.iter().map(|sensor| sensor.name.clone()).collect()),
+        y: Axis::linear("Peak less nominal peak, K"),
+        layers: vec![
+            line(String::new(), Ink::Guide, Stroke::Dashed, &[-0.5, sensors - 0.5], &[0.0, 0.0]),
+            Layer::Whiskers { name: String::new(), ink: Ink::Series(0), percentiles: less_nominal },
+        ],
+    }
+}
