@@ -50,7 +50,7 @@ say 'format'
 cargo fmt --check
 say 'lints'
 cargo clippy --profile work --all-targets -- -D warnings
-for features in '' gpu report gpu,report; do
+for features in '' gpu serde report gpu,report; do
     cargo clippy --profile work --lib --no-default-features --features "$features" -- -D warnings
 done
 cargo tree --edges normal --no-default-features | grep -E ' (wgpu|naga|parquet|clap|plotters|serde_json) ' &&

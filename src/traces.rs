@@ -4,6 +4,8 @@ use std::ops::Range;
 
 /// Temperatures of a run of members at every sensor and instant, and how each member arrived.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Traces {
     /// Index in the ensemble of the first member here.
     pub first: usize,
@@ -25,6 +27,8 @@ pub struct Traces {
 
 /// What is read of a layup as a whole, beside its sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum Gauge {
     /// Gas that leaves through the hot face, kg/m²/s; below zero where it flows in.
     GasFlux,
@@ -75,6 +79,8 @@ impl Gauge {
 
 /// How a member's march ended.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum Arrival {
     /// The march reached its end.
     Done,
@@ -95,6 +101,8 @@ pub enum Arrival {
 /// Heat through the two faces and from and to the holder over the whole march, gas through the faces, and what was
 /// stored of both: J/m² and kg/m². All are positive but where a field says otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Balance {
     /// Into the hot face.
     pub hot_in_j_m2: f64,

@@ -22,6 +22,7 @@ mod readings; // what sensors read beside plies that decompose
 mod reduction; // which factors are left to estimate, beside what the paper left
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod rows; // rows on the device where the host puts them
+mod serialised; // cases and answers as JSON, and the fingerprint of a case
 mod session; // sessions of the library beside the command; progress, cancellation, refused options
 mod shaders; // naga: kernels, twins of names, the loop budget
 mod states; // conductivities scaled state by state, and PATO's inverse problem

@@ -294,9 +294,10 @@ fn a_member_of_which_nobody_asks_for_gauges_marches_the_same_and_has_none() {
     let plain = marched.plan.clone().without_gauges();
     let mut single = SINGLE.gpu();
     for march in [&mut *single as &mut dyn March, &mut Cpu::new(Precision::F64)] {
-        let [whole, bare] = [&marched.plan, &plain].map(|plan| carried(march, plan, &marched.ensemble));
+        let [mut whole, bare] = [&marched.plan, &plain].map(|plan| carried(march, plan, &marched.ensemble));
         assert!(!whole.gauges.is_empty() && bare.gauges.is_empty());
-        assert_eq!(differing(&Traces { gauges: Vec::new(), ..whole }, &bare), 0, "{:?}", march.backend());
+        whole.gauges.clear();
+        assert_eq!(differing(&whole, &bare), 0, "{:?}", march.backend());
     }
 }
 

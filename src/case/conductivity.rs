@@ -7,6 +7,7 @@ use super::unit::Dimension;
 
 /// Conductivity over temperature and pressure, W/m/K.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Conductivity {
     /// A table a pressure, pressures rising (Pa); between them linear in the logarithm of pressure, held outside.
@@ -20,6 +21,7 @@ pub enum Conductivity {
 /// `k = k_s0 (T/300)^m + φ k_g(T, P; L_c) + 16 σ T³/(3 β)`, with the temperature-jump gas part of
 /// fibrous and aerogel insulations and the Rosseland diffusion approximation for radiation.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Parts {
     /// k_s0 at 300 K, W/m/K.
     pub solid_w_m_k: f64,

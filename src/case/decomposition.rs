@@ -22,6 +22,7 @@ pub const GAS_CONSTANT_J_MOL_K: f64 = 8.314_462_618;
 
 /// The reactions of a substance and what they leave.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Decomposition {
     /// One at least; in a chain in the order in which they follow.
     pub reactions: Vec<Reaction>,
@@ -42,6 +43,7 @@ pub struct Decomposition {
 
 /// One Arrhenius reaction.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Reaction {
     /// Mass of gas when it is complete, as a share of the virgin mass.
     pub loss: f64,
@@ -60,6 +62,7 @@ pub struct Reaction {
 /// How reactions follow each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Sequence {
     /// Each starts from the virgin substance and leads to the char.
     SideBySide,
@@ -82,6 +85,7 @@ impl Sequence {
 /// What a residue weighs in the properties of a mixture of virgin, intermediate and char.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Mixing {
     /// By mass, as PATO and FIAT mix conductivity and emissivity.
     Mass,
@@ -92,6 +96,7 @@ pub enum Mixing {
 /// Where the heat of pyrolysis is written down; one way or the other, never both.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum PyrolysisHeat {
     /// In the absolute enthalpies of virgin, residues and gas. Here those of virgin and of each residue at
     /// a reference temperature; the gas's table holds its own.
@@ -109,6 +114,7 @@ pub enum PyrolysisHeat {
 
 /// What a reaction leaves behind.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Residue {
     /// `char`, or what the file calls an intermediate.
     pub name: String,
@@ -134,6 +140,7 @@ impl Residue {
 
 /// How gas passes through a substance.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Pores {
     /// Share of the volume that gas fills.
     pub porosity: f64,

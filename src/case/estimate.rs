@@ -7,6 +7,7 @@ use super::observation::checked_window_s;
 /// How residuals count that are far off. The robust ones are r² near zero and grow like |r| beyond `width`, which is in
 /// standard deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum LossFunction {
     /// r²: least squares.
@@ -53,6 +54,7 @@ impl LossFunction {
 
 /// What the case file proposes to estimate, and from what.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Estimate {
     /// Indices into the factors.
     pub factors: Vec<usize>,

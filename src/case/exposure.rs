@@ -6,6 +6,7 @@ use super::unit::Dimension;
 
 /// The surroundings of a layup through the march.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Exposure {
     /// From the start to the end of the march, above zero, s.
     pub duration_s: f64,
@@ -27,6 +28,7 @@ pub struct Exposure {
 
 /// One face of the layup. Heat flux is positive into the layup at either face.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Face {
     /// One that takes up and gives off heat.
     Open(OpenFace),
@@ -38,6 +40,7 @@ pub enum Face {
 ///
 /// `q = flux (h_r − h_w(T))/(h_r − h_w(T_cw)) + ε radiant + film (gas − T) + ε σ (surroundings⁴ − T⁴)`
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct OpenFace {
     /// Cold-wall heat flux, W/m².
     pub flux_w_m2: Schedule,
@@ -62,6 +65,7 @@ pub struct OpenFace {
 
 /// A holder around the layup, a heat sink that every cell feels.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Holder {
     /// Conductance to the holder in a volume of layup, W/m³/K.
     pub conductance_w_m3_k: f64,
@@ -72,6 +76,7 @@ pub struct Holder {
 /// Emissivity of a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Emissivity {
     /// That of the ply's material, over temperature.
     Material,

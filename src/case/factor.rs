@@ -4,6 +4,7 @@ use super::check::{Field, index, positive};
 
 /// A multiplier on one property of one group of plies, or on an exposure.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Factor {
     /// A name that no other factor has: letters, digits, `_` and `-`.
     pub name: String,
@@ -23,6 +24,7 @@ pub struct Factor {
 
 /// What a factor multiplies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Property {
     /// The whole conductivity.
     Conductivity,
@@ -134,6 +136,7 @@ impl Property {
 /// Which factors go together: the correlations of their normal scores, which a Gaussian copula makes of them. None at all
 /// where each is drawn by itself.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Correlation {
     pairs: Vec<(usize, usize, f64)>,
     /// Lower triangular factor of the matrix, row after row, each up to its diagonal.
@@ -229,6 +232,7 @@ impl Correlation {
 
 /// Which of a factor's two side constraints hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 pub enum Bounds {
     /// Those of every study by default.
     #[default]

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 /// Properties of the gas that flows, at about the pressure of the case.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Gas {
     /// The file's name: `pyrolysis`.
     pub id: String,
@@ -55,6 +56,7 @@ impl Gas {
 
 /// How the gas made in a layup leaves it.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct GasFlow {
     /// Its way out.
     pub path: GasPath,
@@ -64,6 +66,7 @@ pub struct GasFlow {
 
 /// Ways out for gas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum GasPath {
     /// Straight to the hot face, exchanging no heat on its way.

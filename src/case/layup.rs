@@ -14,6 +14,7 @@ pub(super) fn mm(depth_m: f64) -> f64 {
 
 /// A layer of one material.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Ply {
     /// A name that no other ply of the layup has: `INS1`.
     pub name: String,
@@ -46,6 +47,7 @@ impl Ply {
 
 /// Plies from hot face to back face.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Layup {
     /// From the hot face to the back face, one at least.
     pub plies: Vec<Ply>,
@@ -139,6 +141,7 @@ impl Layup {
 
 /// A named depth where temperature is read.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Sensor {
     /// A name that no other sensor has. It heads columns of tables: letters, digits, `_`, `-` and `.`.
     pub name: String,
@@ -187,6 +190,7 @@ impl Sensor {
 /// The side of an interface that a bead touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Side {
     /// The lower face of the ply above.
     Above,

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 /// A substance.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Material {
     /// The file's name: `pyrogel3350`.
     pub id: String,

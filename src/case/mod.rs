@@ -61,6 +61,7 @@ pub use table::{OutOfRange, Schedule, Table};
 /// let other = bondline::Case { sensors: Vec::new(), ..case };
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Case {
     pub(crate) id: String,
     pub(crate) name: String,

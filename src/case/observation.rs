@@ -5,6 +5,7 @@ use super::table::rising;
 
 /// A sensor's measured trace.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Observation {
     /// Index into the case's sensors.
     pub sensor: usize,

@@ -4,6 +4,7 @@ use super::check::Field;
 
 /// How far a number can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Mark {
     /// Read in a public source.
@@ -38,6 +39,7 @@ impl Mark {
 
 /// Where a number came from.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Provenance {
     /// How far the number can be trusted.
     pub mark: Mark,

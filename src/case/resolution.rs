@@ -11,6 +11,7 @@ const CELLS_A_PLY: usize = 4;
 
 /// How finely space and time are cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Resolution {
     /// The error of temperatures for which a pilot is to choose cells and steps, K; `None` where a case states them.
     pub tolerance_k: Option<f64>,

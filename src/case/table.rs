@@ -6,6 +6,7 @@ use super::unit::Dimension;
 /// What a table answers outside the range of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum OutOfRange {
     /// A member that leaves the range is counted as failed.
     Refuse,
@@ -18,6 +19,7 @@ pub enum OutOfRange {
 
 /// A property over temperature: straight lines between points at strictly rising temperatures.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Table {
     pub(crate) temperatures_k: Vec<f64>,
     pub(crate) values: Vec<f64>,
@@ -155,6 +157,7 @@ pub(super) fn is_times(own: f64, other: f64, times: f64) -> bool {
 /// A quantity through time: straight lines between corners, held constant before the first and after the
 /// last. Two corners at one time are a jump, which counts from that time on.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Schedule {
     pub(crate) times_s: Vec<f64>,
     pub(crate) values: Vec<f64>,

@@ -41,9 +41,7 @@ impl From<MarchError> for Failure {
 impl From<ReportError> for Failure {
     fn from(error: ReportError) -> Self {
         match error {
-            ReportError::OtherCase { .. } | ReportError::NotAFolder { .. } | ReportError::Piece { .. } => {
-                Self::Input(error.into())
-            }
+            ReportError::OtherCase { .. } | ReportError::NotAFolder { .. } => Self::Input(error.into()),
             other => Self::Report(other.into()),
         }
     }

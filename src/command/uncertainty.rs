@@ -5,7 +5,7 @@ use crate::command::args::{Ask, Keep, Sweep};
 use crate::command::exit::{Ending, Failure};
 use crate::command::member_output::Kept;
 use crate::command::run::{Run, load, too_many_failed};
-use bondline::report::files::piece::{CaseMark, Draw, Piece, fingerprint};
+use bondline::study::sweep_piece::{CaseMark, Draw, Piece, fingerprint};
 use std::ops::Range;
 
 pub(crate) fn run(ask: &Ask, sweep: &Sweep, keep: Option<Keep>) -> Result<Ending, Failure> {
@@ -51,7 +51,7 @@ pub(crate) fn leave_piece(
         bounds: options.bounds.name().to_owned(),
     };
     let piece = Piece::new(mark, draw, &found.backend, members.clone(), &found.nominal, &found.gathered);
-    let path = piece.write(&run.folder)?;
+    let path = run.folder.put(&piece.file_name(), piece.to_json().as_bytes())?;
     let text = format!(
         "members {}..{} of {} drawn, {} of them arrived: {}\n",
         members.start,

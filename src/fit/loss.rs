@@ -22,6 +22,7 @@ use nalgebra::{DMatrix, DVector};
 /// How residuals count that are far off. The robust ones are r² near zero and grow like |r| beyond `width`, which is in
 /// standard deviations where residuals are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Loss {
     /// r²: least squares.
     #[default]

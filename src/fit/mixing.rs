@@ -2,6 +2,7 @@
 
 /// What the trail of one variable says of a walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Mixing {
     /// Integrated autocorrelation time: so many moves of a walker are worth one draw.
     pub autocorrelation_moves: f64,

@@ -41,6 +41,7 @@ pub struct Subset {
 
 /// A variable left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Dropped {
     /// The place of the variable.
     pub variable: usize,
@@ -50,6 +51,7 @@ pub struct Dropped {
 
 /// Which limit was broken when a variable went; `with` is the variable that stayed in its stead.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Reason {
     /// No residual changes with it.
     NoEffect,

@@ -15,6 +15,7 @@ use std::ops::Range;
 
 /// Arithmetic of a march.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum Precision {
     /// Single precision, with temperatures in two words.
     F32,
@@ -22,8 +23,19 @@ pub enum Precision {
     F64,
 }
 
+impl Precision {
+    /// `f32` or `f64`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
+}
+
 /// What carries a march, for the record of a study.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Backend {
     /// The device in words: `AMD EPYC, 2 threads`, `llvmpipe (LLVM 15.0.6, 256 bits)`.
     pub name: String,
@@ -35,6 +47,7 @@ pub struct Backend {
 
 /// Why a march could not be carried out at all.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum MarchError {
     /// No device was found.
     #[error("no Vulkan device: {reason}; {remedy}")]

@@ -36,6 +36,7 @@ use tables::{Tables, states};
 /// The estimated discretisation error of one gauge of the nominal member, and its tolerance: of fronts in m, at 95 % of the instants; of
 /// the others as a share of their peak, at any instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct GaugeError {
     /// Which gauge.
     pub gauge: Gauge,
@@ -47,6 +48,8 @@ pub struct GaugeError {
 
 /// Estimated discretisation errors: of temperatures the largest at any sensor and instant, K.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Reached {
     /// What was asked for.
     pub tolerance_k: f64,

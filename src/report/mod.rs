@@ -29,7 +29,7 @@ mod warnings;
 mod words;
 
 use crate::case::Case;
-use crate::march::{Backend, Precision};
+use crate::march::Backend;
 use crate::study::answers::Answers;
 use crate::study::estimate::{Estimated, Fitted};
 use crate::study::nominal::{Misfit, Nominal};
@@ -39,6 +39,7 @@ use std::time::Instant;
 
 /// Why a report could not be written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReportError {
     #[error("{path:?} holds the case {found:?}, not {wanted:?}; choose another --out or give --force")]
     OtherCase { path: PathBuf, found: String, wanted: String },
@@ -52,8 +53,6 @@ pub enum ReportError {
     Table { name: String, message: String },
     #[error("{path:?}: {message}")]
     Parquet { path: PathBuf, message: String },
-    #[error("{path:?}: {message}")]
-    Piece { path: PathBuf, message: String },
     #[error("JSON: {0}")]
     Json(#[from] serde_json::Error),
 }
@@ -111,14 +110,7 @@ impl Answers {
 
 /// `cpu f64, AMD EPYC, 2 threads`.
 fn backend_words(backend: &Backend) -> String {
-    format!("{} {}, {}", backend.kind, precision_words(backend.precision), backend.name)
-}
-
-fn precision_words(precision: Precision) -> &'static str {
-    match precision {
-        Precision::F32 => "f32",
-        Precision::F64 => "f64",
-    }
+    format!("{} {}, {}", backend.kind, backend.precision.name(), backend.name)
 }
 
 /// Put the whole report into a folder: `report.html`, `figures/*.svg`, the tables, and last `summary.json`.

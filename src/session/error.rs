@@ -33,6 +33,7 @@ pub enum SessionError {
 
 /// What is wrong with an option or a case.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct InputError {
     /// The field of the options that is wrong; `None` where no single one is.
     pub option: Option<&'static str>,

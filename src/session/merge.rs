@@ -5,10 +5,10 @@ use crate::case::{Bounds, Case};
 use crate::ensemble::{Sampling, SamplingKind};
 use crate::march::{Backend, Precision};
 use crate::pilot::pilot;
-use crate::report::files::piece::{Piece, fingerprint};
 use crate::study::answers::Answers;
 use crate::study::nominal::Nominal;
 use crate::study::seconds::Seconds;
+use crate::study::sweep_piece::{Piece, PieceError, fingerprint};
 use crate::study::uncertainty::Gathered;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ struct Merged<'a> {
     device: String,
 }
 
-/// Merge the files that [`piece`](crate::report::files::piece) describes, in any order. `lies` is the path of the case;
+/// Merge the files that [`piece`](crate::study::sweep_piece) describes, in any order. `lies` is the path of the case;
 /// `None` takes the path at which it was marched.
 ///
 /// # Errors
@@ -79,6 +79,12 @@ pub fn merge(pieces: &[PathBuf], lies: Option<&Path>) -> Result<Answers, Session
     answers.nominal = Some(nominal);
     answers.uncertainty = Some(outcome);
     Ok(answers)
+}
+
+impl From<PieceError> for SessionError {
+    fn from(error: PieceError) -> Self {
+        InputError::plain(error).into()
+    }
 }
 
 fn wrong(message: String) -> SessionError {

@@ -8,7 +8,7 @@
 #[cfg(feature = "report")]
 mod answers;
 mod error;
-#[cfg(feature = "report")]
+#[cfg(feature = "serde")]
 mod merge;
 mod options;
 mod selection;
@@ -17,7 +17,7 @@ pub use crate::march::choose::Kind;
 pub use crate::march::monitored::{CancelToken, Progress, ProgressCallback};
 pub use crate::study::answers::Answers;
 pub use error::{InputError, SessionError};
-#[cfg(feature = "report")]
+#[cfg(feature = "serde")]
 pub use merge::merge;
 pub use options::{
     Derivatives, EstimateOptions, FitOptions, HistoryOptions, ObservationSelection, Options, SensitivityOptions,
@@ -83,6 +83,7 @@ struct Opening {
 }
 
 /// Statistics of some members of a sweep, about its nominal march.
+#[non_exhaustive]
 pub struct SweepPart {
     /// The march at nominal factors.
     pub nominal: Nominal,
@@ -93,10 +94,10 @@ pub struct SweepPart {
 }
 
 impl Session {
-    /// Adapt cells and time steps to the case, and open the march.
+    /// Adapt cells and time steps to the case, and open the march. Progress counts the members of the adaptation.
     ///
     /// # Errors
-    /// When an option is wrong or the device that it names cannot be opened.
+    /// When an option is wrong, the adaptation is cancelled or the device that the options name cannot be opened.
     pub fn open(case: Case, options: &Options) -> Result<Self, SessionError> {
         let began = Instant::now();
         options.check()?;

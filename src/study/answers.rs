@@ -16,6 +16,7 @@ use crate::march::Backend;
 /// The answers to a question.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Answers {
     /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `history`, `twin`,
     /// `merge`.

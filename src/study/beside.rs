@@ -8,6 +8,8 @@ use crate::plan::Plan;
 
 /// A second case fitted beside a first, and what each leaves at every thermocouple that was observed.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Beside {
     /// The second case's.
     pub id: String,
@@ -23,6 +25,8 @@ pub struct Beside {
 /// Root mean squares of predicted less measured at the estimates, of the first and of the second case, K. Where there are
 /// no samples they are no number.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Left {
     pub sensor: usize,
     /// While the hot face is heated.
@@ -40,6 +44,7 @@ impl Left {
 
 /// Why two cases cannot be held against each other.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum BesideError {
     #[error("{other:?} has not the observations of {case:?}: {why}")]
     OtherObservations { case: String, other: String, why: String },

@@ -33,6 +33,8 @@ use profile::{About, profiled, profiles};
 
 /// Estimated factors and how they were found.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Estimated {
     /// In the order of every vector here.
     pub factors: Vec<Estimand>,
@@ -100,6 +102,8 @@ impl Estimated {
 
 /// One of the cases fitted.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Fitted {
     /// Indices of the sensors whose observations were fitted.
     pub sensors: Vec<usize>,
@@ -114,6 +118,8 @@ pub struct Fitted {
 
 /// One accepted iteration.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Turn {
     pub values: Vec<f64>,
     /// S, the objective that is minimised (the paper's Eqs 3 and 4 for deviations of 1 K): squares of the residuals in their
@@ -124,6 +130,8 @@ pub struct Turn {
 
 /// One start and where it led.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct End {
     pub start: Vec<f64>,
     pub values: Vec<f64>,

@@ -38,6 +38,8 @@ pub struct Wanted {
 
 /// The history found, in W/m² of a flux and in K of a gas.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct History {
     pub sought: Sought,
     /// The knots, s; the history is straight lines between them. A jump is two at one time.
@@ -78,6 +80,8 @@ pub struct History {
 
 /// One sensor whose readings were used.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Seen {
     pub sensor: usize,
     pub times_s: Vec<f64>,
@@ -90,6 +94,7 @@ pub struct Seen {
 
 /// Why no history was found.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum HistoryError {
     #[error(
         "the hot face of {case:?} is held at a temperature: nothing heats it, expected kind = \"heated\" or \"convective\""

@@ -12,6 +12,8 @@ pub mod seconds;
 pub mod sensitivity;
 pub mod size;
 pub mod statistics;
+#[cfg(feature = "serde")]
+pub mod sweep_piece;
 pub mod thermocouples;
 pub mod twin;
 pub mod uncertainty;

@@ -9,6 +9,8 @@ use crate::traces::{Arrival, Balance, Gauge, Traces};
 
 /// The march at the nominal factors.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Nominal {
     pub instants_s: Vec<f64>,
     /// Sensor × instant, K.
@@ -31,6 +33,8 @@ pub struct Nominal {
 
 /// The highest temperature of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Peak {
     pub temperature_k: f64,
     pub time_s: f64,
@@ -38,6 +42,8 @@ pub struct Peak {
 
 /// One gauge through the march, in its own unit.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Reading {
     pub gauge: Gauge,
     /// One an instant.
@@ -50,6 +56,8 @@ pub struct Reading {
 
 /// Prediction less measurement, over the trusted window of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Misfit {
     pub rms_k: f64,
     pub bias_k: f64,

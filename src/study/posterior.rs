@@ -26,6 +26,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 /// How many walkers, how far they go, and which of all walks it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Walkers {
     pub number: usize,
     pub moves: usize,
@@ -34,6 +35,8 @@ pub struct Walkers {
 
 /// What data and priors say of the factors of an estimate, and through them of every thermocouple.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Posterior {
     pub walkers: Walkers,
     /// Moves at the beginning that do not count: five autocorrelation times, or half of all where those are longer.
@@ -57,6 +60,7 @@ pub struct Posterior {
 
 /// Why there is no posterior.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PosteriorError {
     #[error("{walkers} walkers are too few for {factors} factors: expected {least} at least")]
     FewWalkers { walkers: usize, factors: usize, least: usize },

@@ -6,6 +6,7 @@ use statrs::function::gamma::ln_gamma;
 
 /// How many of how many had a property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Proportion {
     pub count: usize,
     pub of: usize,

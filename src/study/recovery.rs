@@ -16,6 +16,8 @@ use crate::traces::Arrival;
 
 /// What many twins of a case say of its estimates. All of it is over the twins that were fitted, whether the fit converged or not.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Recovery {
     /// One a factor estimated.
     pub recovered: Vec<Recovered>,
@@ -34,6 +36,8 @@ pub struct Recovery {
 
 /// How well one factor was found, over the twins fitted.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Recovered {
     pub name: String,
     /// Its place among the factors of the case.
@@ -52,6 +56,8 @@ pub struct Recovered {
 
 /// One twin.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct TwinFit {
     /// One a factor estimated.
     pub truth: Vec<f64>,
@@ -60,6 +66,8 @@ pub struct TwinFit {
 
 /// How the fit of a twin ended.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum TwinEnd {
     Converged(Found),
     /// It ended elsewhere: what it found, which counts as a user would read it, and why.
@@ -70,6 +78,8 @@ pub enum TwinEnd {
 
 /// What was found: one a factor estimated.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Found {
     pub values: Vec<f64>,
     pub intervals: Vec<(f64, f64)>,

@@ -4,6 +4,8 @@ use std::time::Instant;
 
 /// Where the time of a question went before its report, s.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Seconds {
     /// Adapting cells and time steps.
     pub plan_s: f64,
@@ -12,5 +14,6 @@ pub struct Seconds {
     /// All else that the question took: statistics, minimisation.
     pub reduce_s: f64,
     /// When the question was asked: the total is counted from here.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub began: Instant,
 }

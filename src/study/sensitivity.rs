@@ -12,6 +12,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// Derivatives of every temperature by every factor, and what they say of estimation.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Sensitivity {
     /// Relative step of the differences (the paper's Eq. 14) that the derivatives are; `None` where the march told them
     /// exactly.
@@ -45,6 +47,8 @@ impl Sensitivity {
 
 /// How well a set of factors is determined by the data.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Identifiability {
     /// Indices into the factors of the case, or of an estimate.
     pub factors: Vec<usize>,

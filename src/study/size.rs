@@ -19,6 +19,7 @@ use trial::{Trial, guess};
 
 /// What is asked of a ply.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Demand {
     /// A ply, or a group whose plies are stretched alike.
     pub ply: String,
@@ -34,6 +35,8 @@ pub struct Demand {
 
 /// The thickness that a ply needs.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Sizing {
     pub demand: Demand,
     /// The thinnest and the thickest allowed, and the thickness as drawn, m.
@@ -66,6 +69,8 @@ pub struct Sizing {
 
 /// Peaks at one thickness.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Rung {
     pub thickness_m: f64,
     pub nominal: Peak,
@@ -76,6 +81,8 @@ pub struct Rung {
 /// An independent Monte Carlo at the thickness found: the case is drawn and planned anew, so that neither its members nor
 /// its cells are those of the search.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Check {
     pub seed: u64,
     /// Members that held the limit; one that failed did not.
@@ -88,6 +95,7 @@ pub struct Check {
 
 /// Why nothing was sized.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SizeError {
     #[error("no ply or group is called {name:?}; there are {known}")]
     NoPly { name: String, known: String },

@@ -9,6 +9,8 @@ use crate::traces::{Arrival, Traces};
 
 /// Synthetic measurements at every instant of the plan.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Twin {
     pub instants_s: Vec<f64>,
     /// Sensor × instant, K.
@@ -18,6 +20,7 @@ pub struct Twin {
 /// Normal noise that forgets itself over a time: `exp(−Δt/correlation)` is the correlation of two readings, of which those
 /// before the first tell nothing more (a first-order autoregression where samples are even).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Noise {
     /// s; zero where every reading has noise of its own.
     pub correlation_s: f64,
@@ -26,6 +29,7 @@ pub struct Noise {
 
 /// Why no observations could be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TwinError {
     #[error("the truth cannot be marched: {0}")]
     Strayed(String),

@@ -13,6 +13,8 @@ use std::ops::Range;
 
 /// What a Monte Carlo over the factors says.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Uncertainty {
     pub seed: u64,
     /// The side constraints between which the factors were drawn.
@@ -34,6 +36,8 @@ pub struct Uncertainty {
 
 /// A reason for failure.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Failure {
     pub reason: String,
     pub members: usize,
@@ -43,6 +47,8 @@ pub struct Failure {
 
 /// One sensor through time: each vector over the instants, K.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Spread {
     pub mean_k: Vec<f64>,
     pub deviation_k: Vec<f64>,
@@ -58,6 +64,8 @@ pub struct Spread {
 
 /// The distribution of a sensor's peak.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct PeakSpread {
     pub nominal: Peak,
     pub mean_k: f64,

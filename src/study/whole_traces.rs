@@ -43,6 +43,8 @@ const FARTHEST: f64 = 1e4;
 
 /// How whole traces of a sensor lie.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct WholeTraces {
     /// The simultaneous band: 95 % of members stay in it at every instant. K, over the instants.
     pub low_k: Vec<f64>,
@@ -68,6 +70,7 @@ pub(super) struct TraceCounts {
 
 /// How far members that are marched beforehand reach from the nominal traces, sensor × instant, K.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Envelope {
     pub below_k: Vec<f64>,
     pub above_k: Vec<f64>,
@@ -78,7 +81,7 @@ impl Envelope {
     /// whatever marches the sweep.
     ///
     /// # Errors
-    /// When the march fails.
+    /// When the march fails or is cancelled.
     pub fn of(
         case: &Case,
         plan: &Plan,

@@ -1,13 +1,11 @@
 //! The output folder: whose it is, and files written whole or not at all.
 
 pub mod members;
-pub mod piece;
 pub(super) mod record;
 pub(super) mod table;
 pub(super) mod tables;
 
 pub use members::{MembersFile, Row, TracesFile};
-pub use piece::Piece;
 
 use super::ReportError;
 use crate::case::Case;
@@ -75,7 +73,7 @@ impl OutputFolder {
     ///
     /// # Errors
     /// When the file cannot be written or renamed.
-    pub(super) fn put(&self, name: &str, bytes: &[u8]) -> Result<PathBuf, ReportError> {
+    pub fn put(&self, name: &str, bytes: &[u8]) -> Result<PathBuf, ReportError> {
         fs::create_dir_all(&self.path).map_err(io("making", &self.path))?;
         let path = self.path.join(name);
         put(&path, bytes).map(|()| path)

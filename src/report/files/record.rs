@@ -2,7 +2,7 @@
 
 use crate::case::{Case, Observation};
 use crate::report::answer::{self, Members};
-use crate::report::{ReportError, observed, precision_words};
+use crate::report::{ReportError, observed};
 use crate::study::answers::Answers;
 use crate::study::nominal::{Peak, Reached, Reading};
 use crate::study::proportion::Proportion;
@@ -151,7 +151,7 @@ pub(in crate::report) fn summary(answers: &Answers, report_s: f64, files: &[Stri
     let backend = Backend {
         name: &answers.backend.name,
         kind: answers.backend.kind,
-        precision: precision_words(answers.backend.precision),
+        precision: answers.backend.precision.name(),
     };
     record.put("backend", &backend)?;
     record.put("members", &members(answers))?;

@@ -7,6 +7,8 @@ use nalgebra::DVector;
 /// Of two estimates that stand in each other's way, what the data do determine: what one gains the other gives in the
 /// same proportion, or takes in the inverse one.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Combination {
     /// Places among the estimated factors.
     pub pair: (usize, usize),

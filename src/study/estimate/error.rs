@@ -5,6 +5,7 @@ use crate::march::MarchError;
 
 /// Why nothing was estimated.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum EstimateError {
     #[error("nothing to estimate: {0}")]
     NoFactors(String),

@@ -5,6 +5,8 @@ use crate::case::{Case, Factor};
 
 /// A factor that is estimated, in every case that has it.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Estimand {
     /// As the first of the cases has it; its name ends in `@` and the case's where the other cases mean something else by
     /// it.

@@ -16,6 +16,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// The objective over two factors, line × node: on each line one of the two factors is constant.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Landscape {
     /// Values of the first factor, and of the second.
     pub x: Vec<Vec<f64>>,

@@ -13,6 +13,8 @@ use nalgebra::DMatrix;
 
 /// The profile of one factor.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Profile {
     /// Its place among the estimated factors.
     pub factor: usize,

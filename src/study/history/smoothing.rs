@@ -27,6 +27,8 @@ fn by_chance(samples: usize) -> f64 {
 
 /// How the weight is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum Smoothing {
     Discrepancy,
     LCurve,
@@ -36,6 +38,8 @@ pub enum Smoothing {
 
 /// By what the weight was chosen in the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum Chosen {
     /// The noise: the largest weight at which data are met.
     Discrepancy,
@@ -50,6 +54,8 @@ pub enum Chosen {
 
 /// What one weight leads to.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Rung {
     /// Over that at which misfit and roughness change alike.
     pub weight: f64,

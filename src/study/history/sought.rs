@@ -5,6 +5,8 @@ use crate::case::{Case, Emissivity, Exposure, Face, OpenFace, Schedule};
 
 /// What heats the hot face through time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum Sought {
     /// Cold-wall heat flux, W/m².
     Flux,

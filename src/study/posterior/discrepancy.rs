@@ -32,6 +32,8 @@ use crate::plan::Plan;
 
 /// An error of the model that keeps for a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Discrepancy {
     /// ε: its deviation in units of the gain.
     pub share: f64,

@@ -13,6 +13,8 @@ use crate::traces::Arrival;
 
 /// What is foreseen of a case.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Predicted {
     pub instants_s: Vec<f64>,
     /// One a sensor.
@@ -23,6 +25,8 @@ pub struct Predicted {
 
 /// What is foreseen of a sensor: by what is known of the factors alone, and with the model's discrepancy.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Foreseen {
     pub parameters: Band,
     pub discrepancy: Band,
@@ -33,6 +37,8 @@ pub struct Foreseen {
 
 /// 95 % of the draws, and the middle one.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Band {
     /// One an instant, K.
     pub low_k: Vec<f64>,

@@ -4,6 +4,8 @@ use crate::fit::Mixing;
 
 /// What was drawn of one factor.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Marginal {
     pub mixing: Mixing,
     pub median: f64,
@@ -17,6 +19,8 @@ pub struct Marginal {
 
 /// What was drawn of two factors.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Pair {
     /// Their places among the factors of the estimate, across and up.
     pub places: (usize, usize),

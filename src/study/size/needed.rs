@@ -7,6 +7,8 @@
 
 /// The thickness from which on a limit is held, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub enum Needed {
     /// The thinnest allowed holds it.
     AtMost(f64),

@@ -8,6 +8,8 @@ use rayon::prelude::*;
 
 /// What the factors have to do with one output; each vector is one a factor.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Causes {
     /// Pearson's (the paper's Eq. 13): how straight the output follows the factor.
     pub correlations: Vec<Likely>,

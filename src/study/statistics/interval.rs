@@ -5,9 +5,14 @@ pub(super) const NORMAL_95: f64 = 1.96;
 
 /// A number, and the ends of its 95 % interval; all NaN where there are too few members to tell.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Likely {
+    /// The estimate.
     pub value: f64,
+    /// The lower end of its 95 % interval.
     pub low: f64,
+    /// The upper end.
     pub high: f64,
 }
 

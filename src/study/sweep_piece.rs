@@ -4,19 +4,18 @@
 //! nominal march from which members are counted. The counts themselves are whole numbers, in the order that
 //! [`Tally::numbers`](crate::study::statistics::Tally::numbers) tells; numbers with a point are read back to the bit.
 
-use super::super::{ReportError, precision_words};
-use super::OutputFolder;
+use super::nominal::Nominal;
+use super::uncertainty::{Failure, Gathered};
+use super::whole_traces::Envelope;
 use crate::case::{Case, unreadable};
 use crate::march;
-use crate::study::nominal::Nominal;
-use crate::study::uncertainty::{Failure, Gathered};
-use crate::study::whole_traces::Envelope;
-use crate::traces::{self, Arrival, Traces};
+use crate::traces::{Arrival, Balance, Traces};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use twox_hash::XxHash3_128;
 
 /// What a piece is of, and what was counted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -87,28 +86,19 @@ struct NominalRecord {
     below_k: Vec<f64>,
     above_k: Vec<f64>,
     gauges: Vec<f64>,
-    #[serde(with = "Balance")]
-    balance: traces::Balance,
+    balance: Balance,
     extremes_k: Vec<(f64, f64)>,
 }
 
-/// [`traces::Balance`], field by field.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "traces::Balance", deny_unknown_fields)]
-struct Balance {
-    hot_in_j_m2: f64,
-    hot_out_j_m2: f64,
-    back_in_j_m2: f64,
-    back_out_j_m2: f64,
-    holder_in_j_m2: f64,
-    holder_out_j_m2: f64,
-    stored_j_m2: f64,
-    gas_heat_j_m2: f64,
-    reaction_gain_j_m2: f64,
-    solid_lost_kg_m2: f64,
-    gas_in_kg_m2: f64,
-    gas_out_kg_m2: f64,
-    gas_stored_kg_m2: f64,
+/// A file that cannot be read, or is no piece.
+#[derive(Debug, thiserror::Error)]
+#[error("{path:?}: {message}")]
+#[non_exhaustive]
+pub struct PieceError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub message: String,
 }
 
 impl Piece {
@@ -132,7 +122,7 @@ impl Piece {
             backend: Backend {
                 name: backend.name.clone(),
                 kind: backend.kind.to_owned(),
-                precision: precision_words(backend.precision).to_owned(),
+                precision: backend.precision.name().to_owned(),
             },
             members,
             failures: gathered.failures().into_iter().map(record).collect(),
@@ -149,21 +139,22 @@ impl Piece {
         }
     }
 
-    /// Write it into a folder, whole or not at all: members 0 to 2,499 of `slab` as `slab-0-2500.json`.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn write(&self, folder: &OutputFolder) -> Result<PathBuf, ReportError> {
-        let name = format!("{}-{}-{}.json", self.case.id, self.members.start, self.members.end);
-        folder.put(&name, serde_json::to_string(self)?.as_bytes())
+    /// The name of its file: of members 0 to 2,499 of `slab` it is `slab-0-2500.json`.
+    pub fn file_name(&self) -> String {
+        format!("{}-{}-{}.json", self.case.id, self.members.start, self.members.end)
+    }
+
+    /// The text of its file.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("numbers, texts and maps of whole numbers can be written")
     }
 
     /// Read one back.
     ///
     /// # Errors
     /// When the file cannot be read or is no piece.
-    pub fn read(path: &Path) -> Result<Self, ReportError> {
-        let fault = |message: String| ReportError::Piece { path: path.to_owned(), message };
+    pub fn read(path: &Path) -> Result<Self, PieceError> {
+        let fault = |message: String| PieceError { path: path.to_owned(), message };
         let text = fs::read_to_string(path).map_err(|error| fault(unreadable(&error)))?;
         serde_json::from_str(&text)
             .map_err(|error| fault(format!("not a piece that `uncertainty --members` left: {error}")))
@@ -214,11 +205,10 @@ impl Piece {
     }
 }
 
-/// A hash of all that a case holds, changes of `--set` included: FNV-1a (Fowler, Noll & Vo) of its text for debugging,
-/// which writes every number to the last bit. It tells mistakes apart, not malice.
+/// A hash of all that a case holds, changes of `--set` included: XXH3 of its JSON with keys in alphabetical order. Numbers
+/// are written so that they are read back to the bit. It finds mistakes, not malice.
 pub fn fingerprint(case: &Case) -> String {
-    let hash = format!("{case:?}")
-        .bytes()
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
-    format!("{hash:016x}")
+    // A value of serde_json holds its keys sorted, so that the order of fields in the source does not matter.
+    let content = serde_json::to_value(case).expect("a case is made of numbers, texts, lists and maps of texts");
+    format!("{:032x}", XxHash3_128::oneshot(content.to_string().as_bytes()))
 }
