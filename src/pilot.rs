@@ -11,6 +11,7 @@ use crate::case::{Bounds, Case};
 use crate::ensemble::Ensemble;
 use crate::march::cpu::Cpu;
 use crate::march::extrapolated::march_both;
+use crate::march::monitored::{Monitor, Progress};
 use crate::march::{MarchError, Precision};
 use crate::plan::clock::{GRADING, Growth, Pace, Slice};
 use crate::plan::grid::Density;
@@ -18,6 +19,7 @@ use crate::plan::{Discretisation, Plan};
 use crate::traces::{Arrival, Traces};
 use error_estimate::{Estimate, TWOFOLD, worst_k};
 use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 
 /// Slices of time with a density of steps of their own.
 const SLICES: usize = 8;
@@ -132,6 +134,15 @@ impl Discretisation {
 /// # Errors
 /// None that the processor makes; see [`March::march`](crate::march::March::march).
 pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
+    pilot_monitored(case, &Monitor::default())
+}
+
+/// [`pilot`], seen by a monitor.
+///
+/// # Errors
+/// When the monitor is cancelled, before the next march.
+pub fn pilot_monitored(case: &Case, monitor: &Monitor) -> Result<Plan, MarchError> {
+    let trials = Trials { monitor, marched: Mutex::new(0) };
     let stated = Plan::new(case);
     let Some(tolerance_k) = case.resolution.tolerance_k.filter(|_| !case.sensors.is_empty()) else {
         return Ok(stated);
@@ -145,7 +156,7 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
         if work(&plan) > WORK_MOST {
             break;
         }
-        let base = marched(&plan, &nominal)?;
+        let base = trials.marched(&plan, &nominal)?;
         if base.arrivals != [Arrival::Done] {
             cut = cut.slower();
             continue;
@@ -158,7 +169,7 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
             .map(|finer| {
                 let finer = stated.recut(case, finer);
                 let cost = work(&finer) / work(&plan) - 1.0;
-                Ok((Estimate::twofold(&base, &marched(&finer, &nominal)?, tolerance_k), cost))
+                Ok((Estimate::twofold(&base, &trials.marched(&finer, &nominal)?, tolerance_k), cost))
             })
             .collect::<Result<Vec<(Estimate, f64)>, MarchError>>()?;
         if tried.iter().any(|(estimate, _)| !estimate.relative().is_finite()) {
@@ -205,7 +216,7 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
             break;
         }
         let finer = stated.recut(case, fewer.refined(2));
-        let (base, finer) = rayon::join(|| marched(&thinner, &nominal), || marched(&finer, &nominal));
+        let (base, finer) = rayon::join(|| trials.marched(&thinner, &nominal), || trials.marched(&finer, &nominal));
         let found = Estimate::twofold(&base?, &finer?, tolerance_k);
         if found.relative() <= 1.0 {
             (cut, plan, estimate) = (fewer, thinner, found);
@@ -220,7 +231,7 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
         if work(&finest) > CONFIRMED_MOST {
             break;
         }
-        let (base, finest) = rayon::join(|| marched(&plan, &nominal), || marched(&finest, &nominal));
+        let (base, finest) = rayon::join(|| trials.marched(&plan, &nominal), || trials.marched(&finest, &nominal));
         let (base, finest) = (base?, finest?);
         let found = Estimate::fourfold(&base, &finest, tolerance_k);
         if !found.relative().is_finite() {
@@ -233,17 +244,17 @@ pub fn pilot(case: &Case) -> Result<Plan, MarchError> {
         if found.relative() <= 1.0 || work(&finer) > WORK_MOST {
             break;
         }
-        let finest = marched(&stated.recut(case, denser.refined(2)), &nominal)?;
-        estimate = Estimate::twofold(&marched(&finer, &nominal)?, &finest, tolerance_k);
+        let finest = trials.marched(&stated.recut(case, denser.refined(2)), &nominal)?;
+        estimate = Estimate::twofold(&trials.marched(&finer, &nominal)?, &finest, tolerance_k);
         (cut, plan) = (denser, finer);
     }
-    let corners_k = corners_k(case, &plan, &stated.recut(case, cut.refined(2)))?;
+    let corners_k = corners_k(&trials, case, &plan, &stated.recut(case, cut.refined(2)))?;
     plan.reached = Some(estimate.reported(corners_k));
     Ok(plan)
 }
 
 /// The largest error of members at corners of the factors' small bounds that arrive: all factors low, all high, and in turns.
-fn corners_k(case: &Case, plan: &Plan, finer: &Plan) -> Result<Option<f64>, MarchError> {
+fn corners_k(trials: &Trials<'_>, case: &Case, plan: &Plan, finer: &Plan) -> Result<Option<f64>, MarchError> {
     if case.factors.is_empty() {
         return Ok(None);
     }
@@ -253,7 +264,7 @@ fn corners_k(case: &Case, plan: &Plan, finer: &Plan) -> Result<Option<f64>, Marc
         ends.map(move |(factor, (low, high))| if is_high(factor) { high } else { low })
     };
     let ensemble = Ensemble::at(case.factors.len(), (0..CORNERS).flat_map(row).collect());
-    let (base, finer) = rayon::join(|| marched(plan, &ensemble), || marched(finer, &ensemble));
+    let (base, finer) = rayon::join(|| trials.marched(plan, &ensemble), || trials.marched(finer, &ensemble));
     let (base, finer) = (base?, finer?);
     let errors_k = (0..CORNERS).map(|corner| TWOFOLD * worst_k(&base, &finer, corner));
     Ok(errors_k.filter(|error_k| error_k.is_finite()).reduce(f64::max))
@@ -301,13 +312,32 @@ fn shared_out(mut cut: Discretisation, tried: &[Tried], error: f64, aim: f64) ->
     cut
 }
 
-fn marched(plan: &Plan, ensemble: &Ensemble) -> Result<Traces, MarchError> {
-    march_both(&mut Cpu::new(Precision::F64), plan, ensemble, 0..ensemble.len())
+/// The marches of an adaptation, on several threads.
+struct Trials<'a> {
+    monitor: &'a Monitor,
+    /// Members marched so far.
+    marched: Mutex<usize>,
+}
+
+impl Trials<'_> {
+    fn marched(&self, plan: &Plan, ensemble: &Ensemble) -> Result<Traces, MarchError> {
+        self.monitor.check()?;
+        let traces = march_both(&mut Cpu::new(Precision::F64), plan, ensemble, 0..ensemble.len())?;
+        // Held during the report, so that progress never runs back.
+        let mut marched = self.marched.lock().unwrap_or_else(PoisonError::into_inner);
+        *marched += ensemble.len();
+        self.monitor.report(Progress { marched: *marched, expected: None });
+        Ok(traces)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn marched(plan: &Plan, ensemble: &Ensemble) -> Result<Traces, MarchError> {
+        Trials { monitor: &Monitor::default(), marched: Mutex::new(0) }.marched(plan, ensemble)
+    }
 
     #[test]
     fn a_member_that_does_not_arrive_is_off_without_end_however_its_numbers_compare() {

@@ -9,9 +9,10 @@ use bondline::march::extrapolated::Extrapolated;
 use bondline::plan::Plan;
 use bondline::study::estimate::Search;
 use bondline::study::proportion::Proportion;
-use bondline::study::recovery::{Recovery, TwinEnd, recovery};
+use bondline::study::recovery::{Design, Recovery, TwinEnd, recovery};
 use bondline::study::size::{Demand, Needed, SizeError, Sizing, size};
 use bondline::study::twin::Noise;
+use bondline::study::uncertainty::Sweep;
 use std::f64::consts::PI;
 
 /// Heat into the slab, W/m², and for how long, s; its density, heat capacity and conductivity.
@@ -44,17 +45,13 @@ fn demand(case: &Case, ply: &str, sensor: &str, limit_k: f64) -> Demand {
     Demand { ply: ply.to_owned(), sensor, limit_k, probability: 0.9, within_m: None }
 }
 
+fn sweep(members: usize, seed: u64) -> Sweep {
+    Sweep { members, sampling: Sampling { kind: SamplingKind::Normal, seed }, bounds: Bounds::Small }
+}
+
 fn sized(demand: impl Fn(&Case) -> Demand, members: usize) -> Result<Sizing, SizeError> {
     let case = changed(&case("slab"), |case| case.resolution.cells = 40);
-    let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
-    size(
-        &case,
-        &mut Extrapolated::new(Box::new(Cpu::new(Precision::F64))),
-        &demand(&case),
-        Bounds::Small,
-        &sampling,
-        members,
-    )
+    size(&case, &mut Extrapolated::new(Box::new(Cpu::new(Precision::F64))), &demand(&case), &sweep(members, 1))
 }
 
 #[test]
@@ -115,9 +112,8 @@ fn the_check_lies_within_what_is_expected_of_it_in_95_of_100_sizings() {
     let (mut expected, mut alone) = (0, 0);
     for seed in 0..SIZINGS {
         let case = changed(&case("slab"), |case| case.resolution.cells = 16);
-        let sampling = Sampling { kind: SamplingKind::Normal, seed: 1000 + 2 * seed };
         let demand = Demand { within_m: Some((8e-3, 16e-3)), ..demand(&case, "SLAB", "BACK", LIMIT_K) };
-        let found = size(&case, &mut Cpu::new(Precision::F64), &demand, Bounds::Small, &sampling, 60).expect("one");
+        let found = size(&case, &mut Cpu::new(Precision::F64), &demand, &sweep(60, 1000 + 2 * seed)).expect("one");
         let (low, high) = found.check.as_ref().expect("a check").held.interval_95();
         expected += u64::from(found.is_borne_out().expect("a check"));
         alone += u64::from((low..=high).contains(&0.9));
@@ -139,11 +135,9 @@ fn a_limit_that_no_thickness_holds_is_an_answer_and_a_ply_that_does_not_cool_is_
         case.exposure.duration_s = 45.0;
         case.observations.clear();
     });
-    let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
     let asked = demand(&behind, "GB", "TC1", 1000.0);
-    let fault =
-        size(&behind, &mut Extrapolated::new(Box::new(Cpu::new(Precision::F64))), &asked, Bounds::Small, &sampling, 40)
-            .expect_err("no cooling");
+    let fault = size(&behind, &mut Extrapolated::new(Box::new(Cpu::new(Precision::F64))), &asked, &sweep(40, 1))
+        .expect_err("no cooling");
     assert!(fault.to_string().contains("TC1 is not cooled by a thicker GB"), "{fault}");
 }
 
@@ -156,17 +150,8 @@ fn recovered(seed: u64, twins: usize) -> Recovery {
     let plan = Plan::new(&case);
     let search = Search { landscape: false, ..Search::of(Precision::F64) };
     let noise = Noise { correlation_s: 10.0, seed };
-    recovery(
-        &case,
-        &plan,
-        &mut Extrapolated::new(Box::new(Cpu::new(Precision::F64))),
-        &search,
-        Bounds::Small,
-        None,
-        noise,
-        twins,
-    )
-    .expect("fits")
+    let design = Design { twins, drawn: Bounds::Small, noise_k: None, noise, search };
+    recovery(&case, &plan, &mut Extrapolated::new(Box::new(Cpu::new(Precision::F64))), &design).expect("fits")
 }
 
 #[test]

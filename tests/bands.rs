@@ -7,7 +7,7 @@ use bondline::march::{Precision, cpu::Cpu, extrapolated::Extrapolated, march_all
 use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::study::nominal::nominal;
-use bondline::study::uncertainty::{Uncertainty, uncertainty};
+use bondline::study::uncertainty::{Sweep, Uncertainty, uncertainty};
 use bondline::traces::Arrival;
 
 const MEMBERS: usize = 3000;
@@ -20,9 +20,8 @@ fn march() -> Extrapolated {
 fn swept(case: &Case, plan: &Plan, bounds: Bounds, kind: SamplingKind) -> Uncertainty {
     let mut march = march();
     let centre = nominal(case, plan, &mut march).expect("the processor does not fail");
-    let sampling = Sampling { kind, seed: 1 };
-    uncertainty(case, plan, &mut march, &centre, bounds, &sampling, MEMBERS, &mut |_, _| {})
-        .expect("the processor does not fail")
+    let sweep = Sweep { members: MEMBERS, sampling: Sampling { kind, seed: 1 }, bounds };
+    uncertainty(case, plan, &mut march, &centre, &sweep, &mut |_, _| {}).expect("the processor does not fail")
 }
 
 /// Of a sensor, shares of other members.

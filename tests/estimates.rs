@@ -8,7 +8,7 @@ use bondline::march::{March, Precision, cpu::Cpu, extrapolated::Extrapolated};
 use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::study::estimate::{Estimated, Search, estimate};
-use bondline::study::recovery::{Recovery, recovery};
+use bondline::study::recovery::{Design, Recovery, recovery};
 use bondline::study::thermocouples::samples;
 use bondline::study::twin::{Noise, twin};
 
@@ -204,7 +204,8 @@ fn recovered(id: &str, factor: &str, sensor: &str, window_s: (f64, f64), correla
     let plan = pilot(&case).expect("the processor does not fail");
     let search = Search { landscape: false, ..Search::of(Precision::F64) };
     let noise = Noise { correlation_s, seed: 1 };
-    recovery(&case, &plan, &mut march(Precision::F64), &search, Bounds::Small, None, noise, twins).expect("fits")
+    let design = Design { twins, drawn: Bounds::Small, noise_k: None, noise, search };
+    recovery(&case, &plan, &mut march(Precision::F64), &design).expect("fits")
 }
 
 /// Windows of two and of four correlation times, in which the lag-one correlation of residuals is biased low: 72 and 83 % where it was taken for

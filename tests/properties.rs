@@ -12,7 +12,7 @@ use bondline::march::{Backend, March, MarchError, Precision};
 use bondline::pilot::pilot;
 use bondline::plan::Plan;
 use bondline::study::nominal::{Peak, nominal};
-use bondline::study::uncertainty::uncertainty;
+use bondline::study::uncertainty::{Sweep, uncertainty};
 use bondline::traces::{Arrival, Gauge, Traces};
 use bondline::verify::problems::charring::{covered, smooth};
 use std::ops::Range;
@@ -309,7 +309,8 @@ fn figures(case: &Case, seed: u64, batch: usize, threads: usize) -> String {
         let mut march = Batches(Cpu::new(Precision::F64), batch);
         let centre = nominal(case, &plan, &mut march).expect("the processor does not fail");
         let sampling = Sampling { kind: SamplingKind::Normal, seed };
-        let found = uncertainty(case, &plan, &mut march, &centre, Bounds::Small, &sampling, 100, &mut |_, _| {});
+        let sweep = Sweep { members: 100, sampling, bounds: Bounds::Small };
+        let found = uncertainty(case, &plan, &mut march, &centre, &sweep, &mut |_, _| {});
         format!("{:?}", found.expect("the processor does not fail"))
     })
 }
@@ -334,8 +335,8 @@ fn first_order_and_total_indices_of_run_2259_are_consistent_and_another_draw_lie
         let plan = pilot(&case).expect("the processor marches");
         let centre = nominal(&case, &plan, &mut march).expect("the processor does not fail");
         let sampling = Sampling { kind: SamplingKind::Normal, seed };
-        uncertainty(&case, &plan, &mut march, &centre, Bounds::Small, &sampling, 700, &mut |_, _| {})
-            .expect("the processor does not fail")
+        let sweep = Sweep { members: 700, sampling, bounds: Bounds::Small };
+        uncertainty(&case, &plan, &mut march, &centre, &sweep, &mut |_, _| {}).expect("the processor does not fail")
     };
     let (one, other) = (found(1), found(2));
     let mut smooth = 0;

@@ -8,8 +8,9 @@ use bondline::march::March;
 use bondline::march::cpu::Cpu;
 use bondline::report::files::OutputFolder;
 use bondline::session::{
-    CancelToken, Derivatives, EstimateOptions, FitOptions, Kind, ObservationSelection, Options, SensitivityOptions,
-    Session, SessionError, SizeOptions, Start, TwinOptions, TwinStudyOptions, UncertaintyOptions,
+    CancelToken, Derivatives, EstimateOptions, FitOptions, HistoryOptions, Kind, ObservationSelection, Options,
+    Progress, SensitivityOptions, Session, SessionError, SizeOptions, Start, StudyOptions, TwinOptions,
+    TwinStudyOptions, UncertaintyOptions,
 };
 use serde_json::Value;
 use std::fs;
@@ -33,13 +34,16 @@ fn record(folder: &Path) -> Value {
     record
 }
 
-/// The report of a session holds what that of the command holds: the record but for its seconds, and every table.
+/// The report of a session holds what that of the command holds: the record but for its seconds, every table, and the
+/// screen but for the time on its second line.
 #[track_caller]
 fn same_report(session: &Session, scratch: &Scratch, words: &str) {
-    let (mine, theirs) = (scratch.path().join("session"), scratch.path().join("command"));
+    let theirs = scratch.path().join("command");
+    let ran = say(scratch, &format!("{words} --backend cpu --quiet --force --out {}", theirs.display()));
+    assert!(ran.code == 0 || ran.code == 1 && ran.stderr.contains("no convergence"), "{words}: {}", ran.stderr);
+    let mine = scratch.path().join("session");
     let id = session.answers().expect("answers").id();
     session.report(&OutputFolder::open(&mine, &id, true).expect("a folder")).expect("a report");
-    say(scratch, &format!("{words} --backend cpu --quiet --force --out {}", theirs.display())).done();
     let record = record(&theirs);
     assert_eq!(self::record(&mine), record, "{words}");
     let names = record["files"].as_array().expect("names of files").iter().filter_map(Value::as_str);
@@ -49,6 +53,15 @@ fn same_report(session: &Session, scratch: &Scratch, words: &str) {
         let bytes = |folder: &Path| fs::read(folder.join(table)).unwrap_or_else(|error| panic!("{table}: {error}"));
         assert!(bytes(&mine) == bytes(&theirs), "{words}: {table} differs");
     }
+    let (theirs, _) = ran.stdout.rsplit_once("\nreport: ").expect("the path of the report stands last");
+    let mine = session.summary().expect("a summary");
+    assert_eq!(without_time(mine.trim_end()), without_time(theirs), "{words}");
+}
+
+/// A screen without the seconds that end its second line.
+fn without_time(screen: &str) -> Vec<&str> {
+    let lines = screen.lines().enumerate();
+    lines.map(|(line, text)| text.rsplit_once(", ").filter(|_| line == 1).map_or(text, |(fact, _)| fact)).collect()
 }
 
 fn at(case: &str) -> String {
@@ -66,18 +79,62 @@ fn a_session_predicts_every_shipped_case_as_the_command_does_to_the_last_bit() {
     }
 }
 
-#[test]
-fn a_session_gives_the_sweep_the_derivatives_and_the_estimate_of_the_command_to_the_last_bit() {
-    let scratch = Scratch::new("session-questions");
-    for id in ["slab", "twin-tc3", "kaowool"] {
-        let mut session = open(case(id));
-        session.uncertainty(&sweep(200)).expect("a sweep");
-        same_report(&session, &scratch, &format!("uncertainty {} -n 200", at(id)));
-        session.sensitivity(&SensitivityOptions::default()).expect("derivatives");
-        same_report(&session, &scratch, &format!("sensitivity {}", at(id)));
-        session.estimate(&EstimateOptions::default()).expect("an estimate");
-        same_report(&session, &scratch, &format!("estimate {}", at(id)));
+/// An answer and the report of the command, or the same refusal from both; whether it was an answer.
+#[track_caller]
+fn same_or_refused<T>(session: &Session, asked: Result<T, SessionError>, scratch: &Scratch, words: &str) -> bool {
+    match asked {
+        Ok(_) => {
+            same_report(session, scratch, words);
+            true
+        }
+        Err(SessionError::Input(error)) => {
+            let ran = say(scratch, &format!("{words} --backend cpu --quiet --force --out refused"));
+            assert_eq!(ran.code, 2, "{words}: the session refuses ({error}), the command does not");
+            assert!(ran.stderr.contains(&error.message), "{words}: {error}, and {}", ran.stderr);
+            false
+        }
+        Err(error) => panic!("{words}: {error}"),
     }
+}
+
+#[test]
+fn a_session_gives_every_answer_of_the_command_on_every_shipped_case_to_the_last_bit() {
+    const MEMBERS: usize = 30;
+    let scratch = Scratch::new("session-questions");
+    let mut answered = [0; 7];
+    for case in cases() {
+        let path = at(&case.id());
+        // Coarse, where cells and steps are adapted: what is compared is equal at any resolution.
+        let sets = case.resolution().tolerance_k.map(|_| ("resolution.tolerance".to_owned(), "2 K".to_owned()));
+        let case = Case::load_with(Path::new(&path), &sets.clone().into_iter().collect::<Vec<_>>()).expect("a case");
+        let set = if sets.is_some() { " --set resolution.tolerance=2K" } else { "" };
+        let (ply, sensor) =
+            (case.layup().plies[0].group.clone(), case.sensors()[case.sensors().len() - 1].name.clone());
+        let mut session = open(case);
+        let peak_k = session.predict().expect("a prediction").peaks.last().expect("a sensor").temperature_k;
+        let limit_k = peak_k.round();
+        let sweep = sweep(MEMBERS);
+        let size = SizeOptions { probability: 0.8, sweep, ..SizeOptions::new(ply.as_str(), sensor.as_str(), limit_k) };
+        let size_words = format!("size {path} --ply {ply} --limit {sensor}<{limit_k}K --probability 0.8 -n {MEMBERS}");
+        let mut judge = |place: usize, session: &Session, asked: Result<(), SessionError>, words: String| {
+            answered[place] += usize::from(same_or_refused(session, asked, &scratch, &(words + set)));
+        };
+        let asked = session.uncertainty(&sweep).map(drop);
+        judge(0, &session, asked, format!("uncertainty {path} -n {MEMBERS}"));
+        let asked = session.sensitivity(&SensitivityOptions::default()).map(drop);
+        judge(1, &session, asked, format!("sensitivity {path}"));
+        let asked = session.estimate(&EstimateOptions::default()).map(drop);
+        judge(2, &session, asked, format!("estimate {path}"));
+        let asked = session.study(&StudyOptions { sweep, ..StudyOptions::default() }).map(drop);
+        judge(3, &session, asked, format!("study {path} -n {MEMBERS}"));
+        let asked = session.size(&size).map(drop);
+        judge(4, &session, asked, size_words);
+        let asked = session.history(&HistoryOptions { knots: 3, ..HistoryOptions::default() }).map(drop);
+        judge(5, &session, asked, format!("history {path} --knots 3"));
+        let asked = session.twin_study(&TwinStudyOptions { noise_k: Some(2.0), ..TwinStudyOptions::new(2) }).map(drop);
+        judge(6, &session, asked, format!("twin {path} --study 2 --noise 2K"));
+    }
+    assert!(answered.iter().all(|&cases| cases >= 2), "{answered:?} cases answer each question");
 }
 
 #[test]
@@ -158,7 +215,7 @@ fn progress_is_reported_to_the_end_of_a_sweep_and_never_runs_back() {
     let mut session = Session::open(case("slab"), &options).expect("the processor marches");
     session.uncertainty(&sweep(10_000)).expect("a sweep");
     let seen = seen.lock().expect("no callback panics");
-    assert_eq!(seen.first(), Some(&(None, 1)), "the nominal march");
+    assert_eq!(seen.first(), Some(&(None, 1)), "the first march of the adaptation");
     let swept: Vec<usize> = seen.iter().filter(|(expected, _)| *expected == Some(10_000)).map(|seen| seen.1).collect();
     assert!(swept.len() > 2 && swept.is_sorted(), "{swept:?}");
     assert_eq!((swept.first(), swept.last()), (Some(&0), Some(&10_000)));
@@ -196,6 +253,60 @@ fn a_cancelled_sweep_ends_with_its_error_and_leaves_the_next_question_unharmed()
 #[test]
 fn a_cancelled_sweep_leaves_a_device_unharmed() {
     cancelled(Options::default().backend(Kind::Gpu).device(adapter().name));
+}
+
+/// Options of a march on one thread whose token is cancelled at the report of this number, counted from one; and the reports.
+fn cancelled_at(report: usize) -> (Options, CancelToken, Arc<Mutex<Vec<Progress>>>) {
+    let (cancel, seen) = (CancelToken::new(), Arc::new(Mutex::new(Vec::new())));
+    let (token, kept) = (cancel.clone(), seen.clone());
+    let options = Options::default().backend(Kind::Cpu).threads(1).cancel(&cancel).progress(move |progress| {
+        let mut seen = kept.lock().expect("no callback panics");
+        seen.push(progress);
+        if seen.len() == report {
+            token.cancel();
+        }
+    });
+    (options, cancel, seen)
+}
+
+#[test]
+fn a_cancelled_adaptation_ends_with_its_error_before_the_next_march() {
+    for report in [1, 3] {
+        let (options, _, seen) = cancelled_at(report);
+        assert!(
+            matches!(Session::open(case("slab"), &options), Err(SessionError::Cancelled)),
+            "the adaptation went on"
+        );
+        let marched: Vec<usize> = seen.lock().expect("no callback panics").iter().map(|seen| seen.marched).collect();
+        assert_eq!(marched, (1..=report).collect::<Vec<_>>());
+    }
+    let (options, cancel, seen) = cancelled_at(usize::MAX);
+    cancel.cancel();
+    assert!(matches!(Session::open(case("slab"), &options), Err(SessionError::Cancelled)));
+    assert_eq!(seen.lock().expect("no callback panics").len(), 0, "something was marched");
+}
+
+/// Of a sweep the nominal march is reported first, then the envelope; of a thickness the nominal march, then the adaptation.
+#[test]
+fn a_question_cancelled_in_the_envelope_of_whole_traces_or_in_an_adaptation_of_its_own_ends_with_its_error() {
+    let (options, cancel, seen) = cancelled_at(usize::MAX);
+    Session::open(case("slab"), &options).expect("the processor marches");
+    let opening = seen.lock().expect("no callback panics").len();
+    assert!(opening > 1 && !cancel.is_cancelled(), "{opening} reports of the adaptation");
+    let size = SizeOptions { sweep: sweep(500), ..SizeOptions::new("SLAB", "BACK", 600.0) };
+    type Question<'a> = &'a dyn Fn(&mut Session) -> Result<(), SessionError>;
+    let questions: [Question<'_>; 2] =
+        [&|session| session.uncertainty(&sweep(20_000)).map(drop), &|session| session.size(&size).map(drop)];
+    for (question, reports) in questions.into_iter().zip([2, 3]) {
+        let (options, _, seen) = cancelled_at(opening + reports);
+        let mut session = Session::open(case("slab"), &options).expect("the processor marches");
+        assert!(matches!(question(&mut session), Err(SessionError::Cancelled)), "the question went on");
+        let seen = seen.lock().expect("no callback panics");
+        let after = &seen[opening..];
+        assert_eq!(after[0].marched, 1, "the nominal march");
+        let swept = after.iter().filter(|seen| seen.expected.is_some() && seen.marched > 0).count();
+        assert!(swept == 0 && after[reports..].iter().all(|seen| seen.marched == 0), "{after:?}");
+    }
 }
 
 #[test]

@@ -11,6 +11,7 @@ pub mod together;
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
 use crate::traces::{Arrival, Traces};
+use monitored::Monitor;
 use std::ops::Range;
 
 /// Arithmetic of a march.
@@ -111,6 +112,13 @@ pub trait March: Send {
     fn backend(&self) -> Backend;
     /// Members it can carry at once.
     fn capacity(&self, plan: &Plan) -> usize;
+
+    /// What sees this march. A study that marches by other means on the way, to adapt cells and steps or to find an envelope, is
+    /// seen by it there as well.
+    fn monitor(&self) -> Monitor {
+        Monitor::default()
+    }
+
     /// Carry `members` of the ensemble through the plan.
     ///
     /// # Errors

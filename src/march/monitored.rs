@@ -53,12 +53,12 @@ pub struct Progress {
     pub expected: Option<usize>,
 }
 
-/// A function that is called with the progress after every batch of members.
+/// A function that is called with the progress after every batch of members, one call at a time.
 #[derive(Clone)]
 pub struct ProgressCallback(Arc<dyn Fn(Progress) + Send + Sync>);
 
 impl ProgressCallback {
-    /// Calls `report` on the thread that runs the computation.
+    /// Calls `report` on a thread that runs the computation.
     pub fn new(report: impl Fn(Progress) + Send + Sync + 'static) -> Self {
         Self(Arc::new(report))
     }
@@ -70,11 +70,37 @@ impl fmt::Debug for ProgressCallback {
     }
 }
 
+/// What sees marches: it is called with their progress, and ends them once it is cancelled. Clones are one monitor.
+#[derive(Clone, Debug, Default)]
+pub struct Monitor {
+    progress: Option<ProgressCallback>,
+    cancel: CancelToken,
+}
+
+impl Monitor {
+    /// Reports to `progress` and ends marches once `cancel` is cancelled.
+    pub fn new(progress: Option<ProgressCallback>, cancel: CancelToken) -> Self {
+        Self { progress, cancel }
+    }
+
+    /// # Errors
+    /// [`MarchError::Cancelled`] once it is cancelled.
+    pub fn check(&self) -> Result<(), MarchError> {
+        self.cancel.check()
+    }
+
+    /// Reports progress.
+    pub fn report(&self, progress: Progress) {
+        if let Some(ProgressCallback(report)) = &self.progress {
+            report(progress);
+        }
+    }
+}
+
 /// Any march, monitored.
 pub struct Monitored {
     march: Box<dyn March>,
-    progress: Option<ProgressCallback>,
-    cancel: CancelToken,
+    monitor: Monitor,
     marched: usize,
     /// Members marched before the sweep in progress, and its size.
     sweep: Option<(usize, usize)>,
@@ -82,9 +108,9 @@ pub struct Monitored {
 }
 
 impl Monitored {
-    /// Reports to `progress` and ends once `cancel` is cancelled.
-    pub fn new(march: Box<dyn March>, progress: Option<ProgressCallback>, cancel: CancelToken) -> Self {
-        Self { march, progress, cancel, marched: 0, sweep: None, seconds: 0.0 }
+    /// A march that `monitor` sees.
+    pub fn new(march: Box<dyn March>, monitor: Monitor) -> Self {
+        Self { march, monitor, marched: 0, sweep: None, seconds: 0.0 }
     }
 
     /// Count members and time from zero.
@@ -109,7 +135,7 @@ impl Monitored {
         members: usize,
         march: impl FnOnce(&mut dyn March) -> Result<T, MarchError>,
     ) -> Result<T, MarchError> {
-        self.cancel.check()?;
+        self.monitor.check()?;
         let began = Instant::now();
         let marched = march(&mut *self.march);
         self.seconds += began.elapsed().as_secs_f64();
@@ -128,8 +154,7 @@ impl Monitored {
     }
 
     fn report(&self) {
-        let Some(ProgressCallback(report)) = &self.progress else { return };
-        report(match self.sweep {
+        self.monitor.report(match self.sweep {
             Some((before, size)) => Progress { marched: self.marched - before, expected: Some(size) },
             None => Progress { marched: self.marched, expected: None },
         });
@@ -143,6 +168,10 @@ impl March for Monitored {
 
     fn capacity(&self, plan: &Plan) -> usize {
         self.march.capacity(plan)
+    }
+
+    fn monitor(&self) -> Monitor {
+        self.monitor.clone()
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {

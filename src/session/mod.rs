@@ -28,7 +28,7 @@ use crate::case::{Bounds, Case};
 use crate::ensemble::Ensemble;
 use crate::march::monitored::Monitored;
 use crate::march::{Backend, March, Precision, choose, march_all};
-use crate::pilot::pilot;
+use crate::pilot::pilot_monitored;
 use crate::plan::Plan;
 #[cfg(feature = "report")]
 use crate::report::files::OutputFolder;
@@ -37,7 +37,7 @@ use crate::study::estimate::{Estimated, Search, estimate};
 use crate::study::history::{History, history};
 use crate::study::nominal::{Nominal, nominal};
 use crate::study::posterior::{Walkers, posterior};
-use crate::study::recovery::{Recovery, recovery};
+use crate::study::recovery::{Design, Recovery, recovery};
 use crate::study::seconds::Seconds;
 use crate::study::sensitivity::{Sensitivity, sensitivity};
 use crate::study::size::{Sizing, size};
@@ -110,7 +110,7 @@ impl Session {
         };
         let case = toleranced(case, options.tolerance_k);
         options.cancel.check()?;
-        let plan = in_pool(pool.as_ref(), || pilot(&case))?;
+        let plan = in_pool(pool.as_ref(), || pilot_monitored(&case, &options.monitor()))?;
         let plan_s = began.elapsed().as_secs_f64();
         let options = options.clone();
         let opening = Opening::default();
@@ -259,7 +259,7 @@ impl Session {
         self.ask("size", self.case.clone(), sweep.members, |question| {
             question.predict()?;
             let Question { march, answers, .. } = question;
-            let found = size(&answers.case, *march, &demand, sweep.bounds, &sweep.sampling(), sweep.members)?;
+            let found = size(&answers.case, *march, &demand, &sweep.sweep())?;
             answers.seed = Some(sweep.seed);
             answers.sizing = Some(found.clone());
             Ok(found)
@@ -306,8 +306,9 @@ impl Session {
             question.predict()?;
             let Question { plan, march, answers, .. } = question;
             let search = Search { landscape: false, ..options.fit.search(march.backend().precision) };
-            let (noise_k, noise) = (options.noise_k, options.noise());
-            let found = recovery(&answers.case, plan, *march, &search, Bounds::Small, noise_k, noise, options.twins)?;
+            let (twins, noise_k, noise) = (options.twins, options.noise_k, options.noise());
+            let design = Design { twins, drawn: Bounds::Small, noise_k, noise, search };
+            let found = recovery(&answers.case, plan, *march, &design)?;
             answers.seed = Some(options.seed);
             answers.recovery = Some(found.clone());
             Ok(found)
@@ -435,7 +436,7 @@ impl Session {
             return Ok(place);
         }
         let march = in_pool(self.pool.as_ref(), || choose::open_extrapolated(&choice, &self.plan, members))?;
-        let march = Monitored::new(march, self.options.progress.clone(), self.options.cancel.clone());
+        let march = Monitored::new(march, self.options.monitor());
         self.marches.push(Opened { precision, seeks_hardware, march });
         Ok(self.marches.len() - 1)
     }
@@ -466,7 +467,7 @@ impl Question<'_> {
             None => self.predict()?,
         };
         let gathered = self.gather(options, &nominal, 0..options.members, members)?;
-        let found = gathered.answer(&nominal, &options.sampling(), options.members);
+        let found = gathered.answer(&nominal, &options.sweep().sampling, options.members);
         self.answers.seed = Some(options.seed);
         self.answers.uncertainty = Some(found.clone());
         Ok(found)
@@ -480,13 +481,12 @@ impl Question<'_> {
         part: Range<usize>,
         members: &mut MembersCallback<'_>,
     ) -> Result<Gathered, SessionError> {
-        let (case, kind) = (&self.answers.case, options.sampling);
+        let (case, sweep) = (&self.answers.case, options.sweep());
+        let (bounds, kind) = (sweep.bounds, sweep.sampling.kind);
+        let envelope = Envelope::of(case, self.plan, nominal, bounds, kind, &self.march.monitor())?;
+        let mut gathered = Gathered::new(case, nominal, &envelope, bounds, kind);
         self.march.expect(part.len());
-        let ensemble = Ensemble::sample(&case.factors, options.bounds, &options.sampling(), options.members)
-            .correlated(&case.correlation);
-        let envelope = Envelope::of(case, self.plan, nominal, options.bounds, kind)?;
-        let mut gathered = Gathered::new(case, nominal, &envelope, options.bounds, kind);
-        gathered.march(case, self.plan, self.march, &ensemble, part, members)?;
+        gathered.march(case, self.plan, self.march, &sweep.ensemble(case), part, members)?;
         Ok(gathered)
     }
 
@@ -500,7 +500,8 @@ impl Question<'_> {
     fn estimate(&mut self, fit: &FitOptions, walkers: Option<&Walkers>) -> Result<Estimated, SessionError> {
         let search = fit.search(self.march.backend().precision);
         let Answers { case, others, .. } = &self.answers;
-        let plans: Vec<Plan> = others.iter().map(pilot).collect::<Result<_, _>>()?;
+        let monitor = self.march.monitor();
+        let plans: Vec<Plan> = others.iter().map(|other| pilot_monitored(other, &monitor)).collect::<Result<_, _>>()?;
         let runs: Vec<(&Case, &Plan)> = std::iter::once((case, self.plan)).chain(others.iter().zip(&plans)).collect();
         let found = estimate(&runs, self.march, &search)?;
         if let Some(walkers) = walkers {
@@ -516,7 +517,7 @@ impl Question<'_> {
     fn beside(&mut self, other: Case, fit: &FitOptions, found: &Estimated) -> Result<(), SessionError> {
         let Some(first) = found.fitted.first() else { return Ok(()) };
         let (search, other) = (fit.search(self.march.backend().precision), toleranced(other, self.tolerance_k));
-        let plan = pilot(&other)?;
+        let plan = pilot_monitored(&other, &self.march.monitor())?;
         self.answers.beside = Some(beside((&self.answers.case, first), (&other, &plan), self.march, &search)?);
         Ok(())
     }

@@ -6,7 +6,7 @@ use crate::ensemble::{Sampling, SamplingKind};
 use crate::fit::Rules;
 use crate::march::Precision;
 use crate::march::choose::{Choice, Kind};
-use crate::march::monitored::{CancelToken, Progress, ProgressCallback};
+use crate::march::monitored::{CancelToken, Monitor, Progress, ProgressCallback};
 use crate::study::estimate::{Search, no_factors};
 use crate::study::history::{Smoothing, Sought, Wanted};
 use crate::study::posterior::Walkers;
@@ -14,6 +14,7 @@ use crate::study::proportion::fewest_draws;
 use crate::study::sensitivity::difference_step;
 use crate::study::size::Demand;
 use crate::study::twin::Noise;
+use crate::study::uncertainty::Sweep;
 
 /// What marches, how exactly, and who watches.
 #[derive(Clone, Debug, Default)]
@@ -31,7 +32,7 @@ pub struct Options {
     pub threads: Option<usize>,
     /// Called after every batch of members.
     pub progress: Option<ProgressCallback>,
-    /// Ends a question between two batches of members.
+    /// Ends a question, and the opening of a session, between two batches of members.
     pub cancel: CancelToken,
 }
 
@@ -98,6 +99,10 @@ impl Options {
             return Err(InputError::of("threads", " 0: expected 1 at least").into());
         }
         Ok(())
+    }
+
+    pub(super) fn monitor(&self) -> Monitor {
+        Monitor::new(self.progress.clone(), self.cancel.clone())
     }
 
     pub(super) fn choice(&self) -> Choice {
@@ -192,8 +197,9 @@ impl Default for UncertaintyOptions {
 }
 
 impl UncertaintyOptions {
-    pub(super) fn sampling(&self) -> Sampling {
-        Sampling { kind: self.sampling, seed: self.seed }
+    pub(super) fn sweep(&self) -> Sweep {
+        let sampling = Sampling { kind: self.sampling, seed: self.seed };
+        Sweep { members: self.members, sampling, bounds: self.bounds }
     }
 
     /// Check the options for a case, before anything is marched.

@@ -19,7 +19,7 @@ use crate::case::{Case, Schedule};
 use crate::ensemble::Ensemble;
 use crate::fit::{Fit, LeastSquares, Options, minimize};
 use crate::march::{March, MarchError};
-use crate::pilot::pilot;
+use crate::pilot::pilot_monitored;
 use crate::traces::Traces;
 use knots::Knots;
 use nalgebra::{DMatrix, DVector};
@@ -136,7 +136,7 @@ pub fn history(case: &Case, march: &mut dyn March, wanted: &Wanted) -> Result<Hi
     let schedule = |values: Vec<f64>| Schedule { times_s: knots.times_s.clone(), values };
     let on_knots = Case { exposure: sought.driven(&case.exposure, schedule(knots.own.clone())), ..case.clone() };
 
-    let plan = pilot(&on_knots)?;
+    let plan = pilot_monitored(&on_knots, &march.monitor())?;
     // Nothing that comes after the window moves a reading in it.
     let last = plan.instants_s.partition_point(|&instant_s| instant_s <= end_s).saturating_sub(1).max(1);
     let plan = plan.until(last);

@@ -88,26 +88,27 @@ pub struct Found {
     samples: usize,
 }
 
+/// How many data sets are made, of which truths and with which noise, and how each is fitted.
+#[derive(Clone, Debug)]
+pub struct Design {
+    /// Data sets.
+    pub twins: usize,
+    /// The side constraints between which truths are drawn.
+    pub drawn: Bounds,
+    /// The standard deviation of the noise, K; `None` takes the one that the case states of each sample.
+    pub noise_k: Option<f64>,
+    pub noise: Noise,
+    pub search: Search,
+}
+
 /// Make so many data sets at the times of the case's observations, and fit each with the same search. Truths are drawn of what
 /// is estimated; every other factor is nominal, as the fit takes it to be: what an estimate makes of a wrong model is another
 /// question. All fits go side by side. None depends on how many there are, nor on what marches beside it.
 ///
 /// # Errors
 /// When there is nothing to estimate, or to estimate it from, or the device fails. A fit that fails is counted.
-#[expect(
-    clippy::too_many_arguments,
-    reason = "a case, a plan, a march, how to make data, how many, and how to fit them"
-)]
-pub fn recovery(
-    case: &Case,
-    plan: &Plan,
-    march: &mut dyn March,
-    search: &Search,
-    drawn: Bounds,
-    noise_k: Option<f64>,
-    noise: Noise,
-    twins: usize,
-) -> Result<Recovery, EstimateError> {
+pub fn recovery(case: &Case, plan: &Plan, march: &mut dyn March, design: &Design) -> Result<Recovery, EstimateError> {
+    let Design { twins, drawn, noise_k, noise, ref search } = *design;
     let estimated = &case.estimate.factors;
     if estimated.is_empty() {
         return Err(EstimateError::no_factors(&[case]));

@@ -8,11 +8,11 @@ pub use needed::Needed;
 
 use super::nominal::{Peak, nominal};
 use super::proportion::{Proportion, counts_below_95, ranks_95};
-use super::uncertainty::{Failure, uncertainty};
-use crate::case::{Bounds, Case};
-use crate::ensemble::{Ensemble, Sampling, SamplingKind};
+use super::uncertainty::{Failure, Sweep, uncertainty};
+use crate::case::Case;
+use crate::ensemble::{Sampling, SamplingKind};
 use crate::march::{March, MarchError};
-use crate::pilot::pilot;
+use crate::pilot::pilot_monitored;
 use crate::traces::Arrival;
 use stretched::{mass_kg_m2, redrawn};
 use trial::{Trial, guess};
@@ -124,14 +124,7 @@ const FALL_K: f64 = 1.0;
 /// # Errors
 /// When the ply cannot be sized, its thickness does not cool the sensor, or the device fails. That no thickness allowed
 /// suffices, or every one does, is an answer.
-pub fn size(
-    case: &Case,
-    march: &mut dyn March,
-    demand: &Demand,
-    bounds: Bounds,
-    sampling: &Sampling,
-    members: usize,
-) -> Result<Sizing, SizeError> {
+pub fn size(case: &Case, march: &mut dyn March, demand: &Demand, sweep: &Sweep) -> Result<Sizing, SizeError> {
     if case.factors.is_empty() {
         return Err(SizeError::NoFactors);
     }
@@ -139,7 +132,7 @@ pub fn size(
     let drawn_m = trial.stretched.drawn_m;
     let within_m = demand.within_m.unwrap_or((drawn_m / 4.0, drawn_m * 4.0));
     let nominal_row: Vec<f64> = case.factors.iter().map(|factor| factor.nominal).collect();
-    let drawn = Ensemble::sample(&case.factors, bounds, sampling, members).correlated(&case.correlation);
+    let (members, drawn) = (sweep.members, sweep.ensemble(case));
 
     let thicknesses_m = ladder(within_m);
     let curve = trial.peaks(thicknesses_m.iter().map(|&thickness_m| (nominal_row.clone(), thickness_m)))?;
@@ -172,7 +165,7 @@ pub fn size(
     let mut checked = None;
     if let Some(thickness_m) = needed.found_m() {
         let anew = redrawn(case, &plies, thickness_m / drawn_m);
-        let (check, peak) = check(&anew, march, demand, bounds, sampling, members)?;
+        let (check, peak) = check(&anew, march, demand, sweep)?;
         still_warming = peak.time_s >= case.exposure.duration_s;
         marches += members + 1;
         checked = Some(check);
@@ -281,20 +274,14 @@ fn shares(factors: usize, needed: &[Needed], row: impl Fn(usize) -> Vec<f64>) ->
 
 /// Members of another seed, drawn independently, at the thickness found, by the path that `uncertainty` takes; and the nominal
 /// peak.
-fn check(
-    anew: &Case,
-    march: &mut dyn March,
-    demand: &Demand,
-    bounds: Bounds,
-    sampling: &Sampling,
-    members: usize,
-) -> Result<(Check, Peak), MarchError> {
-    let plan = pilot(anew)?;
+fn check(anew: &Case, march: &mut dyn March, demand: &Demand, sweep: &Sweep) -> Result<(Check, Peak), MarchError> {
+    let plan = pilot_monitored(anew, &march.monitor())?;
     let nominal = nominal(anew, &plan, march)?;
+    let Sweep { members, sampling, .. } = *sweep;
     let kind = if sampling.kind == SamplingKind::Uniform { SamplingKind::Uniform } else { SamplingKind::Normal };
     let sampling = Sampling { kind, seed: sampling.seed.wrapping_add(1) };
     let mut count = 0;
-    let outcome = uncertainty(anew, &plan, march, &nominal, bounds, &sampling, members, &mut |_, traces| {
+    let outcome = uncertainty(anew, &plan, march, &nominal, &Sweep { sampling, ..*sweep }, &mut |_, traces| {
         count += (0..traces.members())
             .filter(|&member| traces.arrivals[member] == Arrival::Done)
             .filter(|&member| traces.trace(member, demand.sensor).iter().all(|&at_k| at_k < demand.limit_k))

@@ -80,6 +80,22 @@ pub struct PeakSpread {
     pub causes_of_time: Causes,
 }
 
+/// How many members are drawn, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sweep {
+    pub members: usize,
+    pub sampling: Sampling,
+    /// The side constraints to draw between.
+    pub bounds: Bounds,
+}
+
+impl Sweep {
+    /// The members of the sweep, of the factors of a case and with their correlation.
+    pub fn ensemble(&self, case: &Case) -> Ensemble {
+        Ensemble::sample(&case.factors, self.bounds, &self.sampling, self.members).correlated(&case.correlation)
+    }
+}
+
 /// The percentiles of every spread.
 const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
 
@@ -95,27 +111,24 @@ pub struct Gathered {
     failures: BTreeMap<String, (usize, usize)>,
 }
 
-/// March `members` drawn between the side constraints. Each run of members is shown to `watch` as it
+/// March the members of a sweep. Each run of members is shown to `watch` as it
 /// arrives, with the ensemble that it belongs to; nothing of it is kept here but its statistics.
 ///
 /// # Errors
 /// When the device fails. A member that fails is counted with its reason, and the others stand.
-#[expect(clippy::too_many_arguments, reason = "a sweep is a case, a plan, a march, and four choices of the analyst")]
 pub fn uncertainty(
     case: &Case,
     plan: &Plan,
     march: &mut dyn March,
     nominal: &Nominal,
-    bounds: Bounds,
-    sampling: &Sampling,
-    members: usize,
+    sweep: &Sweep,
     watch: &mut dyn FnMut(&Ensemble, &Traces),
 ) -> Result<Uncertainty, MarchError> {
-    let ensemble = Ensemble::sample(&case.factors, bounds, sampling, members).correlated(&case.correlation);
-    let envelope = Envelope::of(case, plan, nominal, bounds, sampling.kind)?;
+    let Sweep { members, sampling, bounds } = *sweep;
+    let envelope = Envelope::of(case, plan, nominal, bounds, sampling.kind, &march.monitor())?;
     let mut gathered = Gathered::new(case, nominal, &envelope, bounds, sampling.kind);
-    gathered.march(case, plan, march, &ensemble, 0..members, watch)?;
-    Ok(gathered.answer(nominal, sampling, members))
+    gathered.march(case, plan, march, &sweep.ensemble(case), 0..members, watch)?;
+    Ok(gathered.answer(nominal, &sampling, members))
 }
 
 impl Gathered {

@@ -18,6 +18,7 @@ use crate::case::{Bounds, Case};
 use crate::ensemble::{Ensemble, Sampling, SamplingKind};
 use crate::march::cpu::Cpu;
 use crate::march::extrapolated::Extrapolated;
+use crate::march::monitored::{Monitor, Monitored};
 use crate::march::{MarchError, Precision, march_all};
 use crate::plan::Plan;
 use crate::traces::Arrival;
@@ -78,7 +79,7 @@ pub struct Envelope {
 
 impl Envelope {
     /// Of members drawn as those of a sweep are. Marched in double precision on the processor, so that it is the same
-    /// whatever marches the sweep.
+    /// whatever marches the sweep; `monitor` sees the march.
     ///
     /// # Errors
     /// When the march fails or is cancelled.
@@ -88,12 +89,14 @@ impl Envelope {
         nominal: &Nominal,
         bounds: Bounds,
         kind: SamplingKind,
+        monitor: &Monitor,
     ) -> Result<Self, MarchError> {
         let sampling = Sampling { kind, seed: ENVELOPE_SEED };
         let members = Ensemble::sample(&case.factors, bounds, &sampling, ENVELOPE).correlated(&case.correlation);
         let nominal_k = nominal.temperatures_k.concat();
         let (mut below_k, mut above_k) = (vec![0.0_f64; nominal_k.len()], vec![0.0_f64; nominal_k.len()]);
-        let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
+        let march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
+        let mut march = Monitored::new(Box::new(march), monitor.clone());
         march_all(&mut march, &plan.clone().without_gauges(), &members, &mut |traces| {
             for member in (0..traces.members()).filter(|&member| traces.arrivals[member] == Arrival::Done) {
                 let sides = below_k.iter_mut().zip(&mut above_k);

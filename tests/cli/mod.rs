@@ -80,9 +80,9 @@ pub(crate) fn charring() -> String {
 
 /// What a run of the binary left.
 pub(crate) struct Ran {
-    code: i32,
+    pub(crate) code: i32,
     pub(crate) stdout: String,
-    stderr: String,
+    pub(crate) stderr: String,
 }
 
 /// Run the binary in a folder.

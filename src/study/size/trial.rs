@@ -6,7 +6,7 @@ use super::{Demand, SizeError};
 use crate::case::Case;
 use crate::ensemble::Ensemble;
 use crate::march::{March, MarchError, march_all};
-use crate::pilot::pilot;
+use crate::pilot::pilot_monitored;
 use crate::plan::Plan;
 use crate::study::nominal::Peak;
 use crate::study::uncertainty::{Failure, reason};
@@ -38,7 +38,7 @@ pub(super) struct Found {
 impl<'a> Trial<'a> {
     pub(super) fn new(case: &Case, march: &'a mut dyn March, demand: &Demand) -> Result<Self, SizeError> {
         let stretched = Stretched::new(case, &demand.ply)?;
-        let plan = pilot(&stretched.case)?;
+        let plan = pilot_monitored(&stretched.case, &march.monitor())?;
         Ok(Self { stretched, plan, march, sensor: demand.sensor, limit_k: demand.limit_k, marches: 0 })
     }
 
