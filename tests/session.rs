@@ -255,7 +255,8 @@ fn a_cancelled_sweep_leaves_a_device_unharmed() {
     cancelled(Options::default().backend(Kind::Gpu).device(adapter().name));
 }
 
-/// Options of a march on one thread whose token is cancelled at the report of this number, counted from one; and the reports.
+/// Options of a march on one thread whose token is cancelled at the report of this number, counted from one; and the
+/// reports.
 fn cancelled_at(report: usize) -> (Options, CancelToken, Arc<Mutex<Vec<Progress>>>) {
     let (cancel, seen) = (CancelToken::new(), Arc::new(Mutex::new(Vec::new())));
     let (token, kept) = (cancel.clone(), seen.clone());
@@ -286,7 +287,8 @@ fn a_cancelled_adaptation_ends_with_its_error_before_the_next_march() {
     assert_eq!(seen.lock().expect("no callback panics").len(), 0, "something was marched");
 }
 
-/// Of a sweep the nominal march is reported first, then the envelope; of a thickness the nominal march, then the adaptation.
+/// Of a sweep the nominal march is reported first, then the envelope; of a thickness the nominal march, then the
+/// adaptation.
 #[test]
 fn a_question_cancelled_in_the_envelope_of_whole_traces_or_in_an_adaptation_of_its_own_ends_with_its_error() {
     let (options, cancel, seen) = cancelled_at(usize::MAX);

@@ -113,8 +113,8 @@ pub trait March: Send {
     /// Members it can carry at once.
     fn capacity(&self, plan: &Plan) -> usize;
 
-    /// What sees this march. A study that marches by other means on the way, to adapt cells and steps or to find an envelope, is
-    /// seen by it there as well.
+    /// What sees this march. A study that marches by other means on the way, to adapt cells and steps or to find an
+    /// envelope, is seen by it there as well.
     fn monitor(&self) -> Monitor {
         Monitor::default()
     }

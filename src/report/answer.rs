@@ -7,13 +7,13 @@ use super::files::tables::File;
 use crate::study::answers::Answers;
 use crate::study::nominal::Nominal;
 
-/// An answer, as the report shows it. Each is implemented in one file, beside its figures and sentences; page, files and
-/// screen go over [`all`] of them and name none.
+/// An answer, as the report shows it. Each is implemented in one file, beside its figures and sentences; page, files
+/// and screen go over [`all`] of them and name none.
 ///
 /// `answers` are those at hand, of which this is one: an answer may be told beside another.
 pub(super) trait Answer {
-    /// Whether the question is another than the prediction: it comes first on page and screen, and the screen leaves the
-    /// table of the prediction out.
+    /// Whether the question is another than the prediction: it comes first on page and screen, and the screen leaves
+    /// the table of the prediction out.
     fn leads(&self) -> bool {
         false
     }

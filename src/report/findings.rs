@@ -4,8 +4,8 @@ use super::answer::{self, Finding};
 use super::{observed, words};
 use crate::study::answers::Answers;
 
-/// All findings: the nominal peak of the deepest sensor and its misfit, what observations count for, then those of every
-/// answer.
+/// All findings: the nominal peak of the deepest sensor and its misfit, what observations count for, then those of
+/// every answer.
 pub(super) fn all(answers: &Answers) -> Vec<Finding> {
     let mut found = Vec::new();
     let mut say = |about: &'static str, said: String| found.push(Finding { about, said });

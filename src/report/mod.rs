@@ -1,8 +1,8 @@
 //! Outcomes made visible: the page, the figures, the files and the screen. It computes nothing: every number
 //! shown was found by a study.
 //!
-//! [`write()`] puts [`Answers`] into a folder; [`summary::screen`] says them in a terminal. What is shown of an answer is in
-//! the file of its name.
+//! [`write()`] puts [`Answers`] into a folder; [`summary::screen`] says them in a terminal. What is shown of an answer
+//! is in the file of its name.
 
 mod answer;
 mod chart;
@@ -41,18 +41,25 @@ use std::time::Instant;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
+    /// The folder holds the report of another case.
     #[error("{path:?} holds the case {found:?}, not {wanted:?}; choose another --out or give --force")]
     OtherCase { path: PathBuf, found: String, wanted: String },
+    /// The path of the folder is a file.
     #[error("{path:?} is not a folder")]
     NotAFolder { path: PathBuf },
+    /// A file or folder cannot be read, made, written, renamed or removed.
     #[error("{doing} {path:?}: {source}")]
     Io { doing: &'static str, path: PathBuf, source: std::io::Error },
+    /// A figure cannot be drawn.
     #[error("figure {id}: {message}")]
     Figure { id: String, message: String },
+    /// A row of a table cannot be written.
     #[error("table {name}: {message}")]
     Table { name: String, message: String },
+    /// A Parquet file cannot be written.
     #[error("{path:?}: {message}")]
     Parquet { path: PathBuf, message: String },
+    /// JSON cannot be written.
     #[error("JSON: {0}")]
     Json(#[from] serde_json::Error),
 }

@@ -35,8 +35,8 @@ impl Answer for Recovery {
         vec![Section::new("twins", "Twins", page(self))]
     }
 
-    /// `twins.csv`: `twin`, `factor`, truth, estimate, its 95 % interval, and whether that holds the truth; the last four
-    /// empty where no fit converged.
+    /// `twins.csv`: `twin`, `factor`, truth, estimate, its 95 % interval, and whether that holds the truth; the last
+    /// four empty where no fit converged.
     fn tables(&self, _: &Answers) -> Result<Vec<File>, ReportError> {
         Ok(vec![twins(self)?])
     }

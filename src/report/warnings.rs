@@ -14,7 +14,8 @@ const EXCURSION_K: f64 = 10.0;
 /// strong dependence in Belsley, Kuh & Welsch, *Regression Diagnostics*, 1980).
 pub(super) const CONDITION: f64 = 50.0;
 
-/// Every reason for doubt, each a sentence or two: those of every answer, then what temperatures were met beyond tables.
+/// Every reason for doubt, each a sentence or two: those of every answer, then what temperatures were met beyond
+/// tables.
 pub(super) fn all(answers: &Answers) -> Vec<String> {
     let each = answer::all(answers);
     let mut doubts: Vec<String> = each.iter().flat_map(|answer| answer.warnings(answers)).collect();

@@ -13,8 +13,11 @@ use crate::plan::Plan;
 pub struct Beside {
     /// The second case's.
     pub id: String,
+    /// The name of the other case.
     pub name: String,
+    /// Names of the factors estimated in the other case.
     pub factors: Vec<String>,
+    /// The estimate of the other case.
     pub estimated: Estimated,
     /// From then on the hot face is heated no more, s; the end where it is never left alone.
     pub cooling_s: f64,
@@ -28,6 +31,7 @@ pub struct Beside {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Left {
+    /// Index into the sensors of the first case.
     pub sensor: usize,
     /// While the hot face is heated.
     pub heating_k: [f64; 2],
@@ -46,8 +50,10 @@ impl Left {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BesideError {
+    /// The other case has not the observations of the first.
     #[error("{other:?} has not the observations of {case:?}: {why}")]
     OtherObservations { case: String, other: String, why: String },
+    /// The other case cannot be fitted.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
 }

@@ -38,6 +38,7 @@ use profile::{About, profiled, profiles};
 pub struct Estimated {
     /// In the order of every vector here.
     pub factors: Vec<Estimand>,
+    /// The estimates, one a factor.
     pub values: Vec<f64>,
     /// Half-widths of the intervals over 1.96, so that they have in them what the intervals have; infinite where not determined.
     pub standard_errors: Vec<f64>,
@@ -51,11 +52,13 @@ pub struct Estimated {
     pub has_effect: Vec<bool>,
     /// Whether an estimate stands on one of its bounds.
     pub at_bound: Vec<bool>,
+    /// Correlations and condition of the estimates.
     pub identifiability: Identifiability,
     /// What pairs of estimates determine that neither does alone.
     pub combinations: Vec<Combination>,
-    /// How samples counted that were far off, and the side constraints that priors were made of, if any.
+    /// The loss function of the residuals.
     pub loss: Loss,
+    /// The side constraints that priors were made of; `None` where there are no priors.
     pub prior: Option<Bounds>,
     /// The points visited, the start first; the objective falls from each to the next.
     pub path: Vec<Turn>,
@@ -63,19 +66,25 @@ pub struct Estimated {
     pub ends: Vec<End>,
     /// Members marched.
     pub marches: usize,
+    /// Why the minimisation ended, as a clause.
     pub termination: String,
+    /// Whether it ended at a minimum.
     pub converged: bool,
+    /// What to do where it did not converge, as sentences.
     pub advice: String,
     /// One a case, in their order.
     pub fitted: Vec<Fitted>,
     /// Lag-one autocorrelation of the weighted residuals.
     pub autocorrelation: f64,
-    /// Correlation time and white share of the most probable noise model, and its variance in squares of the stated deviations.
+    /// Correlation time of the most probable noise model, s; zero of white noise.
     pub correlation_time_s: f64,
+    /// The share of white noise in the variance of the most probable noise model.
     pub white_share: f64,
+    /// Variance of the most probable noise model, in squares of the stated deviations.
     pub noise_variance: f64,
     /// How many independent samples would determine the factors as well.
     pub effective_samples: f64,
+    /// Samples fitted, over all cases and sensors.
     pub samples: usize,
     /// By how much the stated deviations fall short of how the data scatter and follow each other: beside priors, in profiles
     /// and in the posterior data count with so many times their deviations.
@@ -107,8 +116,9 @@ impl Estimated {
 pub struct Fitted {
     /// Indices of the sensors whose observations were fitted.
     pub sensors: Vec<usize>,
-    /// The nominal march and the one at the estimates.
+    /// The nominal march.
     pub before: Nominal,
+    /// The march at the estimates.
     pub after: Nominal,
     /// Misfit of each fitted observation before and after, over its window.
     pub misfits: Vec<(Misfit, Misfit)>,
@@ -121,10 +131,12 @@ pub struct Fitted {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Turn {
+    /// The point, one value a factor.
     pub values: Vec<f64>,
     /// S, the objective that is minimised (the paper's Eqs 3 and 4 for deviations of 1 K): squares of the residuals in their
     /// standard deviations, or their losses; beside priors over the square of the shortfall, and squares of the priors.
     pub objective: f64,
+    /// The damping parameter of the Levenberg-Marquardt step that led here.
     pub damping: f64,
 }
 
@@ -133,10 +145,13 @@ pub struct Turn {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct End {
+    /// Where the minimisation started, one value a factor.
     pub start: Vec<f64>,
+    /// Where it ended, one value a factor.
     pub values: Vec<f64>,
     /// What is made least: weighted squares or their loss, and those of priors.
     pub objective: f64,
+    /// Whether it ended at a minimum.
     pub converged: bool,
     /// Whether no data tell this end from the estimate: its objective is higher by less than a hundredth of what one
     /// standard error adds, or than rounding and the tolerance of the last step account for.
@@ -146,6 +161,7 @@ pub struct End {
 /// How to look for the least.
 #[derive(Clone, Debug)]
 pub struct Search {
+    /// Options of the minimisation.
     pub options: Options,
     /// The case's own start, and as many drawn evenly between the bounds as make up this number, all side by side; the
     /// lowest end counts. At least one.

@@ -33,6 +33,7 @@ pub struct Wanted {
     pub sought: Option<Sought>,
     /// Knots beside the corners of the case's own schedule, spread over the time in which that is not zero.
     pub knots: usize,
+    /// How the smoothness is chosen.
     pub smoothing: Smoothing,
 }
 
@@ -41,6 +42,7 @@ pub struct Wanted {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct History {
+    /// The quantity that was found.
     pub sought: Sought,
     /// The knots, s; the history is straight lines between them. A jump is two at one time.
     pub times_s: Vec<f64>,
@@ -57,24 +59,31 @@ pub struct History {
     pub undetermined: Vec<bool>,
     /// The schedule of the whole exposure: past the end of the window that of the case, as no data tell of it.
     pub schedule: Schedule,
-    /// Integral over the window, its standard deviation with undetermined knots held at their values, and the integral of what the
-    /// case says: J/m² of a flux, K s of a gas.
+    /// Integral over the window: J/m² of a flux, K s of a gas.
     pub integral: f64,
+    /// One standard deviation of the integral, with undetermined knots held at their values.
     pub integral_deviation: f64,
+    /// The integral of what the case says.
     pub integral_own: f64,
     /// Values that the data determine; the others come of smoothness.
     pub determined: f64,
+    /// How the smoothness was chosen.
     pub chosen: Chosen,
+    /// The weight of the smoothing, and what it leaves.
     pub rung: Rung,
     /// Every weight tried, the strongest first.
     pub rungs: Vec<Rung>,
+    /// One a sensor with readings.
     pub seen: Vec<Seen>,
     /// The last end of the sensors' windows, s: nothing was sought after it.
     pub end_s: f64,
+    /// Samples used, over all sensors.
     pub samples: usize,
     /// Histories marched.
     pub marches: usize,
+    /// Whether the minimisation ended at a minimum.
     pub converged: bool,
+    /// Why the minimisation ended, as a clause.
     pub termination: String,
 }
 
@@ -83,10 +92,13 @@ pub struct History {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Seen {
+    /// Index into the sensors of the case.
     pub sensor: usize,
+    /// Times of the readings, s.
     pub times_s: Vec<f64>,
-    /// Measured less predicted with the history found, K, and the standard deviation of what was measured.
+    /// Measured less predicted with the history found, K.
     pub residuals_k: Vec<f64>,
+    /// Standard deviation of each reading, K.
     pub sigma_k: Vec<f64>,
     /// Root mean square of measured less predicted as the case has the flux, and as it was found, K.
     pub rms_k: (f64, f64),
@@ -96,23 +108,30 @@ pub struct Seen {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum HistoryError {
+    /// The hot face is held at a temperature.
     #[error(
         "the hot face of {case:?} is held at a temperature: nothing heats it, expected kind = \"heated\" or \"convective\""
     )]
     Held { case: String },
+    /// The case has several quantities to seek, and none is named.
     #[error(
         "{case:?} has a {first} and a {second}, and data do not separate one from the other: give --seek {first} or --seek {second}, \
          and the other stays as the case has it"
     )]
     Several { case: String, first: &'static str, second: &'static str },
+    /// The case has not the quantity that is named.
     #[error("--seek {sought}: {case:?} has none: {reason}")]
     Absent { case: String, sought: &'static str, reason: &'static str },
+    /// The chosen sensors have no samples in their windows.
     #[error("nothing to find a history from: the sensors chosen have no samples between {from_s} s and {to_s} s")]
     NoSamples { from_s: f64, to_s: f64 },
+    /// There are more values to find than samples.
     #[error("{values} values cannot be sought in {samples} samples; ask for fewer knots, or give more data")]
     TooMany { values: usize, samples: usize },
+    /// The case cannot be marched as it is.
     #[error("as the case says it is heated it cannot be marched: a temperature left 0 to 4,000 K or a table")]
     Strayed,
+    /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),
 }

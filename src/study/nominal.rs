@@ -12,6 +12,7 @@ use crate::traces::{Arrival, Balance, Gauge, Traces};
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Nominal {
+    /// Instants of the traces, s.
     pub instants_s: Vec<f64>,
     /// Sensor × instant, K.
     pub temperatures_k: Vec<Vec<f64>>,
@@ -19,13 +20,17 @@ pub struct Nominal {
     pub peaks: Vec<Peak>,
     /// One a gauge, in the order of [`Gauge::ALL`]; none where nothing decomposes and no gas flows.
     pub readings: Vec<Reading>,
+    /// How the march ended.
     pub arrival: Arrival,
+    /// Heat and mass in, out and stored.
     pub balance: Balance,
     /// Coldest and hottest temperature of each ply, K.
     pub extremes_k: Vec<(f64, f64)>,
     /// One an observation, in their order.
     pub misfits: Vec<Misfit>,
+    /// Time steps of the plan.
     pub steps: usize,
+    /// Cells of the plan.
     pub cells: usize,
     /// How far the temperatures are off, where a pilot found out.
     pub reached: Option<Reached>,
@@ -36,7 +41,9 @@ pub struct Nominal {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Peak {
+    /// The highest temperature, K.
     pub temperature_k: f64,
+    /// When it is reached, s.
     pub time_s: f64,
 }
 
@@ -45,12 +52,15 @@ pub struct Peak {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Reading {
+    /// Which gauge.
     pub gauge: Gauge,
     /// One an instant.
     pub values: Vec<f64>,
     /// The value farthest from zero, with its sign: a flux that only goes in has no other peak.
     pub peak: f64,
+    /// When it is reached, s.
     pub peak_time_s: f64,
+    /// The value at the end of the march.
     pub end: f64,
 }
 
@@ -59,10 +69,15 @@ pub struct Reading {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Misfit {
+    /// Root mean square, K.
     pub rms_k: f64,
+    /// Mean, K.
     pub bias_k: f64,
+    /// The difference of the largest magnitude, K.
     pub worst_k: f64,
+    /// When that occurs, s.
     pub worst_time_s: f64,
+    /// Samples compared.
     pub samples: usize,
 }
 

@@ -28,8 +28,11 @@ use nalgebra::{DMatrix, SymmetricEigen};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Walkers {
+    /// Walkers.
     pub number: usize,
+    /// Moves of each.
     pub moves: usize,
+    /// The same seed makes the same walk.
     pub seed: u64,
 }
 
@@ -38,6 +41,7 @@ pub struct Walkers {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Posterior {
+    /// How many walkers there were, and how far they went.
     pub walkers: Walkers,
     /// Moves at the beginning that do not count: five autocorrelation times, or half of all where those are longer.
     pub burn_in: usize,
@@ -53,6 +57,7 @@ pub struct Posterior {
     pub draws: Vec<Vec<f64>>,
     /// By how much the lowest point met lies below the estimate, in squares of a standard error; nought where none does.
     pub gain: f64,
+    /// The error of the model beyond that of the factors.
     pub discrepancy: Discrepancy,
     /// One a case, in their order.
     pub predicted: Vec<Predicted>,
@@ -62,10 +67,13 @@ pub struct Posterior {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PosteriorError {
+    /// There are fewer walkers than directions to span.
     #[error("{walkers} walkers are too few for {factors} factors: expected {least} at least")]
     FewWalkers { walkers: usize, factors: usize, least: usize },
+    /// The residuals have no scatter to weigh the data by.
     #[error("no posterior: the fit leaves no residual, or no sample to spare, to weigh the data by")]
     NoScatter,
+    /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),
 }

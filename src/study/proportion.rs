@@ -8,7 +8,9 @@ use statrs::function::gamma::ln_gamma;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Proportion {
+    /// Those counted.
     pub count: usize,
+    /// All of them.
     pub of: usize,
 }
 

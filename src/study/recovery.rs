@@ -21,9 +21,11 @@ use crate::traces::Arrival;
 pub struct Recovery {
     /// One a factor estimated.
     pub recovered: Vec<Recovered>,
+    /// One a data set.
     pub twins: Vec<TwinFit>,
     /// The standard deviation of the noise, K; `None` where each sample had the one that the case states of it.
     pub noise_k: Option<f64>,
+    /// Correlation time and seed of the noise.
     pub noise: Noise,
     /// Between which side constraints truths were drawn.
     pub drawn: Bounds,
@@ -31,6 +33,7 @@ pub struct Recovery {
     pub covered: Proportion,
     /// Samples of each data set, and of how many independent ones they carry the information on average.
     pub samples: usize,
+    /// How many independent samples carry the information of those of a data set, on average.
     pub effective_samples: f64,
 }
 
@@ -39,12 +42,15 @@ pub struct Recovery {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Recovered {
+    /// The name of the factor.
     pub name: String,
     /// Its place among the factors of the case.
     pub factor: usize,
     /// Mean of estimate less truth, its standard error, and the root mean square.
     pub bias: f64,
+    /// Standard error of the bias.
     pub bias_error: f64,
+    /// Root mean square of estimate less truth.
     pub rms: f64,
     /// Mean half-width of the 95 % intervals.
     pub half_width: f64,
@@ -61,6 +67,7 @@ pub struct Recovered {
 pub struct TwinFit {
     /// One a factor estimated.
     pub truth: Vec<f64>,
+    /// How its fit ended.
     pub end: TwinEnd,
 }
 
@@ -69,6 +76,7 @@ pub struct TwinFit {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum TwinEnd {
+    /// At a minimum.
     Converged(Found),
     /// It ended elsewhere: what it found, which counts as a user would read it, and why.
     NotConverged(Found, String),
@@ -81,8 +89,11 @@ pub enum TwinEnd {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Found {
+    /// The estimates.
     pub values: Vec<f64>,
+    /// The 95 % intervals.
     pub intervals: Vec<(f64, f64)>,
+    /// Whether each estimate stands on a bound.
     pub at_bound: Vec<bool>,
     effective_samples: f64,
     samples: usize,
@@ -97,7 +108,9 @@ pub struct Design {
     pub drawn: Bounds,
     /// The standard deviation of the noise, K; `None` takes the one that the case states of each sample.
     pub noise_k: Option<f64>,
+    /// Correlation time and seed of the noise.
     pub noise: Noise,
+    /// How each data set is fitted.
     pub search: Search,
 }
 

@@ -18,6 +18,7 @@ pub struct Sensitivity {
     /// Relative step of the differences (the paper's Eq. 14) that the derivatives are; `None` where the march told them
     /// exactly.
     pub step: Option<f64>,
+    /// Instants of the derivatives, s.
     pub instants_s: Vec<f64>,
     /// Factor × sensor × instant, K per unit of the factor.
     pub derivatives_k: Vec<Vec<Vec<f64>>>,
@@ -62,6 +63,7 @@ pub struct Identifiability {
     pub alignment: Vec<Vec<f64>>,
     /// Of the Jacobian weighted by the data, its columns at unit length.
     pub condition_number: f64,
+    /// The rank of the scaled sensitivities.
     pub rank: usize,
     /// The direction in which the data say least, in words.
     pub weakest: String,

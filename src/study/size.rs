@@ -25,6 +25,7 @@ pub struct Demand {
     pub ply: String,
     /// The sensor whose highest temperature over the whole run is to stay below the limit.
     pub sensor: usize,
+    /// The limit, K.
     pub limit_k: f64,
     /// The share of members that are to hold it.
     pub probability: f64,
@@ -38,9 +39,11 @@ pub struct Demand {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Sizing {
+    /// What was asked of the ply.
     pub demand: Demand,
     /// The thinnest and the thickest allowed, and the thickness as drawn, m.
     pub within_m: (f64, f64),
+    /// The thickness as drawn, m.
     pub drawn_m: f64,
     /// With every factor nominal.
     pub nominal: Needed,
@@ -48,6 +51,7 @@ pub struct Sizing {
     pub needed: Needed,
     /// Where that lies with 95 % confidence, as the members are so many draws; `None` where these are too few to say.
     pub interval: (Option<Needed>, Option<Needed>),
+    /// Members drawn.
     pub members: usize,
     /// Members that failed at a thickness, and count there as if they had exceeded the limit.
     pub failures: Vec<Failure>,
@@ -72,7 +76,9 @@ pub struct Sizing {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Rung {
+    /// The thickness, m.
     pub thickness_m: f64,
+    /// The peak with nominal factors.
     pub nominal: Peak,
     /// Percentiles 2.5, 50, 97.5 of the same members' peaks at every rung, K; infinite where so many failed.
     pub percentiles_k: [f64; 3],
@@ -84,12 +90,15 @@ pub struct Rung {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Check {
+    /// The seed of the members.
     pub seed: u64,
     /// Members that held the limit; one that failed did not.
     pub held: Proportion,
+    /// Members that failed.
     pub failed: usize,
     /// The nominal peak, and percentiles 2.5, 50, 97.5 of the members', K.
     pub nominal_k: f64,
+    /// Percentiles 2.5, 50, 97.5 of the members' peaks, K.
     pub percentiles_k: [f64; 3],
 }
 
@@ -97,17 +106,22 @@ pub struct Check {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SizeError {
+    /// The case has no such ply or group.
     #[error("no ply or group is called {name:?}; there are {known}")]
     NoPly { name: String, known: String },
+    /// A factor scales the thickness of other plies with that of this one.
     #[error("{ply:?} cannot be sized alone: factor {factor:?} scales the thickness of other plies with it")]
     OtherPlies { ply: String, factor: String },
+    /// The case has no factors.
     #[error("the case has no factors to vary, and a probability needs some")]
     NoFactors,
+    /// The sensor's peak does not fall with the thickness.
     #[error(
         "{sensor} is not cooled by a thicker {ply}: it peaks at {thin_k:.1} K with {thin_mm} mm and at {thick_k:.1} K with \
          {thick_mm} mm"
     )]
     NotCooled { sensor: String, ply: String, thin_mm: f64, thin_k: f64, thick_mm: f64, thick_k: f64 },
+    /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),
 }

@@ -23,8 +23,11 @@ use twox_hash::XxHash3_128;
 pub struct Piece {
     /// The version that made it.
     pub bondline: String,
+    /// The case that was marched.
     pub case: CaseMark,
+    /// How the members of the whole sweep are drawn.
     pub draw: Draw,
+    /// What marched.
     pub backend: Backend,
     /// Of the draw, the first and the one behind the last.
     pub members: Range<usize>,
@@ -39,6 +42,7 @@ pub struct Piece {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CaseMark {
+    /// The id of the case.
     pub id: String,
     /// Where it lay, as an absolute path.
     pub path: PathBuf,
@@ -52,9 +56,11 @@ pub struct CaseMark {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Draw {
+    /// Members of the whole sweep.
     pub members: usize,
     /// `normal`, `uniform`, `lhs`, `sobol`.
     pub sampling: String,
+    /// The seed of the draw.
     pub seed: u64,
     /// `small`, `large`.
     pub bounds: String,
@@ -64,8 +70,11 @@ pub struct Draw {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Backend {
+    /// The device in words.
     pub name: String,
+    /// `cpu` or `gpu`.
     pub kind: String,
+    /// `f32` or `f64`.
     pub precision: String,
 }
 
@@ -205,8 +214,8 @@ impl Piece {
     }
 }
 
-/// A hash of all that a case holds, changes of `--set` included: XXH3 of its JSON with keys in alphabetical order. Numbers
-/// are written so that they are read back to the bit. It finds mistakes, not malice.
+/// A hash of all that a case holds, changes of `--set` included: XXH3 of its JSON with keys in alphabetical order.
+/// Numbers are written so that they are read back to the bit. It finds mistakes, not malice.
 pub fn fingerprint(case: &Case) -> String {
     // A value of serde_json holds its keys sorted, so that the order of fields in the source does not matter.
     let content = serde_json::to_value(case).expect("a case is made of numbers, texts, lists and maps of texts");

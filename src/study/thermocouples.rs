@@ -17,9 +17,13 @@ use nalgebra::{DMatrix, DVector};
 /// One number to be met.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
+    /// Index into the sensors of the case.
     pub sensor: usize,
+    /// Index into the instants of the plan.
     pub instant: usize,
+    /// The reading, K.
     pub measured_k: f64,
+    /// Its standard deviation, K.
     pub sigma_k: f64,
 }
 
@@ -44,6 +48,7 @@ pub struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
+    /// A case with its plan and samples; `places` says of each variable which factor of the case it is, if any.
     pub fn new(case: &Case, plan: &'a Plan, places: Vec<Option<usize>>, samples: Vec<Sample>) -> Self {
         Self { plan, nominal: case.factors.iter().map(|factor| factor.nominal).collect(), places, samples }
     }
@@ -64,6 +69,7 @@ impl<'a> Part<'a> {
 }
 
 impl<'a> Thermocouples<'a> {
+    /// Several cases as one problem, its variables between these bounds.
     pub fn new(march: &'a mut dyn March, parts: Vec<Part<'a>>, bounds: Vec<(f64, f64)>) -> Self {
         Self { march, parts, bounds, tells: true, marches: 0 }
     }

@@ -12,6 +12,7 @@ use crate::traces::{Arrival, Traces};
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Twin {
+    /// Instants of the readings, s.
     pub instants_s: Vec<f64>,
     /// Sensor × instant, K.
     pub measured_k: Vec<Vec<f64>>,
@@ -24,6 +25,7 @@ pub struct Twin {
 pub struct Noise {
     /// s; zero where every reading has noise of its own.
     pub correlation_s: f64,
+    /// The same seed makes the same noise.
     pub seed: u64,
 }
 
@@ -31,8 +33,10 @@ pub struct Noise {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TwinError {
+    /// A temperature left the range in which properties are known; with the reason.
     #[error("the truth cannot be marched: {0}")]
     Strayed(String),
+    /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),
 }

@@ -16,6 +16,7 @@ use std::ops::Range;
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Uncertainty {
+    /// The seed of the draw.
     pub seed: u64,
     /// The side constraints between which the factors were drawn.
     pub bounds: Bounds,
@@ -23,10 +24,13 @@ pub struct Uncertainty {
     pub sampling: &'static str,
     /// Whether each factor was drawn by itself: if not, the indices of [`Causes`] are those of factors that go together.
     pub is_independent: bool,
+    /// Members drawn.
     pub asked: usize,
+    /// Members that completed the march and were counted.
     pub ok: usize,
     /// Why members failed, how many each, and one of them.
     pub failures: Vec<Failure>,
+    /// Instants of the spreads, s.
     pub instants_s: Vec<f64>,
     /// One a sensor.
     pub spreads: Vec<Spread>,
@@ -39,7 +43,9 @@ pub struct Uncertainty {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Failure {
+    /// Why, in words that do not depend on the member.
     pub reason: String,
+    /// How many failed so.
     pub members: usize,
     /// The first member that failed so.
     pub first: usize,
@@ -50,9 +56,13 @@ pub struct Failure {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Spread {
+    /// Mean.
     pub mean_k: Vec<f64>,
+    /// Standard deviation.
     pub deviation_k: Vec<f64>,
+    /// The lowest of all members.
     pub low_k: Vec<f64>,
+    /// The highest of all members.
     pub high_k: Vec<f64>,
     /// Percentiles 2.5, 25, 50, 75, 97.5, in this order.
     pub percentiles_k: [Vec<f64>; 5],
@@ -67,8 +77,11 @@ pub struct Spread {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct PeakSpread {
+    /// The peak of the nominal march.
     pub nominal: Peak,
+    /// Mean peak temperature, K.
     pub mean_k: f64,
+    /// Standard deviation of the peak temperature, K.
     pub deviation_k: f64,
     /// Percentiles 2.5, 25, 50, 75, 97.5 of the peak temperature, K.
     pub percentiles_k: [f64; 5],
@@ -83,7 +96,9 @@ pub struct PeakSpread {
 /// How many members are drawn, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sweep {
+    /// Members to draw.
     pub members: usize,
+    /// The distribution, the way of drawing and the seed.
     pub sampling: Sampling,
     /// The side constraints to draw between.
     pub bounds: Bounds,

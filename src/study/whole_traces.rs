@@ -47,14 +47,15 @@ const FARTHEST: f64 = 1e4;
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct WholeTraces {
-    /// The simultaneous band: 95 % of members stay in it at every instant. K, over the instants.
+    /// The lower side of the simultaneous band, in which 95 % of members stay at every instant, K, over the instants.
     pub low_k: Vec<f64>,
+    /// The upper side of the simultaneous band, K, over the instants.
     pub high_k: Vec<f64>,
     /// How many times as far from the nominal trace it reaches as the envelope of members marched beforehand.
     pub stretch: f64,
-    /// Of the members whose traces were kept, those that stay between the percentiles 2.5 and 97.5 at every instant, and
-    /// those that stay in the simultaneous band.
+    /// Of the members whose traces were kept, those that stay between the percentiles 2.5 and 97.5 at every instant.
     pub in_pointwise: Proportion,
+    /// Of the members whose traces were kept, those that stay in the simultaneous band.
     pub in_simultaneous: Proportion,
 }
 
@@ -73,7 +74,9 @@ pub(super) struct TraceCounts {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Envelope {
+    /// The reach below.
     pub below_k: Vec<f64>,
+    /// The reach above.
     pub above_k: Vec<f64>,
 }
 

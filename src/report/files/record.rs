@@ -134,8 +134,8 @@ impl Counted {
     }
 }
 
-/// The text of `summary.json`: what every question has, then the keys of every answer. `report_s` is what the report took,
-/// `files` what it wrote.
+/// The text of `summary.json`: what every question has, then the keys of every answer. `report_s` is what the report
+/// took, `files` what it wrote.
 ///
 /// # Errors
 /// When JSON cannot be written.

@@ -24,20 +24,13 @@ struct CausesRecord<'a> {
 /// Each with its 95 % interval.
 #[derive(Serialize)]
 struct CauseRecord {
-    correlation: LikelyRecord,
-    rank_correlation: LikelyRecord,
-    partial_rank_correlation: LikelyRecord,
+    correlation: Likely,
+    rank_correlation: Likely,
+    partial_rank_correlation: Likely,
     /// First-order Sobol index.
-    index: LikelyRecord,
+    index: Likely,
     /// Total Sobol index.
-    total: LikelyRecord,
-}
-
-#[derive(Serialize)]
-struct LikelyRecord {
-    value: f64,
-    low: f64,
-    high: f64,
+    total: Likely,
 }
 
 /// Sensor → what its peak and the time of that are due to.
@@ -50,16 +43,12 @@ pub(super) fn causes<'a>(case: &'a Case, outcome: &Uncertainty) -> Named<'a, Due
 }
 
 fn record<'a>(case: &'a Case, causes: &Causes) -> CausesRecord<'a> {
-    let likely = |of: &[Likely], factor: usize| {
-        let Likely { value, low, high } = of[factor];
-        LikelyRecord { value, low, high }
-    };
     let each = |factor: usize| CauseRecord {
-        correlation: likely(&causes.correlations, factor),
-        rank_correlation: likely(&causes.rank_correlations, factor),
-        partial_rank_correlation: likely(&causes.partial_rank_correlations, factor),
-        index: likely(&causes.first, factor),
-        total: likely(&causes.total, factor),
+        correlation: causes.correlations[factor],
+        rank_correlation: causes.rank_correlations[factor],
+        partial_rank_correlation: causes.partial_rank_correlations[factor],
+        index: causes.first[factor],
+        total: causes.total[factor],
     };
     let named = case.factors.iter().enumerate().map(|(index, factor)| (factor.name.as_str(), each(index)));
     CausesRecord { factors: Named(named.collect()), unexplained: causes.rest }

@@ -16,6 +16,7 @@ pub struct Combination {
     pub correlation: f64,
     /// The ratio of the first to the second, where they rise together; else their product.
     pub is_ratio: bool,
+    /// The value of the ratio or product.
     pub value: f64,
     /// One standard deviation relative to the value, to first order, as those of the estimates; no number where one of the two is not
     /// determined.

@@ -7,20 +7,27 @@ use crate::march::MarchError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EstimateError {
+    /// No factor is chosen; with what there is to choose from.
     #[error("nothing to estimate: {0}")]
     NoFactors(String),
+    /// A case of a joint estimate has none of the factors of the others.
     #[error("nothing to estimate in {0:?}: it has none of the factors of the others")]
     NothingShared(String),
+    /// The chosen sensors have no samples in their window.
     #[error("nothing to estimate from: the sensors chosen of {case:?} have no samples between {from_s} s and {to_s} s")]
     NoSamples { case: String, from_s: f64, to_s: f64 },
+    /// The bounds of a shared factor have no value in common.
     #[error(
         "factor {factor:?}: the cases allow no value in common; the highest low bound is {low}, the lowest high one {high}"
     )]
     NoRoom { factor: String, low: f64, high: f64 },
+    /// A profile is wanted of a factor that is not estimated.
     #[error("no profile of {name:?}: it is not estimated; there are {known}")]
     NoProfile { name: String, known: String },
+    /// The cases of a joint estimate state different losses or priors.
     #[error("{case:?} asks for another loss or prior than {first:?}; give --loss and --prior for all")]
     OtherObjective { first: String, case: String },
+    /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),
 }

@@ -15,6 +15,7 @@ pub struct Estimand {
     pub places: Vec<Option<usize>>,
     /// Side constraints that all its cases allow.
     pub bounds: (f64, f64),
+    /// The value from which the first minimisation starts.
     pub start: f64,
 }
 

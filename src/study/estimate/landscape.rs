@@ -20,6 +20,7 @@ use nalgebra::{DMatrix, DVector};
 pub struct Landscape {
     /// Values of the first factor, and of the second.
     pub x: Vec<Vec<f64>>,
+    /// Values of the second factor, line × node.
     pub y: Vec<Vec<f64>>,
     /// S, the objective that is minimised; NaN where members failed.
     pub objective: Vec<Vec<f64>>,

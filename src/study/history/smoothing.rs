@@ -30,7 +30,9 @@ fn by_chance(samples: usize) -> f64 {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Smoothing {
+    /// Residuals as large as the noise (Morozov's discrepancy principle).
     Discrepancy,
+    /// The corner of the L-curve.
     LCurve,
     /// The weight itself, over that at which misfit and roughness change alike; zero or more.
     Stated(f64),
@@ -49,6 +51,7 @@ pub enum Chosen {
     Unmet,
     /// The corner of the L-curve, as was asked.
     LCurve,
+    /// The weight was stated.
     Stated,
 }
 

@@ -17,6 +17,7 @@ pub enum Sought {
 }
 
 impl Sought {
+    /// Every quantity that can be sought.
     pub const ALL: [Self; 3] = [Self::Flux, Self::RadiantFlux, Self::Gas];
 
     /// As `--seek` has it.

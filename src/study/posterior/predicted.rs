@@ -16,6 +16,7 @@ use crate::traces::Arrival;
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Predicted {
+    /// Instants of the bands, s.
     pub instants_s: Vec<f64>,
     /// One a sensor.
     pub sensors: Vec<Foreseen>,
@@ -28,7 +29,9 @@ pub struct Predicted {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Foreseen {
+    /// By the posterior of the factors alone.
     pub parameters: Band,
+    /// By the posterior of the factors and the discrepancy of the model.
     pub discrepancy: Band,
     /// The share of the sensor's observed samples within the trusted window that each of the two bands holds, give or take two
     /// deviations of the reading; `None` where there are none.
@@ -42,7 +45,9 @@ pub struct Foreseen {
 pub struct Band {
     /// One an instant, K.
     pub low_k: Vec<f64>,
+    /// The median at each instant, K.
     pub median_k: Vec<f64>,
+    /// The percentile 97.5 at each instant, K.
     pub high_k: Vec<f64>,
     /// The same of the sensor's peak.
     pub peak_k: [f64; 3],

@@ -7,7 +7,9 @@ use crate::fit::Mixing;
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Marginal {
+    /// Convergence diagnostics of its chains.
     pub mixing: Mixing,
+    /// The median.
     pub median: f64,
     /// Between which 95 % lie.
     pub interval: (f64, f64),

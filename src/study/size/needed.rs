@@ -12,6 +12,7 @@
 pub enum Needed {
     /// The thinnest allowed holds it.
     AtMost(f64),
+    /// The thickness, m.
     At(f64),
     /// The thickest allowed does not hold it.
     Beyond(f64),

@@ -4,7 +4,7 @@ use crate::case::Case;
 use crate::report::files::record::Named;
 use crate::study::answers::Answers;
 use crate::study::estimate::Estimated;
-use crate::study::posterior::{Band, Foreseen, Posterior, Predicted};
+use crate::study::posterior::{Band, Discrepancy, Foreseen, Posterior, Predicted};
 use serde::Serialize;
 
 /// Keys in the order written.
@@ -18,7 +18,8 @@ pub(in crate::report::estimate) struct PosteriorRecord<'a> {
     settled: bool,
     factors: Named<'a, MarginalRecord>,
     correlation: Vec<Vec<f64>>,
-    discrepancy: DiscrepancyRecord,
+    /// A time of `null` keeps for ever.
+    discrepancy: Discrepancy,
     /// Case → sensor → what is foreseen of it.
     predicted: Named<'a, Named<'a, ForeseenRecord>>,
 }
@@ -31,14 +32,6 @@ struct MarginalRecord {
     r_hat: f64,
     autocorrelation_moves: f64,
     effective_draws: f64,
-}
-
-/// A time of `null` keeps for ever.
-#[derive(Serialize)]
-struct DiscrepancyRecord {
-    share: f64,
-    amplitude_k: f64,
-    time_s: f64,
 }
 
 /// By the factors alone, and with what the model lacks.
@@ -74,7 +67,6 @@ impl<'a> PosteriorRecord<'a> {
             let (x, y) = pair.places;
             (correlation[x][y], correlation[y][x]) = (pair.correlation, pair.correlation);
         }
-        let lacking = outcome.discrepancy;
         Self {
             walkers: outcome.walkers.number,
             moves: outcome.walkers.moves,
@@ -84,11 +76,7 @@ impl<'a> PosteriorRecord<'a> {
             settled: outcome.is_settled(),
             factors: Named(names.zip(marginals).collect()),
             correlation,
-            discrepancy: DiscrepancyRecord {
-                share: lacking.share,
-                amplitude_k: lacking.amplitude_k,
-                time_s: lacking.time_s,
-            },
+            discrepancy: outcome.discrepancy,
             predicted: Named(
                 answers
                     .cases()
