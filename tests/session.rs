@@ -103,7 +103,7 @@ fn a_session_gives_every_answer_of_the_command_on_every_shipped_case_to_the_last
     let scratch = Scratch::new("session-questions");
     let mut answered = [0; 7];
     for case in cases() {
-        let path = at(&case.id());
+        let path = at(case.id());
         // Coarse, where cells and steps are adapted: what is compared is equal at any resolution.
         let sets = case.resolution().tolerance_k.map(|_| ("resolution.tolerance".to_owned(), "2 K".to_owned()));
         let case = Case::load_with(Path::new(&path), &sets.clone().into_iter().collect::<Vec<_>>()).expect("a case");
