@@ -30,3 +30,10 @@ awk -F, '{ print $1 "," $4 }' "$made" > cases/twin-tc3/driver.csv
 make cases/twin-tc3 cases/twin-tc3/measured.csv
 awk -F, '{ print $1 "," $3 }' cases/twin-tc3/measured.csv > "$made"
 cp "$made" cases/twin-tc3/measured.csv
+
+# The test of the tutorial: a case whose nominal factors are the true ones.
+make cases/lamp-test/truth.toml cases/lamp-test/measured.csv --noise "1.5 K" --seed 3
+
+# Readings of TC1 under a flux in lumps.
+make cases/lcat-2259-lumps/truth.toml "$made" --noise "1 K" --seed 1
+cut -d, -f1,2 "$made" > cases/lcat-2259-lumps/measured.csv

@@ -39,6 +39,11 @@ fn committed_synthetic_observations_are_those_of_the_script() {
             same(&table, "cases/lcat-2259-tc3/measured.csv", &[("TC4_K", "TC4_K")]);
         }
     }
+    let lamp = ["TC1_K", "TC2_K", "TC3_K"].map(|name| (name, name));
+    let made_lamp = made("cases/lamp-test/truth.toml", "--noise 1.5K --seed 3");
+    same(&made_lamp, "cases/lamp-test/measured.csv", &lamp);
+    let made_lumps = made("cases/lcat-2259-lumps/truth.toml", "--noise 1K --seed 1");
+    same(&made_lumps, "cases/lcat-2259-lumps/measured.csv", &[("TC1_K", "TC1_K")]);
     same(&made("cases/lcat-2259", ""), "cases/twin-tc3/driver.csv", &[("TC3_K", "TC3_K")]);
     same(&made("cases/twin-tc3", ""), "cases/twin-tc3/measured.csv", &[("TC4_K", "TC4_K")]);
 }
