@@ -1,11 +1,19 @@
 #!/usr/bin/env bash
 # All that a change must pass: format, lints, tests, documentation. Installs what the tests need where it is missing:
 # the software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
+#   --all    also run the blocks of the documentation that take longer than some seconds
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf 'scripts/test.sh: %s\n' "$*" >&2; exit 1; }
+
+for option in "$@"; do
+    case "$option" in
+        --all) export BONDLINE_ALL=1 ;;
+        *) fail "unknown option $option: expected --all" ;;
+    esac
+done
 
 install() {
     local what=$1
@@ -59,4 +67,5 @@ say 'tests'
 cargo test --profile work
 say 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --profile work --no-deps
+scripts/docs.sh
 say 'all passed'

@@ -87,7 +87,7 @@ pub use plan::Plan;
 pub use session::Session;
 pub use traces::Traces;
 
-/// The README's example is compiled and run with the tests.
+/// The example of the book is compiled and run with the tests.
 #[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;
+#[doc = include_str!("../docs/how-to/use-the-library.md")]
+struct BookExample;

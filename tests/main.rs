@@ -6,6 +6,8 @@ mod builder; // cases built of values, and what is refused of them
 mod cli; // the built binary from outside: exit codes, messages, files
 mod derivatives; // derivatives at nominal factors, against differences, for every property on every kind of case
 mod differentiated; // kernels that tell changes: each rule against dual numbers, on the device
+#[cfg(unix)]
+mod documentation; // README and the book: commands run, case files load
 mod estimates; // estimates of whole cases: intervals, profiles, standard errors, coverage
 mod fit; // least squares against certified answers, bounds, identification
 mod golden; // the nominal march of every shipped case, as it was

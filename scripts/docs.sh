@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Build the book into target/book/html, warnings denied. Its Python packages go into a virtual environment under target/.
+#   --renew    first make the generated pages anew: the command line from clap's help, the verification table
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+fail() { printf 'scripts/docs.sh: %s\n' "$*" >&2; exit 1; }
+
+renew=false
+for option in "$@"; do
+    case "$option" in
+        --renew) renew=true ;;
+        *) fail "unknown option $option: expected --renew" ;;
+    esac
+done
+command -v python3 >/dev/null || fail 'python3 not found: install Python 3.11 or later with its venv module'
+
+target=${CARGO_TARGET_DIR:-target}
+environment=$target/book/environment
+if ! cmp -s docs/requirements.txt "$environment/requirements.txt"; then
+    python3 -m venv --clear "$environment" || fail 'python3 -m venv failed: on Debian and Ubuntu, apt-get install python3-venv'
+    "$environment/bin/pip" install --quiet --disable-pip-version-check -r docs/requirements.txt
+    cp docs/requirements.txt "$environment/requirements.txt"
+fi
+if "$renew"; then
+    cargo build --profile work --quiet --bin bondline
+    program=$target/work/bondline
+    "$environment/bin/python" docs/generate/command_line.py "$program"
+    "$environment/bin/python" docs/generate/verification.py "$program"
+fi
+"$environment/bin/sphinx-build" -W --keep-going -n -q -j auto -b html -d "$target/book/doctrees" docs "$target/book/html"
+printf 'the book: %s/book/html/index.html\n' "$target"

@@ -1,0 +1,284 @@
+//! README and the book: every command is run and what it prints is compared, every case file is loaded. Rust blocks are
+//! documentation tests of the library (`src/lib.rs`).
+//!
+//! A page is one session in a folder of its own, in which `cases` are the shipped ones. What a block is for stands behind
+//! its language, where neither GitHub nor Sphinx shows it:
+//!
+//! - `console`: each line that begins with `$ ` is a command, what follows is its output and `...` any number of lines.
+//!   `exit=2` states another exit code than 0; a `long` block runs only if `BONDLINE_ALL` is set.
+//! - `toml`, `csv`: `file=PATH` writes the block into the folder, `append=PATH` adds it to a file there; `case` is a whole case, loaded at the end of the page;
+//!   `into=PATH` takes the place of the same keys and tables of that case, which must then load.
+//! - `sh`: commands for a reader that are not run here.
+//!
+//! The crate `trycmd` runs such pages too, but would show placeholders where a reader expects times, and writes no files
+//! out of blocks.
+
+use crate::support::{Scratch, files, root, text};
+use bondline::case::Case;
+use std::fs;
+use std::process::Command;
+
+/// Languages of blocks that are for reading only.
+const READ_ONLY: &[&str] = &["text", "sh", "rust", "json"];
+
+struct Block {
+    language: String,
+    options: Vec<String>,
+    /// Of the first line of its body, from zero.
+    line: usize,
+    body: String,
+}
+
+impl Block {
+    fn option(&self, name: &str) -> Option<&str> {
+        self.options.iter().find_map(|option| option.strip_prefix(name)?.strip_prefix('='))
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.options.iter().any(|option| option == name)
+    }
+}
+
+/// README and the pages of the book.
+fn pages() -> Vec<String> {
+    let mut pages = vec!["README.md".to_owned()];
+    pages.extend(files("docs", ".md"));
+    pages
+}
+
+/// The fenced blocks of a page. A fence in braces is a directive of Sphinx and no block.
+fn blocks(page: &str) -> Vec<Block> {
+    let mut found = Vec::new();
+    let mut open: Option<Block> = None;
+    for (line, content) in page.lines().enumerate() {
+        match (&mut open, content.strip_prefix("```")) {
+            (None, Some(info)) => {
+                let mut words = info.split_whitespace().map(str::to_owned);
+                let language = words.next().unwrap_or_default();
+                open = Some(Block { language, options: words.collect(), line: line + 1, body: String::new() });
+            }
+            (Some(_), Some("")) => found.extend(open.take()),
+            (Some(block), _) => {
+                block.body += content;
+                block.body.push('\n');
+            }
+            (None, None) => {}
+        }
+    }
+    assert!(open.is_none(), "a block is not closed");
+    found.retain(|block| !block.language.starts_with('{'));
+    found
+}
+
+/// A command and what it should print.
+struct Step {
+    command: String,
+    output: String,
+}
+
+fn steps(block: &str) -> Vec<Step> {
+    let mut steps: Vec<Step> = Vec::new();
+    for line in block.lines() {
+        if let Some(command) = line.strip_prefix("$ ") {
+            steps.push(Step { command: command.to_owned(), output: String::new() });
+        } else {
+            let step = steps.last_mut().unwrap_or_else(|| panic!("a console block begins with a command: {line}"));
+            step.output += line;
+            step.output.push('\n');
+        }
+    }
+    steps
+}
+
+/// A line without what differs from machine to machine: threads, vector width and seconds.
+fn masked(line: &str) -> &str {
+    let end = ["cpu f64, ", "cpu f32, "].iter().find_map(|mark| line.find(mark));
+    line[..end.unwrap_or(line.len())].trim_end()
+}
+
+/// Whether the output is as shown; `...` stands for any number of lines.
+fn is_as_shown(shown: &[&str], found: &[&str]) -> bool {
+    match (shown, found) {
+        ([], _) => found.is_empty(),
+        (["...", rest @ ..], _) => (0..=found.len()).any(|skipped| is_as_shown(rest, &found[skipped..])),
+        ([first, rest @ ..], [line, others @ ..]) => masked(first) == masked(line) && is_as_shown(rest, others),
+        (_, []) => false,
+    }
+}
+
+fn lines(text: &str) -> Vec<&str> {
+    text.lines().collect()
+}
+
+/// Run a command of a page in its folder, as a shell does: what it printed and its exit code.
+fn run(scratch: &Scratch, command: &str) -> (String, i32) {
+    let program = std::path::Path::new(env!("CARGO_BIN_EXE_bondline"));
+    let folder = program.parent().expect("a program lies in a folder");
+    let path = format!("{}:{}", folder.display(), std::env::var("PATH").unwrap_or_default());
+    let output = Command::new("sh")
+        .args(["-c", &format!("exec 2>&1; {command}")])
+        .current_dir(scratch.path())
+        .env("PATH", path)
+        .env("XDG_CACHE_HOME", scratch.path().join(".cache"))
+        .output()
+        .expect("a shell");
+    (String::from_utf8_lossy(&output.stdout).into_owned(), output.status.code().unwrap_or(-1))
+}
+
+/// Run the commands of a block: complaints, and its text as it should be.
+fn checked(scratch: &Scratch, page: &str, block: &Block) -> (Vec<String>, String) {
+    let wanted: i32 = block.option("exit").map_or(0, |code| code.parse().expect("exit=CODE"));
+    let (mut complaints, mut renewed) = (Vec::new(), String::new());
+    for step in steps(&block.body) {
+        let (found, code) = run(scratch, &step.command);
+        let is_right = is_as_shown(&lines(&step.output), &lines(&found));
+        renewed += &format!("$ {}\n{}", step.command, if is_right { &step.output } else { &found });
+        let place = format!("{page}:{}: $ {}", block.line, step.command);
+        if !is_right {
+            complaints.push(format!("{place}\nshown:\n{}found:\n{found}", step.output));
+        }
+        if code != wanted {
+            complaints.push(format!("{place}\nended with code {code}, not {wanted}"));
+        }
+    }
+    (complaints, renewed)
+}
+
+/// The case of a folder with the keys and tables of a fragment in the place of its own of the same name.
+fn merged(case: &str, fragment: &str) -> String {
+    let table = |line: &str| line.strip_prefix('[').map(|rest| rest.trim_matches(['[', ']']).to_owned());
+    let key = |line: &str| line.split_once(" =").map(|(key, _)| key.to_owned());
+    let (mut keys, mut tables) = (Vec::new(), Vec::new());
+    for line in fragment.lines() {
+        match (table(line), key(line)) {
+            (Some(name), _) => tables.push(name),
+            (None, Some(name)) if tables.is_empty() => keys.push(name),
+            _ => {}
+        }
+    }
+    let mut kept = String::new();
+    let mut current = None;
+    for line in case.lines() {
+        current = table(line).or(current);
+        let is_replaced = match &current {
+            Some(name) => tables.contains(name),
+            None => key(line).is_some_and(|name| keys.contains(&name)),
+        };
+        if !is_replaced {
+            kept += line;
+            kept.push('\n');
+        }
+    }
+    let (before, after): (Vec<&str>, Vec<&str>) = {
+        let first = fragment.lines().position(|line| line.starts_with('[')).unwrap_or(fragment.lines().count());
+        (fragment.lines().take(first).collect(), fragment.lines().skip(first).collect())
+    };
+    format!("{}\n{kept}\n{}\n", before.join("\n"), after.join("\n"))
+}
+
+/// Go through a page; with `BONDLINE_BLESS` its output is renewed.
+fn complaints(page: &str) -> Vec<String> {
+    let source = text(page);
+    let found = blocks(&source);
+    let scratch = Scratch::new(&page.replace(['/', '.'], "-"));
+    std::os::unix::fs::symlink(root().join("cases"), scratch.path().join("cases"))
+        .expect("a link to the shipped cases");
+    let is_all = std::env::var_os("BONDLINE_ALL").is_some();
+    let mut complaints = Vec::new();
+    let mut cases = Vec::new();
+    let mut renewed: Vec<String> = source.lines().map(str::to_owned).collect();
+    // From the last to the first, so that places stay.
+    let mut edits = Vec::new();
+    for block in &found {
+        let place = format!("{page}:{}", block.line);
+        match block.language.as_str() {
+            "console" if block.has("long") && !is_all => {}
+            "console" => {
+                let (wrong, should) = checked(&scratch, page, block);
+                if !wrong.is_empty() {
+                    edits.push((block.line, block.body.lines().count(), should));
+                }
+                complaints.extend(wrong);
+            }
+            "toml" | "csv" if block.option("file").is_some() => {
+                let path = scratch.write(block.option("file").unwrap_or_default(), &block.body);
+                if path.ends_with("case.toml") {
+                    cases.push((place, path));
+                }
+            }
+            "toml" if block.option("append").is_some() => {
+                let path = block.option("append").unwrap_or_default();
+                scratch.write(path, scratch.read(path) + "\n" + &block.body);
+            }
+            "toml" if block.has("case") => {
+                cases.push((place, scratch.write(&format!("block-{}/case.toml", block.line), &block.body)));
+            }
+            "toml" if block.option("into").is_some() => {
+                let (from, folder) = (block.option("into").unwrap_or_default(), format!("block-{}", block.line));
+                for file in files(from, "") {
+                    let inside = file.strip_prefix(from).expect("found in the folder");
+                    scratch.write(&format!("{folder}{inside}"), text(&file));
+                }
+                let case = merged(&text(&format!("{from}/case.toml")), &block.body);
+                cases.push((place, scratch.write(&format!("{folder}/case.toml"), case)));
+            }
+            other if READ_ONLY.contains(&other) => {}
+            other => complaints.push(format!("{place}: a block of \"{other}\" that nothing checks")),
+        }
+    }
+    complaints.extend(
+        cases.iter().filter_map(|(place, path)| Case::load(path).err().map(|error| format!("{place}: {error}"))),
+    );
+    if std::env::var_os("BONDLINE_BLESS").is_some() {
+        for (line, count, should) in edits.into_iter().rev() {
+            renewed.splice(line..line + count, should.lines().map(str::to_owned));
+        }
+        fs::write(root().join(page), renewed.join("\n") + "\n").expect("the page");
+    }
+    complaints
+}
+
+#[test]
+fn every_block_of_readme_and_book_does_what_it_shows() {
+    let found: Vec<String> = pages().iter().flat_map(|page| complaints(page)).collect();
+    assert!(found.is_empty(), "{}\nif that is meant, BONDLINE_BLESS=1 renews the pages", found.join("\n"));
+}
+
+/// The negative control: whatever digit of an output is changed, the comparison sees it.
+#[test]
+fn a_digit_changed_in_an_output_is_caught() {
+    let mut changed = 0;
+    for page in pages() {
+        for block in blocks(&text(&page)).iter().filter(|block| block.language == "console") {
+            for step in steps(&block.body) {
+                let shown = lines(&step.output);
+                for (at, line) in shown.iter().enumerate() {
+                    for (place, digit) in masked(line).char_indices().filter(|(_, c)| c.is_ascii_digit()) {
+                        let other = if digit == '9' { '0' } else { '9' };
+                        let spoiled = format!("{}{other}{}", &line[..place], &line[place + 1..]);
+                        let mut found = shown.clone();
+                        found[at] = &spoiled;
+                        assert!(!is_as_shown(&shown, &found), "{page}: {spoiled}");
+                        changed += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(changed > 500, "only {changed} digits are compared");
+}
+
+#[test]
+fn a_block_that_nothing_checks_and_a_case_that_does_not_load_are_caught() {
+    let of = |page: &str| blocks(page).into_iter().map(|block| block.language).collect::<Vec<_>>();
+    assert_eq!(
+        of("```console long\n$ true\n```\n```{note}\nread\n```\n```toml case\na = 1\n```\n"),
+        ["console", "toml"]
+    );
+    let case = text("cases/slab/case.toml");
+    let fragment = "duration = \"7 s\"\n[back_face]\nkind = \"insulated\"\n";
+    let together = merged(&case, fragment);
+    assert_eq!(together.matches("duration =").count(), 1);
+    assert_eq!(together.matches("[back_face]").count(), 1);
+    assert!(together.contains("insulated") && together.contains("[hot_face]"));
+}
