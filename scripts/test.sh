@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
 # All that a change must pass: format, lints, tests, documentation. Installs what the tests need where it is missing:
 # the software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
-#   --all    also run the blocks of the documentation that take longer than some seconds
+#   --all    also run the blocks of the documentation that take longer than some seconds, and renew its verification tables
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 say() { printf '\n== %s\n' "$*"; }
 fail() { printf 'scripts/test.sh: %s\n' "$*" >&2; exit 1; }
 
+check=
 for option in "$@"; do
     case "$option" in
-        --all) export BONDLINE_ALL=1 ;;
+        --all) export BONDLINE_ALL=1 check=--check ;;
         *) fail "unknown option $option: expected --all" ;;
     esac
 done
@@ -67,5 +68,5 @@ say 'tests'
 cargo test --profile work
 say 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --profile work --no-deps
-scripts/docs.sh
+scripts/docs.sh $check
 say 'all passed'

@@ -4,7 +4,8 @@
 //! A page is one session in a folder of its own, in which `cases` are the shipped ones. What a block is for stands behind
 //! its language, where neither GitHub nor Sphinx shows it:
 //!
-//! - `console`: each line that begins with `$ ` is a command, what follows is its output and `...` any number of lines.
+//! - `console`: each line that begins with `$ ` is a command, which goes on behind a line that ends in `\`. What follows is
+//!   its output, and `...` any number of lines.
 //!   `exit=2` states another exit code than 0; a `long` block runs only if `BONDLINE_ALL` is set.
 //! - `toml`, `csv`: `file=PATH` writes the block into the folder, `append=PATH` adds it to a file there; `case` is a whole case, loaded at the end of the page;
 //!   `into=PATH` takes the place of the same keys and tables of that case, which must then load.
@@ -70,21 +71,29 @@ fn blocks(page: &str) -> Vec<Block> {
     found
 }
 
-/// A command and what it should print.
+/// A command, as the page has it and as the shell takes it, and what it should print.
 struct Step {
+    shown: String,
     command: String,
     output: String,
 }
 
 fn steps(block: &str) -> Vec<Step> {
     let mut steps: Vec<Step> = Vec::new();
+    let mut goes_on = false;
     for line in block.lines() {
         if let Some(command) = line.strip_prefix("$ ") {
-            steps.push(Step { command: command.to_owned(), output: String::new() });
+            steps.push(Step { shown: format!("{line}\n"), command: command.to_owned(), output: String::new() });
+            goes_on = command.ends_with('\\');
+            continue;
+        }
+        let step = steps.last_mut().unwrap_or_else(|| panic!("a console block begins with a command: {line}"));
+        if goes_on {
+            step.shown += &format!("{line}\n");
+            step.command += &format!("\n{}", line.trim_start_matches("> "));
+            goes_on = line.ends_with('\\');
         } else {
-            let step = steps.last_mut().unwrap_or_else(|| panic!("a console block begins with a command: {line}"));
-            step.output += line;
-            step.output.push('\n');
+            step.output += &format!("{line}\n");
         }
     }
     steps
@@ -132,7 +141,7 @@ fn checked(scratch: &Scratch, page: &str, block: &Block) -> (Vec<String>, String
     for step in steps(&block.body) {
         let (found, code) = run(scratch, &step.command);
         let is_right = is_as_shown(&lines(&step.output), &lines(&found));
-        renewed += &format!("$ {}\n{}", step.command, if is_right { &step.output } else { &found });
+        renewed += &format!("{}{}", step.shown, if is_right { &step.output } else { &found });
         let place = format!("{page}:{}: $ {}", block.line, step.command);
         if !is_right {
             complaints.push(format!("{place}\nshown:\n{}found:\n{found}", step.output));
