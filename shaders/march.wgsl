@@ -219,14 +219,20 @@ fn save() -> u32 {
 }
 
 @compute @workgroup_size(WORKGROUP)
-fn march(@builtin(global_invocation_id) id: vec3<u32>) {
-    member = id.x / LANES;
+fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
+    // The early returns depend on this value and on that of `steps_done`, which all threads of a workgroup that
+    // meet at barriers have alike: a private variable is not uniform to a compiler.
+    let carried = member_of(group.x, thread);
     one = real(run.one);
-    // A member that a dispatch cut short stays where it is.
-    if member >= run.members || progress[member] != run.first_step {
+    member = carried;
+    if carried >= run.members {
         return;
     }
-    stand(id.x % LANES);
+    stand(thread);
+    // A member that a dispatch cut short stays where it is.
+    if steps_done() != run.first_step {
+        return;
+    }
     for (var i = first_cell(); GAS && i < end_cell(); i++) {
         clear_gas(i);
     }

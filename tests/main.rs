@@ -2,6 +2,7 @@
 
 mod asked; // a ply sized against closed forms, twins fitted and counted
 mod bands; // bands over members: what they hold of others, drawn anew
+mod browser; // a headless Chromium whose console is the channel back
 mod builder; // cases built of values, and what is refused of them
 mod cli; // the built binary from outside: exit codes, messages, files
 mod derivatives; // derivatives at nominal factors, against differences, for every property on every kind of case
@@ -33,4 +34,5 @@ mod tangents; // derivatives that a march tells, against differences
 mod tidy; // the tree's own rules, read from its sources
 mod twins; // each WGSL function against its Rust twin, on the device
 mod verification; // every row of the verification suite, and that a row can fail
+mod webgpu; // every kernel through a second WGSL compiler, that of Chromium
 mod workgroup; // members cut into blocks of cells, a lane each, against the processor

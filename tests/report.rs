@@ -1,11 +1,8 @@
 //! The page as an analyst's browser sees it.
 
+use crate::browser::{console, result};
 use crate::cli::{CASE, OBSERVED, charring, say};
 use crate::support::{Scratch, cases, root, text};
-use serde_json::Value;
-use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 
 /// A phone, CSS pixels.
 const PHONE: u32 = 390;
@@ -46,49 +43,10 @@ const FRAME: &str = r#"<!DOCTYPE html>
 </script>
 "#;
 
-fn browser() -> PathBuf {
-    let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let found = std::env::split_paths(&path).flat_map(|folder| names.map(|name| folder.join(name)));
-    found.into_iter().find(|file| file.is_file()).expect("no browser to open the report in: apt-get install chromium")
-}
-
-/// What the browser's console says of a framed page, up to what the frame says. The port keeps a browser without a
-/// window open until it is told to go.
-fn console(scratch: &Scratch, frame: &Path) -> Vec<String> {
-    let profile = scratch.path().join("profile");
-    let mut browser = Command::new(browser())
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--remote-debugging-port=0"])
-        .args(["--allow-file-access-from-files", "--window-size=1400,30000"])
-        .arg(format!("--user-data-dir={}", profile.display()))
-        .arg(format!("file://{}", frame.display()))
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the browser starts");
-    let log = BufReader::new(browser.stderr.take().expect("its log is piped"));
-    let mut said = Vec::new();
-    for line in log.split(b'\n').map(|line| String::from_utf8_lossy(&line.expect("a log")).into_owned()) {
-        if line.contains(":CONSOLE") {
-            said.push(line);
-        }
-        if said.last().is_some_and(|line| line.contains("SEEN {")) {
-            break;
-        }
-    }
-    browser.kill().expect("the browser runs");
-    browser.wait().expect("the browser ends");
-    said
-}
-
 /// What is wrong with `page.html` of the folder in a window so wide.
 fn faults(scratch: &Scratch, width: u32) -> Vec<String> {
     let frame = scratch.write(&format!("frame-{width}.html"), FRAME.replace("WIDTH", &width.to_string()));
-    let mut said = console(scratch, &frame);
-    let last = said.pop().unwrap_or_default();
-    let seen =
-        last.split_once("SEEN ").and_then(|(_, rest)| rest.split_once("\", source")).map_or("", |(seen, _)| seen);
-    let seen: Value = serde_json::from_str(seen).unwrap_or_else(|error| panic!("{error} in {last:?} after {said:?}"));
+    let (seen, said) = result(console(scratch, &frame, &["--disable-gpu", "--window-size=1400,30000"]));
     let mut faults: Vec<String> = said.iter().map(|line| format!("console: {line}")).collect();
     let number = |key: &str| seen[key].as_u64().unwrap_or(0);
     if number("charts") == 0 || number("drawn") != number("charts") {

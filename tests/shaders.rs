@@ -48,27 +48,6 @@ fn the_kernel_of_every_case_compiles_in_both_precisions() {
     assert_eq!(Plan::new(&all()[cases().len()]).parts, 3, "the last case has a conductivity in three parts");
 }
 
-/// Bytes of all that the workgroups of a text share.
-fn shared(text: &str) -> usize {
-    let module = compiled(text).unwrap_or_else(|error| panic!("{error}"));
-    let shared = module.global_variables.iter().filter(|(_, variable)| variable.space == AddressSpace::WorkGroup);
-    shared.map(|(_, variable)| module.types[variable.ty].inner.size(module.to_ctx()) as usize).sum()
-}
-
-#[test]
-fn a_workgroup_shares_as_many_bytes_as_the_host_counts() {
-    for case in all() {
-        for precision in [Precision::F32, Precision::F64] {
-            let text = in_lanes(&case, precision, LANES);
-            let counted = shader::shared_bytes(&Plan::new(&case), precision, LANES);
-            assert_eq!(shared(&text), counted, "{} in {precision:?}", case.id());
-            let longer = text.replacen("lasts: array<real, LANES>", "lasts: array<real, LANES + 1u>", 1);
-            assert_ne!(shared(&longer), counted, "{}: a lane more passed", case.id());
-        }
-        assert_eq!(shared(&kernel(&case, Precision::F32)), 0, "{}: one lane shares nothing", case.id());
-    }
-}
-
 #[test]
 fn a_kernel_that_mixes_precisions_is_refused() {
     let text = kernel(&case("slab"), Precision::F64);
@@ -161,7 +140,7 @@ const OF_MANY: [&str; 6] = ["summed_pair", "sum_of", "keep_sum", "no_joint", "le
 
 /// Functions of both texts on lanes, but for those of many.
 fn on_lanes(shared: &str) -> [Vec<String>; 2] {
-    [&text("shaders/alone.wgsl"), shared].map(|text| {
+    [&text("shaders/single_thread.wgsl"), shared].map(|text| {
         let names = functions("lanes", text).into_iter().filter(|name| !OF_MANY.contains(name));
         names.map(str::to_owned).collect()
     })
@@ -169,7 +148,7 @@ fn on_lanes(shared: &str) -> [Vec<String>; 2] {
 
 #[test]
 fn one_lane_has_the_functions_of_many() {
-    let shared = text("shaders/shared.wgsl");
+    let shared = text("shaders/cooperative.wgsl");
     let [alone, of_both] = on_lanes(&shared);
     assert_eq!(alone, of_both);
     let [alone, renamed] = on_lanes(&shared.replacen("fn end_linked(", "fn linked_to(", 1));

@@ -62,6 +62,7 @@ where
         ("GAS_CELLS", CELLS as u32),
         ("PORE_CELLS", CELLS as u32),
         ("LANES", 1),
+        ("WORKGROUP", 64),
         ("PLIES", 3),
         ("SENSORS", 1),
         ("PARTS", 3),
@@ -90,7 +91,7 @@ where
         text += &format!("const {name} = false;\n");
     }
     text += &format!("const TEXELS = {texels};\nconst MIDDLE_PA = 1e5;\nconst TABLE_STEP_K = {TABLE_STEP_K:?};\n");
-    for (_, part) in shader::PARTS.iter().chain([&shader::ALONE]) {
+    for (_, part) in shader::PARTS.iter().chain([&shader::SINGLE_THREAD]) {
         text += &shader::placed(part, 1);
     }
     text += &format!(

@@ -60,7 +60,8 @@ fn carried(march: &mut dyn March, plan: &Plan, ensemble: &Ensemble) -> Traces {
 fn marched(case: &Case, precision: Precision, lanes: u32) -> [Marched; 2] {
     let (plan, ensemble) = (Plan::new(case), drawn(case, 2));
     let mut gpu = gpu(precision, lanes);
-    assert_eq!(gpu.lanes(&plan, ensemble.len()), lanes, "{}: no room in a workgroup", case.id());
+    let carried_by = gpu.lanes(&plan, ensemble.len()).expect("the kernel compiles");
+    assert_eq!(carried_by, lanes, "{}: no room in a workgroup", case.id());
     let coarse = plan.coarse.as_deref().expect("a plan has both resolutions").clone();
     [plan, coarse].map(|plan| {
         let traces = carried(&mut gpu, &plan, &ensemble);
@@ -146,6 +147,20 @@ fn heat_and_mass_are_accounted_for_across_the_lanes() {
     }
 }
 
+#[test]
+fn a_plan_too_large_for_a_workgroup_has_an_invocation_a_member_even_where_more_are_asked_for() {
+    let plan = Plan::new(&coarsened(case("slab")));
+    let text = shader::kernel(&plan, Precision::F64, false, LANES, shader::MARCH);
+    let device = Device::open(adapter(), false).expect("the device opens");
+    let bytes = device.kernel(text).expect("the text is sound").workgroup_bytes();
+    for (room_bytes, expected) in [(bytes, LANES), (bytes - 1, 1)] {
+        let mut device = device.clone();
+        device.limits.max_compute_workgroup_storage_size = room_bytes;
+        let mut gpu = Gpu::new(device, Precision::F64).expect("the device passes its self-tests").with_lanes(LANES);
+        assert_eq!(gpu.lanes(&plan, 1).expect("the kernel compiles"), expected, "{room_bytes} of {bytes} bytes");
+    }
+}
+
 /// More sensors make steps longer in loop turns, and dispatches shorter in steps.
 #[test]
 fn a_member_put_down_and_taken_up_at_other_steps_reads_the_same_to_the_bit() {
@@ -197,10 +212,10 @@ const SOLVE: (&str, &str) = (
     "@group(0) @binding(30) var<storage, read> systems: array<real>;
      @group(0) @binding(31) var<storage, read_write> solutions: array<real>;
      @compute @workgroup_size(WORKGROUP)
-     fn solve(@builtin(global_invocation_id) id: vec3<u32>) {
+     fn solve(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
          one = real(run.one);
-         stand(id.x % LANES);
-         let system = id.x / LANES;
+         stand(thread);
+         let system = group.x;
          for (var i = first_cell(); i < end_cell(); i++) {
              let place = 4u * (system * CELLS + i);
              pressure_lower[i] = systems[place];

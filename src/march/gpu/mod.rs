@@ -47,6 +47,8 @@ pub struct Gpu {
     /// Lanes of a member, where they were asked for.
     lanes: Option<u32>,
     pipelines: Vec<Pipeline>,
+    /// Texts of cooperative kernels with the bytes that a workgroup shares in each.
+    workgroup_bytes: Vec<(String, u32)>,
 }
 
 impl Gpu {
@@ -67,7 +69,7 @@ impl Gpu {
                 });
             }
         }
-        Ok(Self { device, precision, lanes: None, pipelines: vec![] })
+        Ok(Self { device, precision, lanes: None, pipelines: vec![], workgroup_bytes: vec![] })
     }
 
     /// The same with so many invocations for each member, whatever is faster: to prove and to measure them. A plan that a workgroup has no
@@ -80,11 +82,36 @@ impl Gpu {
         self
     }
 
-    /// Invocations that carry each of so many members.
-    pub fn lanes(&self, plan: &Plan, members: usize) -> u32 {
-        let shared_bytes = |lanes| shader::shared_bytes(plan, self.precision, lanes);
-        let room_bytes = self.device.limits.max_compute_workgroup_storage_size;
-        lanes::lanes(self.lanes, self.device.is_software, members, shared_bytes, room_bytes)
+    /// Invocations that carry each of so many members; one where a workgroup has no room for what its lanes share.
+    ///
+    /// # Errors
+    /// When the cooperative kernel does not compile.
+    pub fn lanes(&mut self, plan: &Plan, members: usize) -> Result<u32, MarchError> {
+        let wanted = lanes::wanted(self.lanes, self.device.is_software, members);
+        if wanted == 1 {
+            return Ok(1);
+        }
+        let text = shader::columns(plan, wanted) + &self.text(plan, wanted);
+        let known = self.workgroup_bytes.iter().find(|(known, _)| *known == text).map(|(_, bytes)| *bytes);
+        let bytes = match known {
+            Some(bytes) => bytes,
+            None => {
+                let bytes = self.device.kernel(text.clone())?.workgroup_bytes();
+                self.workgroup_bytes.push((text, bytes));
+                bytes
+            }
+        };
+        Ok(if bytes > self.device.limits.max_compute_workgroup_storage_size { 1 } else { wanted })
+    }
+
+    /// Whether a kernel reads the tables of a plan from texels.
+    fn reads_texels(&self, plan: &Plan) -> bool {
+        self.precision == Precision::F32 && self.device.reads_texels(plan.rows.tables.len())
+    }
+
+    /// The text of the kernel of a plan, but for the lengths of its columns.
+    fn text(&self, plan: &Plan, lanes: u32) -> String {
+        shader::of_any_length(plan, self.precision, self.reads_texels(plan), lanes, shader::MARCH)
     }
 
     fn word_bytes(&self) -> u64 {
@@ -107,8 +134,7 @@ impl Gpu {
 
     /// A pipeline that marches a plan, so many lanes a member, or telling derivatives; compiled once for both resolutions.
     fn pipeline(&mut self, plan: &Plan, lanes: u32, tells: bool) -> Result<&mut Pipeline, MarchError> {
-        let texels = self.precision == Precision::F32 && self.device.reads_texels(plan.rows.tables.len());
-        let text = shader::of_any_length(plan, self.precision, texels, lanes, shader::MARCH);
+        let (texels, text) = (self.reads_texels(plan), self.text(plan, lanes));
         // Half of longer columns would lie idle, in memory that other members could be carried in.
         let room = plan.cells()..=2 * plan.cells();
         let fits = |known: &Pipeline| known.text == text && known.tells == tells && room.contains(&known.cells);
@@ -134,7 +160,7 @@ impl Gpu {
     ) -> Result<Begun<'a>, MarchError> {
         let device = self.device.clone();
         let carried = members.map(|member| Carried { member, along: None }).collect();
-        let lanes = self.lanes(plan, ensemble.len());
+        let lanes = self.lanes(plan, ensemble.len())?;
         let batch = Batch::begin::<W>(&device, self.pipeline(plan, lanes, false)?, plan, ensemble, carried)?;
         Ok(Box::new(move || Ok(read_out(batch.finish::<W>(&device, plan)?.0, plan, 1))))
     }

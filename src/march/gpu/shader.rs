@@ -58,9 +58,9 @@ pub const PARTS: &[(&str, &str)] = &[
 /// The entry point that carries members.
 pub const MARCH: (&str, &str) = part!("march");
 
-/// Lanes of a member: where one invocation carries it, and where a workgroup does.
-pub const ALONE: (&str, &str) = part!("alone");
-pub const SHARED: (&str, &str) = part!("shared");
+/// What the threads of a member hand to each other: nothing where one carries it, and much where a workgroup does.
+pub const SINGLE_THREAD: (&str, &str) = part!("single_thread");
+pub const COOPERATIVE: (&str, &str) = part!("cooperative");
 
 /// A part with its columns where so many lanes of a member reach them; WGSL has no word of one's own for that.
 pub fn placed(part: &str, lanes: u32) -> String {
@@ -150,7 +150,7 @@ pub(super) fn of_any_length(
     }
     line(format_args!("const MIDDLE_PA = {:?};", plan.middle_pa));
     line(format_args!("const TABLE_STEP_K = {TABLE_STEP_K:?};"));
-    let across = if lanes == 1 { ALONE } else { SHARED };
+    let across = if lanes == 1 { SINGLE_THREAD } else { COOPERATIVE };
     for (name, part) in PARTS.iter().chain([&across, &entry]) {
         line(format_args!("// shaders/{name}.wgsl\n{}", placed(part, lanes)));
     }
@@ -171,14 +171,6 @@ fn gas_cells(plan: &Plan) -> usize {
 
 fn pore_cells(plan: &Plan) -> usize {
     if plan.gas == Some(GasPath::Darcy) { plan.cells() } else { 1 }
-}
-
-/// Bytes that a workgroup shares where it carries a member by so many lanes: what a cell has in columns, and what lanes hand to each other. A
-/// test holds this against the kernels.
-pub fn shared_bytes(plan: &Plan, precision: Precision, lanes: u32) -> usize {
-    let of_gas = gas_cells(plan) * (8 + 2 * plan.reactions.max(1) + 4 * plan.states);
-    let words = 11 * plan.cells() + of_gas + 22 * pore_cells(plan) + 13 * lanes as usize;
-    words * if precision == Precision::F32 { 4 } else { 8 }
 }
 
 /// Turns of all loops of one step, and of all that surrounds the steps of a dispatch, in one of so many lanes of a member: what a driver that

@@ -41,6 +41,14 @@ impl Kernel {
         Self::sound(self.text.clone(), differentiate(&self.module, &self.info, by)?)
     }
 
+    /// Bytes of the variables that a workgroup shares, each rounded up to 16 as WebGPU counts them
+    /// (`maxComputeWorkgroupStorageSize`).
+    pub fn workgroup_bytes(&self) -> u32 {
+        let shared = self.module.global_variables.iter().filter(|(_, known)| known.space == AddressSpace::WorkGroup);
+        let bytes = |known: &naga::GlobalVariable| self.module.types[known.ty].inner.size(self.module.to_ctx());
+        shared.map(|(_, variable)| bytes(variable).next_multiple_of(16)).sum()
+    }
+
     fn sound(text: String, module: Module) -> Result<Self, String> {
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64);
         let info = validator.validate(&module).map_err(|error| error.emit_to_string(&text))?;
@@ -216,6 +224,13 @@ mod tests {
             min_binding_size: None,
         };
         assert_eq!(compiled.bindings, [(2, storage(true)), (4, storage(false))]);
+    }
+
+    #[test]
+    fn the_variables_of_a_workgroup_take_whole_multiples_of_sixteen_bytes() {
+        let text = "var<workgroup> one: f32; var<workgroup> some: array<f32, 5>; var<private> own: array<f32, 64>;
+            @compute @workgroup_size(1) fn probe() { some[1] = one + own[0]; }";
+        assert_eq!(Kernel::of(text.to_owned()).expect("the text is sound").workgroup_bytes(), 16 + 32);
     }
 
     #[test]

@@ -1,9 +1,10 @@
 // Lanes of a member where a workgroup carries it: each has a block of cells, columns lie in memory that all of them share, and this file is what
-// crossing from block to block costs. Within a block all goes as in shaders/alone.wgsl. What is told of a member as a whole is kept in one of three ways:
+// crossing from block to block costs. Within a block all goes as in shaders/single_thread.wgsl. What is told of a member as a whole is kept in one of three ways:
 // alike in every lane, as the schedules; in parts that `unite` adds up, as heat; and what belongs to a face by the lane that has its cell.
 //
-// All lanes come to each barrier: loops over plies and steps, and what is asked before a barrier, are the same for all of them. What one lane writes and
-// another reads has a barrier between; memory that is written again has another one before that.
+// Every thread reaches each barrier: control flow around a barrier depends on uniform buffers, on constants and on `steps_done` alone, as WGSL's
+// uniformity analysis demands (section "Uniformity"). What one lane writes and another reads has a barrier between; memory that is written again has
+// another one before that.
 
 // Where a lane's cells lie among those of its member.
 var<private> lane: u32;
@@ -39,6 +40,13 @@ var<workgroup> joints: array<Joined, LANES>;
 var<workgroup> rows: array<array<Joined, LANES>, 2>;
 var<workgroup> lasts: array<real, LANES>;
 
+var<workgroup> done: u32;
+
+// The member that a thread of a workgroup carries.
+fn member_of(group: u32, thread: u32) -> u32 {
+    return group;
+}
+
 // Blocks are alike but for the last, and those beyond the last cell, which are empty.
 fn stand(place: u32) {
     let each = (run.cells + LANES - 1u) / LANES;
@@ -51,6 +59,14 @@ fn stand(place: u32) {
         linked_first += select(0u, 1u, plan.plies[p].end_cell <= first_link());
         linked_end += select(0u, 1u, plan.plies[p].first_cell < end_linked());
     }
+}
+
+// Steps that the member has done, uniform over the workgroup.
+fn steps_done() -> u32 {
+    if lane == 0u {
+        done = progress[member];
+    }
+    return workgroupUniformLoad(&done);
 }
 
 fn first_cell() -> u32 {

@@ -1,9 +1,17 @@
 // Lanes of a member where one invocation carries it whole: there is one, which has every cell, so that there is nobody to meet and nothing to hand over.
-// What these functions mean is said where they do something, in shaders/shared.wgsl, which has the same ones.
+// What these functions mean is said where they do something, in shaders/cooperative.wgsl, which has the same ones.
 
 const lane = 0u;
 
+fn member_of(group: u32, thread: u32) -> u32 {
+    return group * WORKGROUP + thread;
+}
+
 fn stand(place: u32) {}
+
+fn steps_done() -> u32 {
+    return progress[member];
+}
 
 fn first_cell() -> u32 {
     return 0u;

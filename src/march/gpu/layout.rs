@@ -1,0 +1,118 @@
+//! What a kernel reads, declared once: the host's rows and the structs of a kernel are generated from the same lists.
+
+use super::state::{self, Slots};
+use super::word::Word;
+use crate::plan::layout::{
+    Bulk, Conduction, Face, Path, Place, Ply, ROWS, Reaction, RowLayout, Scaling, Sensor, Substance,
+};
+use crate::plan::{Plan, Rows};
+use bytemuck::{Pod, Zeroable};
+
+/// Declares a struct of words and its text in WGSL.
+macro_rules! words {
+    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $kind:ident),+ $(,)? }) => {
+        $(#[$about])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Pod, Zeroable)]
+        pub(super) struct $name { $($(#[$doc])* pub(super) $field: $kind),+ }
+
+        impl $name {
+            const WGSL: &'static str = concat!(
+                "struct ", stringify!($name), " {\n",
+                $("    ", stringify!($field), ": ", stringify!($kind), ",\n",)+
+                "}\n"
+            );
+        }
+    };
+}
+
+words! {
+    /// What a dispatch is given. Lengths of short loops come at run time, so that drivers do not unroll a step of many
+    /// plies and so that one text serves every clock.
+    Run {
+        slots: Slots,
+        first_step: u32,
+        end_step: u32,
+        steps: u32,
+        members: u32,
+        one: f32,
+        plies: u32,
+        sensors: u32,
+        faces: u32,
+        open_faces: u32,
+        stages: u32,
+        gauges: u32,
+        lanes: u32,
+        sums: u32,
+        /// Not more than `CELLS`, for which columns have room.
+        cells: u32,
+        last_cell: u32,
+        /// To a multiple of 16 bytes.
+        unused: u32,
+    }
+}
+
+/// Rows one behind the other, each begun on 16 bytes; one of zeros where there are none, as a binding cannot be empty.
+pub(super) fn flat<S: Pod, T>(rows: &[T], fields: usize, flatten: impl Fn(&T, &mut Vec<S>)) -> Vec<S> {
+    let stride = fields.next_multiple_of(16 / size_of::<S>());
+    let mut words = Vec::with_capacity(stride * rows.len().max(1));
+    for row in rows {
+        flatten(row, &mut words);
+        words.resize(words.len().next_multiple_of(stride), S::zeroed());
+    }
+    words.resize(words.len().max(stride), S::zeroed());
+    words
+}
+
+/// Rows of one kind, by their name in `plan/layout.rs`.
+macro_rules! flat {
+    ($kind:ident of $rows:expr) => {
+        $crate::march::gpu::layout::flat(&$rows[..], $kind::<u32>::FIELDS.len(), |row, into| row.flatten(into))
+    };
+}
+pub(super) use flat;
+
+/// Declares the rows that are the same for all members and steps: in a kernel the struct `Plan`, on the host its bytes.
+/// One buffer, as lavapipe of Mesa 22.3 writes beyond its own memory while it compiles a condition on a word of the fourth
+/// uniform buffer or a later one.
+macro_rules! uniform_rows {
+    ($plan:ident, $rows:ident: $($field:ident: $kind:ident[$length:literal] of $list:expr),+ $(,)?) => {
+        const PLAN: &str = concat!(
+            "struct Plan {\n",
+            $("    ", stringify!($field), ": array<", stringify!($kind), ", ", $length, ">,\n",)+
+            "}\n"
+        );
+
+        /// The bytes of `Plan` in a kernel.
+        pub(super) fn plan_bytes<W: Word>($plan: &Plan, $rows: &Rows<W>) -> Vec<u8> {
+            let rows: &[Vec<u8>] = &[$(bytemuck::cast_slice(&flat!($kind of $list)).to_vec()),+];
+            rows.concat()
+        }
+    };
+}
+
+uniform_rows! {
+    plan, rows:
+    plies: Ply["PLIES"] of plan.plies,
+    bulks: Bulk["PLIES"] of rows.bulks,
+    faces: Face["2"] of rows.faces,
+    scalings: Scaling["2"] of plan.scalings,
+    sensors: Sensor["SENSORS"] of rows.sensors,
+    places: Place["SENSORS"] of plan.places,
+    substances: Substance["SUBSTANCES"] of rows.substances,
+    conductions: Conduction["SUBSTANCES"] of plan.conductions,
+    reactions: Reaction["PATHS"] of rows.reactions,
+    paths: Path["PATHS"] of plan.paths,
+}
+
+/// A row as a struct of WGSL. Rows begin on 16 bytes, as arrays of uniforms must.
+fn row(row: &RowLayout) -> String {
+    let fields = row.fields.iter().map(|field| format!("    {field}: {},\n", row.scalar)).collect::<String>();
+    format!("struct {} {{\n{}}}\n", row.name, fields.replacen("    ", "    @align(16) ", 1))
+}
+
+/// The structs of a kernel, and the functions that load and save its state.
+pub(super) fn declarations() -> String {
+    let rows = ROWS.iter().map(row).collect::<String>();
+    format!("{rows}{PLAN}{}{}", state::declarations(), Run::WGSL)
+}

@@ -1,0 +1,149 @@
+//! The state of a member between dispatches: blocks of words in one storage buffer, slot × member.
+//!
+//! The table here is the one source of the slots. The host reads results by it, and the functions of a kernel that
+//! load and save each block are generated from it.
+
+use crate::plan::layout::HEATS;
+use crate::plan::{GasPath, Plan};
+
+/// A block of the state, in the order of the buffer. What a march leaves behind begins with [`Heat`](Self::Heat).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Block {
+    Temperatures,
+    Readings,
+    Heat,
+    Stored,
+    Extremes,
+    GasSums,
+    GasFlows,
+    Advancements,
+    Phases,
+    Sources,
+    Pressures,
+}
+
+/// Words of [`Slots`]: uniform structs are whole multiples of four.
+const SLOT_WORDS: usize = Block::ALL.len().next_multiple_of(4);
+
+/// The first slot of each block, as the struct `Slots` of a kernel holds them.
+pub(super) type Slots = [u32; SLOT_WORDS];
+
+impl Block {
+    pub(super) const ALL: [Self; 11] = [
+        Self::Temperatures,
+        Self::Readings,
+        Self::Heat,
+        Self::Stored,
+        Self::Extremes,
+        Self::GasSums,
+        Self::GasFlows,
+        Self::Advancements,
+        Self::Phases,
+        Self::Sources,
+        Self::Pressures,
+    ];
+
+    /// The name in a kernel, and the variables of item `i` there, a word each.
+    const fn in_kernel(self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            Self::Temperatures => ("temperatures", &["temperatures[i].high", "temperatures[i].low"]),
+            Self::Readings => {
+                ("readings", &["readings[i].high", "readings[i].low", "beads_now[i].high", "beads_now[i].low"])
+            }
+            Self::Heat => ("heat", &["heat[i].high", "heat[i].low"]),
+            Self::Stored => ("stored", &["stored_j_m2"]),
+            Self::Extremes => ("extremes", &["coldest[i]", "hottest[i]"]),
+            Self::GasSums => (
+                "gas_sums",
+                &[
+                    "gas_in.high",
+                    "gas_in.low",
+                    "gas_out.high",
+                    "gas_out.low",
+                    "gas_heat.high",
+                    "gas_heat.low",
+                    "reaction_gain.high",
+                    "reaction_gain.low",
+                    "lost_and_stored[0]",
+                    "lost_and_stored[1]",
+                ],
+            ),
+            Self::GasFlows => ("gas_flows", &["recent[0]", "recent[1]", "mean_leaving", "back_leaving"]),
+            Self::Advancements => ("advancements", &["advancements[i].high", "advancements[i].low"]),
+            Self::Phases => ("phases", &["phases_onward[i]"]),
+            Self::Sources => ("sources", &["made_mean[i]", "absorbed_mean[i]", "restraints[i]"]),
+            Self::Pressures => (
+                "pressures",
+                &[
+                    "pressures[i].high",
+                    "pressures[i].low",
+                    "pressure_rates[i]",
+                    "pores[i].storage",
+                    "mean_flows[i]",
+                    "supply[i]",
+                ],
+            ),
+        }
+    }
+
+    /// Items of one member.
+    fn items(self, plan: &Plan) -> usize {
+        let of_gas = |items: usize| if plan.gas.is_some() { items } else { 0 };
+        match self {
+            Self::Temperatures => plan.cells(),
+            Self::Readings => plan.places.len(),
+            Self::Heat => HEATS,
+            Self::Stored => 1,
+            Self::Extremes => plan.plies.len(),
+            Self::GasSums | Self::GasFlows => of_gas(1),
+            Self::Advancements => of_gas(plan.cells() * plan.reactions.max(1)),
+            Self::Phases => of_gas(plan.cells() * plan.states),
+            Self::Sources => of_gas(plan.cells()),
+            Self::Pressures if plan.gas == Some(GasPath::Darcy) => plan.cells(),
+            Self::Pressures => 0,
+        }
+    }
+
+    fn words(self, plan: &Plan) -> usize {
+        self.items(plan) * self.in_kernel().1.len()
+    }
+
+    /// Its first slot.
+    pub(super) fn slot(self, plan: &Plan) -> usize {
+        Self::ALL.iter().take_while(|block| **block != self).map(|block| block.words(plan)).sum()
+    }
+}
+
+/// Words of one member in the state.
+pub(super) fn state_words(plan: &Plan) -> usize {
+    Block::ALL.iter().map(|block| block.words(plan)).sum()
+}
+
+/// The first slots of the blocks of a plan.
+pub(super) fn slots(plan: &Plan) -> Slots {
+    let mut slots = [0; SLOT_WORDS];
+    slots.iter_mut().zip(Block::ALL).for_each(|(slot, block)| *slot = block.slot(plan) as u32);
+    slots
+}
+
+/// The struct `Slots`, and for each block the functions `load_…` and `save_…`, which go over items from `first` to
+/// `end` by `stride`. What a `save_…` returns is the number of items saved, fewer where a driver ended the loop early.
+pub(super) fn declarations() -> String {
+    let fields: String = Block::ALL.iter().map(|block| format!("    {}: u32,\n", block.in_kernel().0)).collect();
+    let functions = Block::ALL.iter().map(|block| {
+        let (name, variables) = block.in_kernel();
+        let words = variables.len();
+        let places = variables.iter().zip(0..).map(|(variable, word)| (*variable, format!("state[slot(base + {word}u)]")));
+        let loads: String = places.clone().map(|(variable, place)| format!("        {variable} = {place};\n")).collect();
+        let saves: String = places.map(|(variable, place)| format!("        {place} = {variable};\n")).collect();
+        let each = format!(
+            "    for (var i = first; i < end; i += stride) {{\n        let base = run.slots.{name} + {words}u * i;\n"
+        );
+        format!(
+            "fn load_{name}(first: u32, end: u32, stride: u32) {{\n{each}{loads}    }}\n}}\n\
+             fn save_{name}(first: u32, end: u32, stride: u32) -> u32 {{\n    var saved = 0u;\n{each}{saves}        \
+             saved++;\n    }}\n    return saved;\n}}\n"
+        )
+    });
+    format!("struct Slots {{\n{fields}}}\n{}", functions.collect::<String>())
+}

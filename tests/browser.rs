@@ -1,0 +1,54 @@
+//! A headless Chromium: a page is opened, and its console is the channel back.
+
+use crate::support::Scratch;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// What a page writes on the console before the JSON of its result, which ends the session.
+pub(crate) const RESULT: &str = "SEEN ";
+
+fn chromium() -> PathBuf {
+    let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let found = std::env::split_paths(&path).flat_map(|folder| names.map(|name| folder.join(name)));
+    found.into_iter().find(|file| file.is_file()).expect("no browser to open a page in: apt-get install chromium")
+}
+
+/// The lines of the console of a page up to its result. The port keeps a browser without a window open until it is
+/// killed.
+pub(crate) fn console(scratch: &Scratch, page: &Path, flags: &[&str]) -> Vec<String> {
+    let profile = scratch.path().join("profile");
+    let mut browser = Command::new(chromium())
+        .args(["--headless", "--no-sandbox", "--enable-logging=stderr", "--remote-debugging-port=0"])
+        .arg("--allow-file-access-from-files")
+        .args(flags)
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .arg(format!("file://{}", page.display()))
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the browser starts");
+    let log = BufReader::new(browser.stderr.take().expect("its log is piped"));
+    let mut lines = Vec::new();
+    for line in log.split(b'\n').map(|line| String::from_utf8_lossy(&line.expect("a log")).into_owned()) {
+        if line.contains(":CONSOLE") {
+            lines.push(line);
+        }
+        if lines.last().is_some_and(|line| line.contains(&format!("{RESULT}{{"))) {
+            break;
+        }
+    }
+    browser.kill().expect("the browser runs");
+    browser.wait().expect("the browser ends");
+    lines
+}
+
+/// The JSON that a page wrote as its result, and the lines before it.
+pub(crate) fn result(mut lines: Vec<String>) -> (serde_json::Value, Vec<String>) {
+    let last = lines.pop().unwrap_or_default();
+    let written = last.split_once(RESULT).and_then(|(_, rest)| rest.rsplit_once("\", source"));
+    let json = written.map_or("", |(json, _)| json);
+    let value = serde_json::from_str(json).unwrap_or_else(|error| panic!("{error} in {last:?} after {lines:?}"));
+    (value, lines)
+}

@@ -1,0 +1,116 @@
+//! Every kernel through a second WGSL compiler: Chromium's, which refuses barriers under control flow that is not uniform
+//! (WGSL, section "Uniformity"), where naga lets them pass.
+
+use crate::browser::{console, result};
+use crate::shaders::all;
+use crate::support::Scratch;
+use bondline::march::Precision;
+use bondline::march::gpu::{LANES, shader};
+use bondline::plan::Plan;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+/// WebGPU on SwiftShader, the software adapter that Chromium ships.
+const FLAGS: [&str; 2] = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"];
+
+/// Compiles each kernel of the list and makes pipelines of those that are marked; reports the errors of each.
+const PAGE: &str = r#"<!DOCTYPE html>
+<meta charset="utf-8"><title>kernels</title>
+<script src="kernels.js"></script>
+<script type="module">
+  const report = { adapter: "", kernels: [] };
+  try {
+    const adapter = await navigator.gpu.requestAdapter();
+    report.adapter = adapter.info.architecture;
+    const { maxStorageBuffersPerShaderStage, maxComputeWorkgroupStorageSize } = adapter.limits;
+    const requiredLimits = { maxStorageBuffersPerShaderStage, maxComputeWorkgroupStorageSize };
+    const device = await adapter.requestDevice({ requiredLimits });
+    for (const { name, text, pipeline } of KERNELS) {
+      const began = performance.now();
+      const module = device.createShaderModule({ code: text });
+      const { messages } = await module.getCompilationInfo();
+      const errors = messages.filter((message) => message.type === "error");
+      const found = errors.map((error) => `${error.lineNum}:${error.linePos} ${error.message}`);
+      const made = performance.now();
+      if (pipeline && found.length === 0) {
+        const compute = { module, entryPoint: "march" };
+        await device.createComputePipelineAsync({ layout: "auto", compute }).catch((error) => found.push(error.message));
+      }
+      const done = performance.now();
+      report.kernels.push({ name, errors: found, module_ms: made - began, pipeline_ms: done - made });
+    }
+  } catch (error) {
+    report.kernels.push({ name: "the page", errors: [String(error)] });
+  }
+  console.log("SEEN " + JSON.stringify(report));
+</script>
+"#;
+
+/// Kernels of which pipelines are made, too, by case and threads of a member: the smallest, and the largest that a
+/// workgroup shares. SwiftShader takes two to seven seconds for each; uniformity is judged as a text is compiled.
+const PIPELINES: [(&str, u32); 3] = [("slab", 1), ("slab", LANES), ("permeation", LANES)];
+
+/// A kernel's text by its name, and whether a pipeline is made of it.
+type Kernels = BTreeMap<String, (String, bool)>;
+
+/// The kernels in single precision of all cases: WGSL has no `f64`. Differentiated kernels are modules without a text,
+/// made of these.
+fn kernels() -> Kernels {
+    let mut found = Kernels::new();
+    for case in all() {
+        for (texels, lanes) in [(false, 1), (true, 1), (false, LANES)] {
+            let text = shader::kernel(&Plan::new(&case), Precision::F32, texels, lanes, shader::MARCH);
+            if !found.values().any(|(known, _)| *known == text) {
+                let is_piped = !texels && PIPELINES.contains(&(case.id.as_str(), lanes));
+                found.insert(format!("{} on {lanes} threads, texels: {texels}", case.id), (text, is_piped));
+            }
+        }
+    }
+    found
+}
+
+/// The errors of each kernel, by its name.
+fn errors(kernels: &Kernels) -> BTreeMap<String, Vec<String>> {
+    let scratch = Scratch::new("webgpu");
+    let entry = |(name, (text, pipeline)): (&String, &(String, bool))| json!({ "name": name, "text": text, "pipeline": pipeline });
+    let list: Vec<Value> = kernels.iter().map(entry).collect();
+    scratch.write("kernels.js", format!("const KERNELS = {};", Value::from(list)));
+    let page = scratch.write("page.html", PAGE);
+    let (report, console) = result(console(&scratch, &page, &FLAGS));
+    assert_eq!(report["adapter"], "swiftshader", "after {console:?}");
+    let kernels = report["kernels"].as_array().expect("the page reports kernels");
+    let found = |kernel: &Value| {
+        let (name, errors) = (&kernel["name"], &kernel["errors"]);
+        println!("{}: {errors}, {} ms, pipeline {} ms", name, kernel["module_ms"], kernel["pipeline_ms"]);
+        let errors = errors.as_array().into_iter().flatten().map(ToString::to_string).collect();
+        (name.as_str().unwrap_or_default().to_owned(), errors)
+    };
+    kernels.iter().map(found).collect()
+}
+
+/// In each of the spoiled kernels a barrier depends on what is not the same in all threads.
+#[test]
+fn chromium_compiles_every_kernel_and_refuses_barriers_that_not_all_threads_reach() {
+    let mut kernels = kernels();
+    let sound: Vec<String> = kernels.keys().cloned().collect();
+    let text = kernels.values().map(|(text, _)| text).find(|text| text.contains("workgroupBarrier"));
+    let text = text.expect("one has barriers").clone();
+    for (name, from, to) in [
+        ("a return that depends on the member", "if carried >= run.members", "if member >= run.members"),
+        ("a return that depends on the steps of a member", "return workgroupUniformLoad(&done);", "return done;"),
+        ("a barrier in a loop over cells", "        flows[i] = carries * risen;", "        meet();"),
+    ] {
+        let spoiled = text.replacen(from, to, 1);
+        assert_ne!(text, spoiled, "nothing was spoiled: {from}");
+        kernels.insert(name.to_owned(), (spoiled, false));
+    }
+    let (of_sound, of_spoiled): (Vec<_>, Vec<_>) =
+        errors(&kernels).into_iter().partition(|(name, _)| sound.contains(name));
+    assert_eq!((of_sound.len(), of_spoiled.len()), (sound.len(), 3));
+    for (name, errors) in of_sound {
+        assert_eq!(errors, Vec::<String>::new(), "{name}");
+    }
+    for (name, errors) in of_spoiled {
+        assert!(errors.iter().any(|error| error.contains("uniform control flow")), "{name} passed: {errors:?}");
+    }
+}
