@@ -1,7 +1,5 @@
 // Heat through an open face, positive into the layup: twin of src/physics/faces.rs.
 
-const STEFAN_BOLTZMANN = 5.670374419e-8;
-
 struct FaceScale {
     heating: real,
     film: real,

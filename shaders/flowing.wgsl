@@ -1,7 +1,5 @@
 // A member's gas: twin of src/physics/flowing.rs, where the scheme is written out.
 
-const PRESSURE_GAMMA = 1.7071067811865475;
-
 // A column where gas flows through pores; of one cell where not.
 alias PoreColumn = array<real, PORE_CELLS>;
 
@@ -287,8 +285,6 @@ fn driven_through(cell: u32) -> real {
     let implicit = real(PRESSURE_GAMMA) * (slopes_below[cell] * next - slopes_above[cell] * here);
     return 0.5 * (first_flows[cell] + implicit);
 }
-
-const LEAST_PASSING = 1e-30;
 
 fn passing(cell: u32) -> real {
     if cell == run.last_cell {

@@ -1,11 +1,5 @@
 // What is told of a member as a whole at an instant: twin of src/physics/gauges.rs.
 
-const VIRGIN_LOST = 0.02;
-const CHAR_LOST = 0.98;
-const VIRGIN_LOG_ODDS = -3.8918202981106265;
-const CHAR_LOG_ODDS = 3.8918202981106265;
-const CONVERSION_LEAST = 1e-6;
-
 // Two neighbouring depths between which conversion falls below a mark.
 struct Crossing {
     upper: real,

@@ -1,40 +1,6 @@
 // Entry point: LANES invocations a member. A dispatch carries every member a few steps further (past the last
 // step it only reads the sensors and sums up); all it needs to go on is in `state`, so that no dispatch is long and none runs out of the loops a driver allows it.
 
-// Where what comes after the cells and sensors begins in `state`.
-fn outcome_slot() -> u32 {
-    return 2u * run.cells + 4u * SENSORS;
-}
-
-fn extremes_slot() -> u32 {
-    return outcome_slot() + 2u * HEATS + 1u;
-}
-
-// Where there is gas: what it took along and what is on its way, then reactions, cells, and pressures.
-fn gone_slot() -> u32 {
-    return extremes_slot() + 2u * PLIES;
-}
-
-fn advanced_slot() -> u32 {
-    return gone_slot() + 14u;
-}
-
-fn seen_slot() -> u32 {
-    return advanced_slot() + 2u * run.cells * REACTIONS;
-}
-
-fn made_slot() -> u32 {
-    return seen_slot() + run.cells * STATES;
-}
-
-fn pressed_slot() -> u32 {
-    return made_slot() + 3u * run.cells;
-}
-
-fn slot(index: u32) -> u32 {
-    return index * run.members + member;
-}
-
 // Columns begin as the memory held them (see src/march/gpu/spirv.rs), so that those of gas are cleared here: what no step before has written is nothing.
 // All others are written before what is read of them counts.
 fn clear_gas(i: u32) {
@@ -75,120 +41,27 @@ fn clear_gas(i: u32) {
     }
 }
 
+// The functions `load_…` and `save_…` are generated from the blocks of src/march/gpu/state.rs.
 fn load() {
-    for (var i = first_cell(); i < end_cell(); i++) {
-        temperatures[i] = Pair(state[slot(2u * i)], state[slot(2u * i + 1u)]);
+    load_temperatures(first_cell(), end_cell(), 1u);
+    load_readings(lane, run.sensors, LANES);
+    // Of a sum that lanes have in parts the first takes all.
+    if lane == 0u {
+        load_heat(0u, HEATS, 1u);
     }
-    for (var s = lane; s < run.sensors; s += LANES) {
-        let base = 2u * run.cells + 4u * s;
-        readings[s] = Pair(state[slot(base)], state[slot(base + 1u)]);
-        beads_now[s] = Pair(state[slot(base + 2u)], state[slot(base + 3u)]);
-    }
-    // Of a sum that lanes have in parts the first takes what there is.
-    for (var h = 0u; h < HEATS && lane == 0u; h++) {
-        heat[h] = Pair(state[slot(outcome_slot() + 2u * h)], state[slot(outcome_slot() + 2u * h + 1u)]);
-    }
-    for (var p = 0u; p < run.plies; p++) {
-        coldest[p] = state[slot(extremes_slot() + 2u * p)];
-        hottest[p] = state[slot(extremes_slot() + 1u + 2u * p)];
-    }
+    load_extremes(0u, run.plies, 1u);
     strayed = progress[run.members + member];
     if GAS {
-        load_gas();
-    }
-}
-
-fn load_gas() {
-    if lane == 0u {
-        gas_in = Pair(state[slot(gone_slot())], state[slot(gone_slot() + 1u)]);
-        gas_out = Pair(state[slot(gone_slot() + 2u)], state[slot(gone_slot() + 3u)]);
-        gas_heat = Pair(state[slot(gone_slot() + 4u)], state[slot(gone_slot() + 5u)]);
-        reaction_gain = Pair(state[slot(gone_slot() + 6u)], state[slot(gone_slot() + 7u)]);
-        lost_and_stored = array<real, 2>(state[slot(gone_slot() + 8u)], state[slot(gone_slot() + 9u)]);
-    }
-    recent = array<real, 2>(state[slot(gone_slot() + 10u)], state[slot(gone_slot() + 11u)]);
-    mean_leaving = state[slot(gone_slot() + 12u)];
-    back_leaving = state[slot(gone_slot() + 13u)];
-    for (var i = first_cell() * REACTIONS; i < end_cell() * REACTIONS; i++) {
-        let base = advanced_slot() + 2u * i;
-        advancements[i] = Pair(state[slot(base)], state[slot(base + 1u)]);
-    }
-    for (var i = first_cell() * STATES; i < end_cell() * STATES; i++) {
-        phases_onward[i] = state[slot(seen_slot() + i)];
-    }
-    for (var i = first_cell(); i < end_cell(); i++) {
-        let base = made_slot() + 3u * i;
-        made_mean[i] = state[slot(base)];
-        absorbed_mean[i] = state[slot(base + 1u)];
-        restraints[i] = state[slot(base + 2u)];
-    }
-    if DARCY {
-        for (var i = first_cell(); i < end_cell(); i++) {
-            let base = pressed_slot() + 6u * i;
-            pressures[i] = Pair(state[slot(base)], state[slot(base + 1u)]);
-            pressure_rates[i] = state[slot(base + 2u)];
-            pores[i].storage = state[slot(base + 3u)];
-            mean_flows[i] = state[slot(base + 4u)];
-            supply[i] = state[slot(base + 5u)];
+        if lane == 0u {
+            load_gas_sums(0u, 1u, 1u);
         }
-    }
-}
-
-fn save_gas() {
-    for (var i = first_cell() * REACTIONS; i < end_cell() * REACTIONS; i++) {
-        let base = advanced_slot() + 2u * i;
-        state[slot(base)] = advancements[i].high;
-        state[slot(base + 1u)] = advancements[i].low;
-    }
-    for (var i = first_cell() * STATES; i < end_cell() * STATES; i++) {
-        state[slot(seen_slot() + i)] = phases_onward[i];
-    }
-    for (var i = first_cell(); i < end_cell(); i++) {
-        let base = made_slot() + 3u * i;
-        state[slot(base)] = made_mean[i];
-        state[slot(base + 1u)] = absorbed_mean[i];
-        state[slot(base + 2u)] = restraints[i];
-    }
-    if DARCY {
-        for (var i = first_cell(); i < end_cell(); i++) {
-            let base = pressed_slot() + 6u * i;
-            state[slot(base)] = pressures[i].high;
-            state[slot(base + 1u)] = pressures[i].low;
-            state[slot(base + 2u)] = pressure_rates[i];
-            state[slot(base + 3u)] = pores[i].storage;
-            state[slot(base + 4u)] = mean_flows[i];
-            state[slot(base + 5u)] = supply[i];
+        load_gas_flows(0u, 1u, 1u);
+        load_advancements(first_cell() * REACTIONS, end_cell() * REACTIONS, 1u);
+        load_phases(first_cell() * STATES, end_cell() * STATES, 1u);
+        load_sources(first_cell(), end_cell(), 1u);
+        if DARCY {
+            load_pressures(first_cell(), end_cell(), 1u);
         }
-    }
-}
-
-// What a member has but once.
-fn save_whole() {
-    for (var h = 0u; h < HEATS; h++) {
-        state[slot(outcome_slot() + 2u * h)] = heat[h].high;
-        state[slot(outcome_slot() + 2u * h + 1u)] = heat[h].low;
-    }
-    state[slot(outcome_slot() + 2u * HEATS)] = stored_j_m2;
-    for (var p = 0u; p < run.plies; p++) {
-        state[slot(extremes_slot() + 2u * p)] = coldest[p];
-        state[slot(extremes_slot() + 1u + 2u * p)] = hottest[p];
-    }
-    progress[run.members + member] = strayed;
-    if GAS {
-        state[slot(gone_slot())] = gas_in.high;
-        state[slot(gone_slot() + 1u)] = gas_in.low;
-        state[slot(gone_slot() + 2u)] = gas_out.high;
-        state[slot(gone_slot() + 3u)] = gas_out.low;
-        state[slot(gone_slot() + 4u)] = gas_heat.high;
-        state[slot(gone_slot() + 5u)] = gas_heat.low;
-        state[slot(gone_slot() + 6u)] = reaction_gain.high;
-        state[slot(gone_slot() + 7u)] = reaction_gain.low;
-        state[slot(gone_slot() + 8u)] = lost_and_stored[0];
-        state[slot(gone_slot() + 9u)] = lost_and_stored[1];
-        state[slot(gone_slot() + 10u)] = recent[0];
-        state[slot(gone_slot() + 11u)] = recent[1];
-        state[slot(gone_slot() + 12u)] = mean_leaving;
-        state[slot(gone_slot() + 13u)] = back_leaving;
     }
 }
 
@@ -197,24 +70,25 @@ fn save_whole() {
 fn save() -> u32 {
     unite();
     if lane == 0u {
-        save_whole();
+        save_heat(0u, HEATS, 1u);
+        save_stored(0u, 1u, 1u);
+        save_extremes(0u, run.plies, 1u);
+        progress[run.members + member] = strayed;
     }
-    for (var s = lane; s < run.sensors; s += LANES) {
-        let base = 2u * run.cells + 4u * s;
-        state[slot(base)] = readings[s].high;
-        state[slot(base + 1u)] = readings[s].low;
-        state[slot(base + 2u)] = beads_now[s].high;
-        state[slot(base + 3u)] = beads_now[s].low;
-    }
+    save_readings(lane, run.sensors, LANES);
     if GAS {
-        save_gas();
+        if lane == 0u {
+            save_gas_sums(0u, 1u, 1u);
+            save_gas_flows(0u, 1u, 1u);
+        }
+        save_advancements(first_cell() * REACTIONS, end_cell() * REACTIONS, 1u);
+        save_phases(first_cell() * STATES, end_cell() * STATES, 1u);
+        save_sources(first_cell(), end_cell(), 1u);
+        if DARCY {
+            save_pressures(first_cell(), end_cell(), 1u);
+        }
     }
-    var saved = 0u;
-    for (var i = first_cell(); i < end_cell(); i++) {
-        state[slot(2u * i)] = temperatures[i].high;
-        state[slot(2u * i + 1u)] = temperatures[i].low;
-        saved++;
-    }
+    let saved = save_temperatures(first_cell(), end_cell(), 1u);
     return u32(summed(real(saved)));
 }
 

@@ -17,9 +17,6 @@ var<COLUMNS> restraints: GasColumn;
 var<private> given: real;
 var<private> given_ends: array<real, 2>;
 
-const EASE = 0.3;
-const LEAST_LEFT = 1e-9;
-
 fn restraint(rises_w_m2_k: real, capacity: real, eased_1_s: real) -> real {
     let stiff = rises_w_m2_k * keep(real(GAMMA));
     return stiff * (stiff / (capacity * eased_1_s + stiff));

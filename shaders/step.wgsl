@@ -1,8 +1,5 @@
 // One step of one member: twin of src/physics/step.rs, where the scheme is written out.
 
-const STRAY_MARGIN_K = 1.0;
-const STRAY_SPAN_K = STRAY_MARGIN_K + TABLE_STEP_K * (f32(TABLE_NODES) - 1.0);
-
 fn advance(step: u32) {
     hold(step);
     var start: array<real, 2>;

@@ -1,7 +1,5 @@
 // Systems with one neighbour on each side: twin of src/physics/tridiagonal.rs.
 
-const LEAST = 1e-12;
-
 alias Column = array<real, CELLS>;
 
 fn settled(value: real) -> real {

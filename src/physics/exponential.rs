@@ -6,16 +6,16 @@
 use super::Real;
 use super::compensated::keep;
 
-const LOG2_E: f64 = std::f64::consts::LOG2_E;
+pub(super) const LOG2_E: f64 = std::f64::consts::LOG2_E;
 /// ln 2 in two parts, the first short enough that its whole multiples are exact in f32.
-const LN_2_HIGH: f64 = 0.693_145_751_953_125;
-const LN_2_LOW: f64 = 1.428_606_820_309_417_2e-6;
+pub(super) const LN_2_HIGH: f64 = 0.693_145_751_953_125;
+pub(super) const LN_2_LOW: f64 = 1.428_606_820_309_417_2e-6;
 /// Beyond this the result is taken at it: 2⁻¹¹⁵, far below any rate that moves anything, and 2¹¹⁵.
-const LARGEST: f64 = 80.0;
+pub(super) const LARGEST: f64 = 80.0;
 /// `(eˣ − 1)/x` on ±ln 2 / 2 as powers of x, from the noughth up, for f64 and for f32: least in their largest relative error (Remez'
 /// exchange in 50 digits), which once they are rounded is 2.1e-17 and 2.3e-8, under half of what rounding takes from the sum. Taylor's series
 /// wants two terms more of either.
-const SERIES: [f64; 11] = [
+pub(super) const SERIES: [f64; 11] = [
     1.0,
     0.500_000_000_000_000_6,
     0.166_666_666_666_665_63,
@@ -28,7 +28,7 @@ const SERIES: [f64; 11] = [
     2.762_626_278_810_536e-7,
     2.505_209_632_569_198e-8,
 ];
-const SHORT_SERIES: [f64; 6] = [
+pub(super) const SHORT_SERIES: [f64; 6] = [
     1.0,
     0.499_999_970_197_677_6,
     0.166_665_062_308_311_46,

@@ -31,10 +31,10 @@ use crate::plan::layout::STATES_MAX;
 /// with some times its error. Its first stage keeps the sign of what it damps, (γ − 1)/γ, where the lesser one
 /// overshoots by −2.4: gas that runs into all but empty pores, whose ease is the pressure's own, would be driven below
 /// nothing and the member stray (J. Verwer, E. Spee, J. Blom, W. Hundsdorfer, 1999).
-const PRESSURE_GAMMA: f64 = 1.0 + std::f64::consts::FRAC_1_SQRT_2;
+pub(super) const PRESSURE_GAMMA: f64 = 1.0 + std::f64::consts::FRAC_1_SQRT_2;
 
 /// Gas flux per pascal under which nothing passes, kg/m²/s/Pa: sealed plies have none, and the tightest that let gas through 1e-18 and more.
-const LEAST_PASSING: f64 = 1e-30;
+pub(super) const LEAST_PASSING: f64 = 1e-30;
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Gas up through the face under every cell and through the hot face at a stage, kg/m²/s.

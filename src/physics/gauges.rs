@@ -8,12 +8,12 @@ use crate::plan::GasPath;
 use crate::plan::layout::GAUGES;
 
 /// Conversion at the fronts of virgin and of char, and its log-odds ln(c/(1 − c)).
-const VIRGIN_LOST: f64 = 0.02;
-const CHAR_LOST: f64 = 0.98;
-const VIRGIN_LOG_ODDS: f64 = -3.891_820_298_110_626_5;
-const CHAR_LOG_ODDS: f64 = 3.891_820_298_110_626_5;
+pub(super) const VIRGIN_LOST: f64 = 0.02;
+pub(super) const CHAR_LOST: f64 = 0.98;
+pub(super) const VIRGIN_LOG_ODDS: f64 = -3.891_820_298_110_626_5;
+pub(super) const CHAR_LOG_ODDS: f64 = 3.891_820_298_110_626_5;
 /// Log-odds are taken of conversions no nearer than this to none and to all.
-const CONVERSION_LEAST: f64 = 1e-6;
+pub(super) const CONVERSION_LEAST: f64 = 1e-6;
 
 /// Two neighbouring depths between which conversion falls below a mark: at the upper one it is not below it.
 #[derive(Clone, Copy)]

@@ -33,7 +33,7 @@ use crate::plan::layout::ABREAST;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// γ of the time scheme, 1 − 1/√2: see [`step`].
-pub(crate) const GAMMA: f64 = 0.292_893_218_813_452_4;
+const GAMMA: f64 = 0.292_893_218_813_452_4;
 
 /// Twin files: the Rust text under `src/physics`, the WGSL text under `shaders`.
 pub const TWINS: &[&str] = &[
@@ -59,6 +59,40 @@ pub const TWINS: &[&str] = &[
     "energy",
     "step",
 ];
+
+/// The constants of the twins by their names in WGSL, whose text has no numbers of its own for them.
+#[cfg(feature = "gpu")]
+pub(crate) fn constants() -> Vec<(String, f64)> {
+    let named = [
+        ("LOG2_E", exponential::LOG2_E),
+        ("LN_2", std::f64::consts::LN_2),
+        ("LN_2_HIGH", exponential::LN_2_HIGH),
+        ("LN_2_LOW", exponential::LN_2_LOW),
+        ("LARGEST", exponential::LARGEST),
+        ("STEFAN_BOLTZMANN", faces::STEFAN_BOLTZMANN),
+        ("LEAST", tridiagonal::LEAST),
+        ("EASE", reacting::EASE),
+        ("LEAST_LEFT", reacting::LEAST_LEFT),
+        ("PRESSURE_GAMMA", flowing::PRESSURE_GAMMA),
+        ("LEAST_PASSING", flowing::LEAST_PASSING),
+        ("VIRGIN_LOST", gauges::VIRGIN_LOST),
+        ("CHAR_LOST", gauges::CHAR_LOST),
+        ("VIRGIN_LOG_ODDS", gauges::VIRGIN_LOG_ODDS),
+        ("CHAR_LOG_ODDS", gauges::CHAR_LOG_ODDS),
+        ("CONVERSION_LEAST", gauges::CONVERSION_LEAST),
+        ("GAMMA", GAMMA),
+        ("STRAY_MARGIN_K", f64::from(step::STRAY_MARGIN_K)),
+        ("STRAY_SPAN_K", f64::from(step::STRAY_SPAN_K)),
+    ];
+    let of_series = |name: &str, series: &[f64]| {
+        let named = series.iter().enumerate().map(|(power, &term)| (format!("{name}_{power}"), term));
+        named.collect::<Vec<_>>()
+    };
+    let mut all: Vec<_> = named.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    all.extend(of_series("SERIES", &exponential::SERIES));
+    all.extend(of_series("SHORT", &exponential::SHORT_SERIES));
+    all
+}
 
 /// A number a march is made of: `f64` the truth, `f32` the shader's twin, or lanes of members of either.
 pub trait Real:

@@ -13,7 +13,7 @@ use std::ops::Range;
 pub(super) const EASE: f64 = 0.3;
 
 /// What is left of a reactant when it counts as used up.
-const LEAST_LEFT: f64 = 1e-9;
+pub(super) const LEAST_LEFT: f64 = 1e-9;
 
 /// The reactions' part of the system, where they take up heat. Without it steps longer than a reaction needs to
 /// swing the heat it takes blow up. What it adds is not what was lost times the heat of reaction, though, so that it

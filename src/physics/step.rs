@@ -23,9 +23,9 @@ use super::tridiagonal::{ascended, settled};
 use crate::plan::layout::{TABLE_NODES, TABLE_STEP_K};
 
 /// Round-off below absolute zero is forgiven, a kelvin is not.
-const STRAY_MARGIN_K: f32 = 1.0;
+pub(super) const STRAY_MARGIN_K: f32 = 1.0;
 /// From the margin to the last node of the tables.
-const STRAY_SPAN_K: f32 = STRAY_MARGIN_K + TABLE_STEP_K as f32 * (TABLE_NODES as f32 - 1.0);
+pub(super) const STRAY_SPAN_K: f32 = STRAY_MARGIN_K + TABLE_STEP_K as f32 * (TABLE_NODES as f32 - 1.0);
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     /// Read the sensors at the start of a step, then march it; past the last step, only read. `note` is

@@ -19,7 +19,7 @@ use super::Real;
 /// anything that matters, grows with the front into a last bit. Two words of f32 tell a temperature to about as much; and where what is kept of it was
 /// as small as 1e-25, more products of two such were subnormal, and took a processor a tenth of the time of all derivatives (benches/README.md). In f64 nothing is left of a number so small
 /// when it meets a temperature.
-const LEAST: f64 = 1e-12;
+pub(super) const LEAST: f64 = 1e-12;
 
 /// The value, or zero where it is negligible.
 #[inline(always)]

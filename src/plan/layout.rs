@@ -1,36 +1,52 @@
 //! The rows of a plan: the only types that cross to a device.
 //!
 //! Rows of reals are generic over their scalar and hold nothing but reals, so that one text serves f32 and
-//! f64; rows of indices are `u32` throughout. Each has a twin of the same fields in the same order in
-//! `shaders/layout.wgsl`, which a test holds against these by reflection.
+//! f64; rows of indices are `u32` throughout. The structs of a kernel are generated from them.
 
-/// Declares a row: a struct of one scalar type, its field names in order, and its flat form.
-macro_rules! row {
-    ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident),+ $(,)? }) => {
-        $(#[$about])*
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        pub struct $name<S> { $($(#[$doc])* pub $field: S),+ }
+/// The layout of a row on a device: its name there, its scalar, which is `real` or `u32`, and its fields in order.
+pub struct RowLayout {
+    pub name: &'static str,
+    pub scalar: &'static str,
+    pub fields: &'static [&'static str],
+}
 
-        impl<S: Copy> $name<S> {
-            /// The fields, as their twin in the shader names them.
-            pub const FIELDS: &'static [&'static str] = &[$(stringify!($field)),+];
+/// Declares rows: of each a struct of one scalar type, its field names in order, and its flat form; and the layouts of
+/// all, from which kernels get their structs.
+macro_rules! rows {
+    ($($(#[$about:meta])* $scalar:ident $name:ident { $($(#[$doc:meta])* $field:ident),+ $(,)? })+) => {
+        $(
+            $(#[$about])*
+            #[derive(Clone, Copy, Debug, PartialEq)]
+            pub struct $name<S> { $($(#[$doc])* pub $field: S),+ }
 
-            /// Append the fields in order.
-            pub fn flatten(&self, into: &mut Vec<S>) {
-                into.extend([$(self.$field),+]);
+            impl<S: Copy> $name<S> {
+                /// The fields, as a kernel names them.
+                pub const FIELDS: &'static [&'static str] = &[$(stringify!($field)),+];
+
+                /// Append the fields in order.
+                pub fn flatten(&self, into: &mut Vec<S>) {
+                    into.extend([$(self.$field),+]);
+                }
+
+                /// The same row of another scalar.
+                pub fn map<T>(&self, each: impl Fn(S) -> T) -> $name<T> {
+                    $name { $($field: each(self.$field)),+ }
+                }
             }
+        )+
 
-            /// The same row of another scalar.
-            pub fn map<T>(&self, each: impl Fn(S) -> T) -> $name<T> {
-                $name { $($field: each(self.$field)),+ }
-            }
-        }
+        /// The layout of every row.
+        pub const ROWS: &[RowLayout] = &[$(RowLayout {
+            name: stringify!($name),
+            scalar: stringify!($scalar),
+            fields: $name::<u32>::FIELDS,
+        }),+];
     };
 }
 
-row! {
+rows! {
     /// A finite volume. Its node lies `above_m` under its upper face and `below_m` over its lower one.
-    Cell {
+    real Cell {
         width_m,
         above_m,
         below_m,
@@ -39,11 +55,9 @@ row! {
         /// Temperature at the start, K.
         start_k,
     }
-}
 
-row! {
     /// What does not change with time on a face.
-    Face {
+    real Face {
         film_w_m2_k,
         /// 1/(h_r − h_w(T_cw)) of the hot-wall correction, kg/J; zero leaves the flux as given.
         hot_wall_kg_j,
@@ -52,11 +66,9 @@ row! {
         /// One where the temperature is prescribed, else zero.
         held,
     }
-}
 
-row! {
     /// What drives a face at one end of a step.
-    Drive {
+    real Drive {
         flux_w_m2,
         radiant_w_m2,
         gas_k,
@@ -67,11 +79,9 @@ row! {
         /// Of the holder around the layup, the same for either face.
         holder_k,
     }
-}
 
-row! {
     /// A sensor on the face under its cell: `above` of the upper and `below` of the lower side are read.
-    Sensor {
+    real Sensor {
         above,
         below,
         /// From the node over the face to the face, and from the face to the node under it, m.
@@ -80,22 +90,16 @@ row! {
         /// Nominal, below the hot face.
         depth_m,
     }
-}
 
-row! {
     /// Where a sensor lies: the cell over its face, the plies of that and of the next, and the column that scales its depth. Where one does, the nearest
     /// nodes above and below the face, and how many steps from node to node its bounds may take it on either side.
-    Place { cell, ply_above, ply_below, depth, node_above, steps_above, node_below, steps_below }
-}
+    u32 Place { cell, ply_above, ply_below, depth, node_above, steps_above, node_below, steps_below }
 
-row! {
     /// How a sensor's bead follows over a step: its weights of the readings at the start and at the end.
-    Bead { start, end }
-}
+    real Bead { start, end }
 
-row! {
     /// A ply: its cells, its block of tables, its reactions and the ensemble columns that scale it. Column 0 is one.
-    Ply {
+    u32 Ply {
         first_cell,
         end_cell,
         /// Where its tables begin, and how many columns a row of them has: those of every state, then those of the gas.
@@ -122,11 +126,9 @@ row! {
         /// The factor on the contact under the ply.
         contact,
     }
-}
 
-row! {
     /// The ensemble columns that scale the conductivity of a state of a ply: all of it, and each of its parts.
-    Conduction {
+    u32 Conduction {
         whole,
         solid,
         gas,
@@ -134,16 +136,12 @@ row! {
         /// The factor on density where extinction follows it.
         extinction,
     }
-}
 
-row! {
     /// The ensemble columns that scale a face.
-    Scaling { heating, film, exchange, emissivity }
-}
+    u32 Scaling { heating, film, exchange, emissivity }
 
-row! {
     /// What is constant in a ply.
-    Bulk {
+    real Bulk {
         /// Of the virgin material.
         density_kg_m3,
         /// Share of the thickness lost when all has reacted.
@@ -155,11 +153,9 @@ row! {
         /// Conductance to the holder in a volume.
         holder_w_m3_k,
     }
-}
 
-row! {
     /// A state of a ply: virgin or a residue.
-    Substance {
+    real Substance {
         /// Mass where it has replaced all the virgin material, over the mass of that.
         remains,
         porosity,
@@ -173,11 +169,9 @@ row! {
         conductivity,
         heat_capacity,
     }
-}
 
-row! {
     /// A reaction of a ply.
-    Reaction {
+    real Reaction {
         rate_1_s,
         /// E/R, K.
         activation_k,
@@ -193,11 +187,9 @@ row! {
         /// One where it lives on what the reaction before it made, zero where on the virgin material.
         chained,
     }
-}
 
-row! {
     /// Between which states of its ply a reaction leads.
-    Path { source, product }
+    u32 Path { source, product }
 }
 
 /// Temperature of the first node of every table, K.

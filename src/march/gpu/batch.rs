@@ -1,61 +1,19 @@
 //! Members on their way through a plan on a device: what goes up, what is dispatched, what comes down.
 
 use super::device::{Device, Landing};
-use super::gather::{gather, outcome, state_words, trace_words};
+use super::gather::{gather, trace_words};
+use super::layout::{Run, flat, plan_bytes};
 use super::shader;
+use super::state::{Block, slots, state_words};
+use super::word::Word;
 use crate::ensemble::Ensemble;
 use crate::march::{MarchError, arrival};
 use crate::plan::Plan;
-use crate::plan::layout::{
-    Bead, Bulk, Cell, Conduction, Drive, Face, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
-};
+use crate::plan::layout::{Bead, Cell, Drive};
 use crate::traces::Traces;
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 use std::time::Instant;
 
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct Run {
-    first_step: u32,
-    end_step: u32,
-    steps: u32,
-    members: u32,
-    one: f32,
-    plies: u32,
-    sensors: u32,
-    faces: u32,
-    open_faces: u32,
-    stages: u32,
-    gauges: u32,
-    lanes: u32,
-    sums: u32,
-    cells: u32,
-    last_cell: u32,
-}
-
-/// A scalar that crosses to the device.
-pub(super) trait Word: Pod {
-    fn word(value: f64) -> Self;
-    fn real(self) -> f64;
-}
-
-impl Word for f32 {
-    fn word(value: f64) -> Self {
-        value as Self
-    }
-    fn real(self) -> f64 {
-        f64::from(self)
-    }
-}
-
-impl Word for f64 {
-    fn word(value: f64) -> Self {
-        value
-    }
-    fn real(self) -> f64 {
-        self
-    }
-}
 /// A kernel as a device compiled it.
 pub(super) struct Pipeline {
     pub(super) inner: wgpu::ComputePipeline,
@@ -110,7 +68,7 @@ impl Room {
     }
 
     fn land(&self, device: &Device, plan: &Plan, bytes: u64) -> Words {
-        let outcome = outcome(plan);
+        let outcome = Block::Heat.slot(plan);
         Words {
             left: device.land(&self.state, outcome as u64 * bytes, (state_words(plan) - outcome) as u64 * bytes),
             shown: device.land(&self.traces, 0, trace_words(plan) as u64 * bytes),
@@ -215,49 +173,13 @@ struct Rows {
     texels: wgpu::TextureView,
 }
 
-/// Rows one behind the other, each begun on 16 bytes; one of zeros where there are none, as a binding cannot be empty.
-fn flat<S: Pod, T>(rows: &[T], fields: usize, flatten: impl Fn(&T, &mut Vec<S>)) -> Vec<S> {
-    let stride = fields.next_multiple_of(16 / size_of::<S>());
-    let mut words = Vec::with_capacity(stride * rows.len().max(1));
-    for row in rows {
-        flatten(row, &mut words);
-        words.resize(words.len().next_multiple_of(stride), S::zeroed());
-    }
-    words.resize(words.len().max(stride), S::zeroed());
-    words
-}
-
-fn bytes(rows: &[impl Pod]) -> Vec<u8> {
-    bytemuck::cast_slice(rows).to_vec()
-}
-
-/// Rows of one kind, by their name in `plan/layout.rs`.
-macro_rules! flat {
-    ($kind:ident of $rows:expr) => {
-        flat(&$rows[..], $kind::<u32>::FIELDS.len(), |row, into| row.flatten(into))
-    };
-}
-
 fn rows<W: Word>(device: &Device, plan: &Plan, pipeline: &Pipeline) -> Result<Rows, MarchError> {
     let rows = plan.rows.map(W::word);
     let mut cells = flat!(Cell of rows.cells);
     cells.resize(cells.len() / rows.cells.len() * pipeline.cells, W::zeroed());
-    // As `Plan` of shaders/layout.wgsl has them.
-    let same = [
-        bytes(&flat!(Ply of plan.plies)),
-        bytes(&flat!(Bulk of rows.bulks)),
-        bytes(&flat!(Face of rows.faces)),
-        bytes(&flat!(Scaling of plan.scalings)),
-        bytes(&flat!(Sensor of rows.sensors)),
-        bytes(&flat!(Place of plan.places)),
-        bytes(&flat!(Substance of rows.substances)),
-        bytes(&flat!(Conduction of plan.conductions)),
-        bytes(&flat!(Reaction of rows.reactions)),
-        bytes(&flat!(Path of plan.paths)),
-    ];
     let buffers = vec![
         (1, device.uniform("cells", &cells)?),
-        (2, device.uniform("plan", &same.concat())?),
+        (2, device.uniform("plan", &plan_bytes(plan, &rows))?),
         (3, device.upload("contacts", &rows.contacts_m2_k_w)),
         (4, device.upload("drives", &flat!(Drive of rows.drives))),
         (5, device.upload("lengths", &rows.lengths_s)),
@@ -285,6 +207,7 @@ fn dispatch(
     let groups = (members * lanes).div_ceil(shader::workgroup(lanes));
     let submit = |first_step: u32, end_step: u32| {
         let words = Run {
+            slots: slots(plan),
             first_step,
             end_step,
             steps: plan.steps() as u32,
@@ -300,6 +223,7 @@ fn dispatch(
             sums: shader::sums(plan),
             cells: plan.cells() as u32,
             last_cell: plan.cells() as u32 - 1,
+            unused: 0,
         };
         device.queue.write_buffer(run, 0, bytemuck::bytes_of(&words));
         let mut encoder = device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

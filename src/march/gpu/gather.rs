@@ -1,36 +1,10 @@
-//! What comes down from a device: how the words of a member lie, and traces from them.
+//! What comes down from a device: traces from the words of members.
 
-use super::batch::Word;
-use crate::plan::layout::HEATS;
-use crate::plan::{GasPath, Plan};
+use super::state::Block;
+use super::word::Word;
+use crate::plan::Plan;
 use crate::traces::{Balance, Traces};
 use std::array::from_fn;
-
-/// Words of the sums of heat, in two words each, and of the heat stored: where the extremes begin.
-const HEATS_END: usize = 2 * HEATS + 1;
-
-/// Words of one member in the state before what it leaves behind: two a cell, four a sensor.
-pub(super) fn outcome(plan: &Plan) -> usize {
-    2 * plan.cells() + 4 * plan.places.len()
-}
-
-/// Words of one member in the state.
-pub(super) fn state_words(plan: &Plan) -> usize {
-    outcome(plan) + HEATS_END + 2 * plan.plies.len() + gas_words(plan)
-}
-
-/// Words of what gas took along before those of the advancements.
-const GONE_WORDS: usize = 14;
-
-/// Words of one member's gas: what it took along, two a reaction in a cell, one a state of it, three a cell and, by Darcy's law, six more.
-fn gas_words(plan: &Plan) -> usize {
-    let made = plan.cells() * (2 * plan.reactions.max(1) + plan.states + 3);
-    match plan.gas {
-        None => 0,
-        Some(GasPath::Darcy) => GONE_WORDS + made + 6 * plan.cells(),
-        Some(_) => GONE_WORDS + made,
-    }
-}
 
 /// Words of one member in the traces.
 pub(super) fn trace_words(plan: &Plan) -> usize {
@@ -62,15 +36,18 @@ pub(super) fn gather<W: Word>(plan: &Plan, first: usize, count: usize, shown: &[
     }
     let mut traces = Traces { temperatures_k, gauges, ..Traces::none(first, sensors, instants) };
     for member in 0..count {
-        let word = |index: usize| left[index * count + member].real();
-        let heat = |index: usize| word(2 * index) + word(2 * index + 1);
-        let extremes_k: Vec<(f64, f64)> =
-            (0..plan.plies.len()).map(|ply| (word(HEATS_END + 2 * ply), word(HEATS_END + 1 + 2 * ply))).collect();
-        let mut balance = Balance::new(from_fn(heat), word(2 * HEATS));
+        let word = |block: Block, index: usize| {
+            left[(block.slot(plan) - Block::Heat.slot(plan) + index) * count + member].real()
+        };
+        let sum = |block: Block, place: usize| word(block, 2 * place) + word(block, 2 * place + 1);
+        let extremes_k: Vec<(f64, f64)> = (0..plan.plies.len())
+            .map(|ply| (word(Block::Extremes, 2 * ply), word(Block::Extremes, 2 * ply + 1)))
+            .collect();
+        let mut balance = Balance::new(from_fn(|heat| sum(Block::Heat, heat)), word(Block::Stored, 0));
         if plan.gas.is_some() {
-            let gone = HEATS_END + 2 * plan.plies.len();
-            let sum = |place: usize| word(gone + 2 * place) + word(gone + 2 * place + 1);
-            balance = balance.and_gas([sum(0), sum(1), sum(2), sum(3), word(gone + 8), word(gone + 9)]);
+            let [gas_in, gas_out, heat, gain] = from_fn(|place| sum(Block::GasSums, place));
+            let [lost, stored] = from_fn(|place| word(Block::GasSums, 8 + place));
+            balance = balance.and_gas([gas_in, gas_out, heat, gain, lost, stored]);
         }
         traces.balances.push(balance);
         traces.extremes_k.extend(extremes_k);

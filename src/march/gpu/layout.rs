@@ -53,7 +53,7 @@ words! {
 }
 
 /// Rows one behind the other, each begun on 16 bytes; one of zeros where there are none, as a binding cannot be empty.
-pub(super) fn flat<S: Pod, T>(rows: &[T], fields: usize, flatten: impl Fn(&T, &mut Vec<S>)) -> Vec<S> {
+pub(super) fn flatten_rows<S: Pod, T>(rows: &[T], fields: usize, flatten: impl Fn(&T, &mut Vec<S>)) -> Vec<S> {
     let stride = fields.next_multiple_of(16 / size_of::<S>());
     let mut words = Vec::with_capacity(stride * rows.len().max(1));
     for row in rows {
@@ -67,7 +67,7 @@ pub(super) fn flat<S: Pod, T>(rows: &[T], fields: usize, flatten: impl Fn(&T, &m
 /// Rows of one kind, by their name in `plan/layout.rs`.
 macro_rules! flat {
     ($kind:ident of $rows:expr) => {
-        $crate::march::gpu::layout::flat(&$rows[..], $kind::<u32>::FIELDS.len(), |row, into| row.flatten(into))
+        $crate::march::gpu::layout::flatten_rows(&$rows[..], $kind::<u32>::FIELDS.len(), |row, into| row.flatten(into))
     };
 }
 pub(super) use flat;

@@ -18,19 +18,24 @@ pub mod device;
 mod differentiate;
 mod gather;
 mod lanes;
+mod layout;
 pub mod self_tests;
 pub mod shader;
 pub mod spirv;
+mod state;
+mod word;
 
 use super::{Backend, Begun, March, MarchError, Precision, read_out};
 use crate::ensemble::Ensemble;
 use crate::plan::Plan;
 use crate::traces::Traces;
-use batch::{Batch, Carried, Pipeline, Word};
+use batch::{Batch, Carried, Pipeline};
 use device::Device;
-use gather::{state_words, trace_words};
+use gather::trace_words;
 pub use lanes::LANES;
+use state::state_words;
 use std::ops::Range;
+use word::Word;
 
 /// Members at once, at most: enough to fill any device, and a bound on the host's memory. A software device is full with
 /// fewer, and its memory is the host's too.

@@ -4,8 +4,9 @@
 //! with its path, which is where naga's excerpts then point. Precision is one line, sizes are constants:
 //! private arrays cannot be sized by pipeline constants, so that text is made for each plan, and serves those of fewer cells.
 
+use super::layout::declarations;
 use crate::march::Precision;
-use crate::physics::GAMMA;
+use crate::physics::constants;
 use crate::plan::layout::{
     ABREAST, AIR_PROPERTIES, FACE_COLUMNS, GAUGES, HEATS, NO_INSTANT, Ply, STATES_MAX, TABLE_NODES, TABLE_STEP_K,
 };
@@ -68,16 +69,15 @@ pub fn placed(part: &str, lanes: u32) -> String {
 }
 
 /// What all parts use: the real number, its binary digits behind the first, a number so large that the next is one more,
-/// whether tiny results are flushed to zero, and γ of the time scheme.
+/// whether tiny results are flushed to zero, and the constants of the physics.
 pub fn head(precision: Precision) -> String {
     let (real, digits, whole, settles) = match precision {
         Precision::F32 => ("f32", 23, "12582912.0", true),
         Precision::F64 => ("f64", 52, "6755399441055744.0", false),
     };
-    format!(
-        "alias real = {real};\nconst DIGITS = {digits}u;\nconst WHOLE = {whole};\nconst SETTLES = {settles};\n\
-         const GAMMA = {GAMMA:?};\n"
-    )
+    let constants = constants().into_iter().map(|(name, value)| format!("const {name} = {value:?};\n"));
+    format!("alias real = {real};\nconst DIGITS = {digits}u;\nconst WHOLE = {whole};\nconst SETTLES = {settles};\n")
+        + &constants.collect::<String>()
 }
 
 /// The text of a kernel that has room for a plan.
@@ -150,6 +150,10 @@ pub(super) fn of_any_length(
     }
     line(format_args!("const MIDDLE_PA = {:?};", plan.middle_pa));
     line(format_args!("const TABLE_STEP_K = {TABLE_STEP_K:?};"));
+    line(format_args!(
+        "// Generated from src/plan/layout.rs, src/march/gpu/layout.rs and src/march/gpu/state.rs.\n{}",
+        declarations()
+    ));
     let across = if lanes == 1 { SINGLE_THREAD } else { COOPERATIVE };
     for (name, part) in PARTS.iter().chain([&across, &entry]) {
         line(format_args!("// shaders/{name}.wgsl\n{}", placed(part, lanes)));

@@ -129,12 +129,16 @@ pub(super) fn slots(plan: &Plan) -> Slots {
 /// The struct `Slots`, and for each block the functions `load_…` and `save_…`, which go over items from `first` to
 /// `end` by `stride`. What a `save_…` returns is the number of items saved, fewer where a driver ended the loop early.
 pub(super) fn declarations() -> String {
-    let fields: String = Block::ALL.iter().map(|block| format!("    {}: u32,\n", block.in_kernel().0)).collect();
+    let padding = (Block::ALL.len()..SLOT_WORDS).map(|place| format!("unused_{place}"));
+    let names = Block::ALL.iter().map(|block| block.in_kernel().0.to_owned()).chain(padding);
+    let fields: String = names.map(|name| format!("    {name}: u32,\n")).collect();
     let functions = Block::ALL.iter().map(|block| {
         let (name, variables) = block.in_kernel();
         let words = variables.len();
-        let places = variables.iter().zip(0..).map(|(variable, word)| (*variable, format!("state[slot(base + {word}u)]")));
-        let loads: String = places.clone().map(|(variable, place)| format!("        {variable} = {place};\n")).collect();
+        let places =
+            variables.iter().zip(0..).map(|(variable, word)| (*variable, format!("state[slot(base + {word}u)]")));
+        let loads: String =
+            places.clone().map(|(variable, place)| format!("        {variable} = {place};\n")).collect();
         let saves: String = places.map(|(variable, place)| format!("        {place} = {variable};\n")).collect();
         let each = format!(
             "    for (var i = first; i < end; i += stride) {{\n        let base = run.slots.{name} + {words}u * i;\n"
