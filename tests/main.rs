@@ -13,6 +13,7 @@ mod estimates; // estimates of whole cases: intervals, profiles, standard errors
 mod fit; // least squares against certified answers, bounds, identification
 mod golden; // the nominal march of every shipped case, as it was
 mod history; // the flux that heated, from what it left at a thermocouple
+mod import_graph; // imports between files: no cycle
 mod instants; // readings beside the instants that they are of
 mod landscape; // the map of an objective beside the descents that minimise it
 mod layup; // what a layup has beside its plies

@@ -61,8 +61,8 @@ fn kernels() -> Kernels {
         for (texels, lanes) in [(false, 1), (true, 1), (false, LANES)] {
             let text = shader::kernel(&Plan::new(&case), Precision::F32, texels, lanes, shader::MARCH);
             if !found.values().any(|(known, _)| *known == text) {
-                let is_piped = !texels && PIPELINES.contains(&(case.id.as_str(), lanes));
-                found.insert(format!("{} on {lanes} threads, texels: {texels}", case.id), (text, is_piped));
+                let is_piped = !texels && PIPELINES.contains(&(case.id(), lanes));
+                found.insert(format!("{} on {lanes} threads, texels: {texels}", case.id()), (text, is_piped));
             }
         }
     }

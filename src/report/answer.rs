@@ -2,8 +2,8 @@
 
 use super::ReportError;
 use super::figure::Figure;
-use super::files::record::Record;
-use super::files::tables::File;
+use super::files::json::Record;
+use super::files::table::File;
 use crate::study::answers::Answers;
 use crate::study::nominal::Nominal;
 

@@ -10,8 +10,8 @@ mod warnings;
 
 use super::answer::{Answer, Finding, Room, Section};
 use super::figure::Figure;
-use super::files::record::Record;
-use super::files::tables::File;
+use super::files::json::Record;
+use super::files::table::File;
 use super::summary::wrapped;
 use super::words::sentence;
 use super::{ReportError, words};

@@ -5,9 +5,9 @@ mod record;
 
 use super::answer::{Answer, Finding, Room, Section};
 use super::figure::Figure;
-use super::files::record::Record;
+use super::files::json::Record;
+use super::files::table::File;
 use super::files::table::Table;
-use super::files::tables::File;
 use super::html::table::{list, table};
 use super::summary::wrapped;
 use super::{ReportError, words};

@@ -7,7 +7,7 @@ use super::answer::{Answer, Finding, Room, Section};
 use super::figure::Figure;
 use super::html::table::{paragraph, table};
 use super::summary::{shown, wrapped};
-use super::{uncertainty, warnings, words};
+use super::{observed, uncertainty, warnings, words};
 use crate::study::answers::Answers;
 use crate::study::nominal::{Misfit, Nominal};
 
@@ -126,21 +126,13 @@ pub(super) fn misfit_cells(misfit: &Misfit) -> [String; 5] {
     ]
 }
 
-/// Root mean square and mean of predicted less measured at a sensor, where it was measured.
-pub(super) fn misfit(answers: &Answers, outcome: &Nominal, sensor: usize) -> (String, String) {
-    let seen = answers.case.observations.iter().zip(&outcome.misfits).find(|(seen, _)| seen.sensor == sensor);
-    seen.map_or(("-".to_owned(), "-".to_owned()), |(_, misfit)| {
-        (words::misfit(misfit.rms_k), format!("{} K", words::signed(misfit.bias_k, 1)))
-    })
-}
-
 fn table_on_screen(answers: &Answers, outcome: &Nominal, most: usize) -> Vec<String> {
     let mut lines =
         vec![format!("{:<12}{:>22}{:>10}{:>14}{:>14}", "sensor", "peak", "at", "off by (rms)", "on average")];
     let (sensors, others) = shown(answers, most);
     for index in sensors {
         let peak = outcome.peaks[index];
-        let (rms, bias) = misfit(answers, outcome, index);
+        let (rms, bias) = observed::misfit(answers, outcome, index);
         lines.push(format!(
             "{:<12}{:>22}{:>10}{:>14}{:>14}",
             words::short(&answers.case.sensors[index].name, 11),

@@ -3,6 +3,7 @@
 use super::words;
 use crate::case::Observation;
 use crate::study::answers::Answers;
+use crate::study::nominal::Nominal;
 
 /// What the sensors count for that judge, where they do not count alike: windows of their own, and standard deviations.
 pub(super) fn apart(answers: &Answers) -> Option<String> {
@@ -31,4 +32,12 @@ pub(super) fn window((from_s, to_s): (f64, f64)) -> String {
 pub(super) fn deviations_k(seen: &Observation) -> (f64, f64) {
     let each = || seen.sigma_k.iter().copied();
     (each().fold(f64::INFINITY, f64::min), each().fold(0.0, f64::max))
+}
+
+/// Root mean square and mean of predicted less measured at a sensor, where it was measured.
+pub(super) fn misfit(answers: &Answers, outcome: &Nominal, sensor: usize) -> (String, String) {
+    let seen = answers.case.observations.iter().zip(&outcome.misfits).find(|(seen, _)| seen.sensor == sensor);
+    seen.map_or(("-".to_owned(), "-".to_owned()), |(_, misfit)| {
+        (words::misfit(misfit.rms_k), format!("{} K", words::signed(misfit.bias_k, 1)))
+    })
 }

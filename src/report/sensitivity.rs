@@ -6,9 +6,10 @@ mod reduction;
 
 use super::answer::{Answer, Finding, Room, Section};
 use super::figure::Figure;
-use super::files::record::Record;
+use super::files::json::Record;
+use super::files::table::File;
 use super::files::table::Table;
-use super::files::tables::{File, factor_columns, head};
+use super::files::tables::{factor_columns, head};
 use super::html::table::{list, paragraph, table};
 use super::summary::wrapped;
 use super::warnings::CONDITION;

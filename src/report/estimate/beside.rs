@@ -5,7 +5,7 @@ mod figures;
 pub(super) use figures::figures;
 
 use crate::case::Case;
-use crate::report::files::record::Named;
+use crate::report::files::json::Named;
 use crate::report::html::table::{paragraph, table};
 use crate::report::words;
 use crate::study::answers::Answers;

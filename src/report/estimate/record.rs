@@ -2,7 +2,7 @@
 
 use crate::case::{Bounds, Case};
 use crate::report::ReportError;
-use crate::report::files::record::{Named, Record};
+use crate::report::files::json::{Named, Record};
 use crate::study::answers::Answers;
 use crate::study::estimate::{Combination, End, Estimand, Estimated, Fitted, Profile};
 use serde::Serialize;

@@ -3,8 +3,9 @@
 use crate::case::Case;
 use crate::report::ReportError;
 use crate::report::figures::file_name;
+use crate::report::files::table::File;
 use crate::report::files::table::Table;
-use crate::report::files::tables::{File, head, traces};
+use crate::report::files::tables::{head, traces};
 use crate::study::answers::Answers;
 use crate::study::estimate::{Estimated, Fitted, Landscape};
 

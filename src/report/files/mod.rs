@@ -1,5 +1,6 @@
 //! The output folder: whose it is, and files written whole or not at all.
 
+pub(super) mod json;
 pub mod members;
 pub(super) mod record;
 pub(super) mod table;

@@ -1,33 +1,14 @@
 //! `summary.json`: the outcome for a program. Numbers that are unbounded or unknown are `null`.
 
+use super::json::{Named, Record};
 use crate::case::{Case, Observation};
 use crate::report::answer::{self, Members};
 use crate::report::{ReportError, observed};
 use crate::study::answers::Answers;
 use crate::study::nominal::{Peak, Reached, Reading};
-use crate::study::proportion::Proportion;
 use crate::traces::Arrival;
 use serde::Serialize;
-use serde::ser::{SerializeMap, Serializer};
-use serde_json::ser::PrettyFormatter;
 use std::collections::BTreeMap;
-
-type Json = serde_json::Serializer<Vec<u8>, PrettyFormatter<'static>>;
-
-/// The keys of the record, in the order in which they are put.
-pub(in crate::report) struct Record<'a> {
-    keys: <&'a mut Json as Serializer>::SerializeMap,
-}
-
-impl Record<'_> {
-    /// Put a key and its value.
-    ///
-    /// # Errors
-    /// When JSON cannot be written.
-    pub(in crate::report) fn put<T: Serialize + ?Sized>(&mut self, key: &str, value: &T) -> Result<(), ReportError> {
-        Ok(self.keys.serialize_entry(key, value)?)
-    }
-}
 
 /// Estimated discretisation errors: of temperatures in K; of gauges in the unit of their key.
 #[derive(Serialize)]
@@ -106,34 +87,6 @@ struct Balance {
     mass: Option<f64>,
 }
 
-/// Values by name, in the order of the case and not of the alphabet.
-pub(in crate::report) struct Named<'a, T>(pub(in crate::report) Vec<(&'a str, T)>);
-
-impl<T: Serialize> Serialize for Named<'_, T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.0.len()))?;
-        for (name, value) in &self.0 {
-            map.serialize_entry(name, value)?;
-        }
-        map.end()
-    }
-}
-
-/// A counted share with its binomial interval at 95 %.
-#[derive(Serialize)]
-pub(in crate::report) struct Counted {
-    count: usize,
-    of: usize,
-    share: f64,
-    interval: (f64, f64),
-}
-
-impl Counted {
-    pub(in crate::report) fn of(counted: Proportion) -> Self {
-        Self { count: counted.count, of: counted.of, share: counted.share(), interval: counted.interval_95() }
-    }
-}
-
 /// The text of `summary.json`: what every question has, then the keys of every answer. `report_s` is what the report
 /// took, `files` what it wrote.
 ///
@@ -142,49 +95,48 @@ impl Counted {
 pub(in crate::report) fn summary(answers: &Answers, report_s: f64, files: &[String]) -> Result<String, ReportError> {
     let march = answers.nominal_march();
     let readings = march.filter(|outcome| !outcome.readings.is_empty());
-    let mut json = Json::with_formatter(Vec::new(), PrettyFormatter::new());
-    let mut record = Record { keys: json.serialize_map(None)? };
-    record.put("command", answers.question)?;
-    record.put("case", &answers.id())?;
-    record.put("version", env!("CARGO_PKG_VERSION"))?;
-    record.put("seed", &answers.seed)?;
-    let backend = Backend {
-        name: &answers.backend.name,
-        kind: answers.backend.kind,
-        precision: answers.backend.precision.name(),
-    };
-    record.put("backend", &backend)?;
-    record.put("members", &members(answers))?;
-    record.put("steps", &march.map(|outcome| outcome.steps))?;
-    record.put("cells", &march.map(|outcome| outcome.cells))?;
-    if let Some(reached) = march.and_then(|outcome| outcome.reached.as_ref()) {
-        record.put("resolution", &Resolution::of(reached))?;
-    }
-    let seconds = Seconds {
-        plan: answers.seconds.plan_s,
-        march: answers.seconds.march_s,
-        reduce: answers.seconds.reduce_s,
-        report: report_s,
-        total: answers.seconds.began.elapsed().as_secs_f64(),
-    };
-    record.put("seconds", &seconds)?;
-    record.put("sensors", &sensors(answers))?;
-    record.put("observed", &observed(answers))?;
-    if let Some(outcome) = readings {
-        record.put("gauges", &gauges(&outcome.readings))?;
-    }
-    let balance = Balance {
-        energy: march.map(|outcome| outcome.balance.residual()),
-        mass: readings.map(|outcome| outcome.balance.mass_residual()),
-    };
-    record.put("balance", &balance)?;
-    for answer in answer::all(answers) {
-        answer.record(answers, &mut record)?;
-    }
-    // The next report of the case clears the files of this one.
-    record.put("files", files)?;
-    record.keys.end()?;
-    Ok(String::from_utf8(json.into_inner()).expect("JSON is text") + "\n")
+    Record::text(|record| {
+        record.put("command", answers.question)?;
+        record.put("case", &answers.id())?;
+        record.put("version", env!("CARGO_PKG_VERSION"))?;
+        record.put("seed", &answers.seed)?;
+        let backend = Backend {
+            name: &answers.backend.name,
+            kind: answers.backend.kind,
+            precision: answers.backend.precision.name(),
+        };
+        record.put("backend", &backend)?;
+        record.put("members", &members(answers))?;
+        record.put("steps", &march.map(|outcome| outcome.steps))?;
+        record.put("cells", &march.map(|outcome| outcome.cells))?;
+        if let Some(reached) = march.and_then(|outcome| outcome.reached.as_ref()) {
+            record.put("resolution", &Resolution::of(reached))?;
+        }
+        let seconds = Seconds {
+            plan: answers.seconds.plan_s,
+            march: answers.seconds.march_s,
+            reduce: answers.seconds.reduce_s,
+            report: report_s,
+            total: answers.seconds.began.elapsed().as_secs_f64(),
+        };
+        record.put("seconds", &seconds)?;
+        record.put("sensors", &sensors(answers))?;
+        record.put("observed", &observed(answers))?;
+        if let Some(outcome) = readings {
+            record.put("gauges", &gauges(&outcome.readings))?;
+        }
+        let balance = Balance {
+            energy: march.map(|outcome| outcome.balance.residual()),
+            mass: readings.map(|outcome| outcome.balance.mass_residual()),
+        };
+        record.put("balance", &balance)?;
+        for answer in answer::all(answers) {
+            answer.record(answers, record)?;
+        }
+        // The next report of the case clears the files of this one.
+        record.put("files", files)?;
+        Ok(())
+    })
 }
 
 /// One nominal march counts where no answer drew members.

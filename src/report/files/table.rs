@@ -2,6 +2,9 @@
 
 use crate::report::ReportError;
 
+/// A file of a report: its name in the folder, and its bytes.
+pub(in crate::report) type File = (String, Vec<u8>);
+
 /// A table being written.
 pub(in crate::report) struct Table {
     name: String,

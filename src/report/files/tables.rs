@@ -4,14 +4,11 @@
 //! Every answer has its own tables, described at its `tables`. All have `traces.csv`: `time_s`, then `TC1_K` … of the
 //! nominal march, of an estimate `TC1_fitted_K` … too, and where gas moves the gauges of the nominal march.
 
-use super::table::Table;
+use super::table::{File, Table};
 use crate::case::Case;
 use crate::report::{ReportError, answer};
 use crate::study::answers::Answers;
 use crate::study::nominal::Nominal;
-
-/// A file of a report: its name in the folder, and its bytes.
-pub(in crate::report) type File = (String, Vec<u8>);
 
 /// Every table.
 ///

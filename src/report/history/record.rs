@@ -1,7 +1,7 @@
 //! What `history` found, for a program. A deviation that is unbounded is `null`.
 
 use crate::case::Case;
-use crate::report::files::record::Named;
+use crate::report::files::json::Named;
 use crate::study::history::{Chosen, History, Sought};
 use serde::Serialize;
 

@@ -1,6 +1,6 @@
 //! What `twin --study` found, for a program.
 
-use crate::report::files::record::{Counted, Named};
+use crate::report::files::json::{Counted, Named};
 use crate::study::recovery::Recovery;
 use serde::Serialize;
 

@@ -2,7 +2,7 @@
 
 use super::reduction;
 use crate::case::Case;
-use crate::report::files::record::Named;
+use crate::report::files::json::Named;
 use crate::study::sensitivity::Sensitivity;
 use serde::Serialize;
 

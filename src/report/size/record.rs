@@ -1,7 +1,7 @@
 //! What `size` found, for a program.
 
 use crate::case::Case;
-use crate::report::files::record::{Counted, Named};
+use crate::report::files::json::{Counted, Named};
 use crate::study::proportion::Proportion;
 use crate::study::size::{Needed, Sizing};
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! What a sweep adds to `summary.json`.
 
 use crate::case::Case;
-use crate::report::files::record::Named;
+use crate::report::files::json::Named;
 use crate::study::proportion::Proportion;
 use crate::study::statistics::{Causes, Likely};
 use crate::study::uncertainty::Uncertainty;

@@ -1,7 +1,7 @@
 //! What a posterior adds to `summary.json`.
 
 use crate::case::Case;
-use crate::report::files::record::Named;
+use crate::report::files::json::Named;
 use crate::study::answers::Answers;
 use crate::study::estimate::Estimated;
 use crate::study::posterior::{Band, Discrepancy, Foreseen, Posterior, Predicted};

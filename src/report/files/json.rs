@@ -1,0 +1,66 @@
+//! Parts of `summary.json` that the answers share.
+
+use crate::report::ReportError;
+use crate::study::proportion::Proportion;
+use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
+use serde_json::ser::PrettyFormatter;
+
+type Json = serde_json::Serializer<Vec<u8>, PrettyFormatter<'static>>;
+
+/// The keys of the record, in the order in which they are put.
+pub(in crate::report) struct Record<'a> {
+    keys: <&'a mut Json as Serializer>::SerializeMap,
+}
+
+impl Record<'_> {
+    /// The text of a record whose keys `put` puts.
+    ///
+    /// # Errors
+    /// When JSON cannot be written.
+    pub(in crate::report) fn text(
+        put: impl FnOnce(&mut Record<'_>) -> Result<(), ReportError>,
+    ) -> Result<String, ReportError> {
+        let mut json = Json::with_formatter(Vec::new(), PrettyFormatter::new());
+        let mut record = Record { keys: json.serialize_map(None)? };
+        put(&mut record)?;
+        record.keys.end()?;
+        Ok(String::from_utf8(json.into_inner()).expect("JSON is text") + "\n")
+    }
+
+    /// Put a key and its value.
+    ///
+    /// # Errors
+    /// When JSON cannot be written.
+    pub(in crate::report) fn put<T: Serialize + ?Sized>(&mut self, key: &str, value: &T) -> Result<(), ReportError> {
+        Ok(self.keys.serialize_entry(key, value)?)
+    }
+}
+
+/// Values by name, in the order of the case and not of the alphabet.
+pub(in crate::report) struct Named<'a, T>(pub(in crate::report) Vec<(&'a str, T)>);
+
+impl<T: Serialize> Serialize for Named<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, value) in &self.0 {
+            map.serialize_entry(name, value)?;
+        }
+        map.end()
+    }
+}
+
+/// A counted share with its binomial interval at 95 %.
+#[derive(Serialize)]
+pub(in crate::report) struct Counted {
+    count: usize,
+    of: usize,
+    share: f64,
+    interval: (f64, f64),
+}
+
+impl Counted {
+    pub(in crate::report) fn of(counted: Proportion) -> Self {
+        Self { count: counted.count, of: counted.of, share: counted.share(), interval: counted.interval_95() }
+    }
+}

@@ -1,0 +1,171 @@
+//! The graph of imports between files: it has no cycle. A module and the files in its own folder count as one where
+//! they use each other: the module declares what its parts share, and uses its parts.
+
+use crate::support::{files, text};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A path as segments, from the crate's root.
+type Path = Vec<String>;
+
+struct File {
+    module: Path,
+    /// What it imports, and the names that it exports again.
+    imports: Vec<Path>,
+    exports: BTreeMap<String, Path>,
+}
+
+/// `src/plan/mod.rs` and `src/plan.rs` are `plan`; `src/lib.rs` is the root. The command is another crate.
+fn module(file: &str) -> Path {
+    let inner = file.trim_start_matches("src/").trim_end_matches(".rs").trim_end_matches("/mod");
+    if inner == "lib" { Vec::new() } else { inner.split('/').map(str::to_owned).collect() }
+}
+
+/// The paths of a tree of imports: `a::{b, c::d}` is `a::b` and `a::c::d`.
+fn expanded(tree: &str) -> Vec<String> {
+    let Some((prefix, rest)) = tree.split_once('{') else {
+        return vec![tree.split(" as ").next().unwrap_or_default().trim().to_owned()];
+    };
+    let (mut depth, mut branches) = (0, vec![String::new()]);
+    for letter in rest.trim_end().trim_end_matches('}').chars() {
+        depth += i32::from(letter == '{') - i32::from(letter == '}');
+        match letter {
+            ',' if depth == 0 => branches.push(String::new()),
+            _ => branches.last_mut().expect("there is one at the start").push(letter),
+        }
+    }
+    let branches = branches.iter().map(|branch| branch.trim()).filter(|branch| !branch.is_empty());
+    branches.flat_map(expanded).map(|branch| format!("{}{branch}", prefix.trim())).collect()
+}
+
+/// A path from the crate's root; none of another crate's.
+fn absolute(path: &str, module: &[String], submodules: &BTreeSet<Path>) -> Option<Path> {
+    let mut segments: Vec<&str> = path.split("::").map(str::trim).collect();
+    let mut base = module.to_vec();
+    match segments[0] {
+        "crate" => {
+            base.clear();
+            segments.remove(0);
+        }
+        "self" => {
+            segments.remove(0);
+        }
+        "super" => {
+            while segments.first() == Some(&"super") {
+                base.pop();
+                segments.remove(0);
+            }
+        }
+        name => {
+            let mut inner = base.clone();
+            inner.push(name.to_owned());
+            if !submodules.contains(&inner) {
+                return None;
+            }
+        }
+    }
+    base.extend(segments.into_iter().filter(|segment| *segment != "self").map(str::to_owned));
+    Some(base)
+}
+
+fn parsed(path: &str, text: &str, modules: &BTreeSet<Path>) -> File {
+    let own = module(path);
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let lines: Vec<&str> = code.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
+    let (mut imports, mut exports) = (Vec::new(), BTreeMap::new());
+    for statement in lines.join("\n").split(';') {
+        let declared = statement.rsplit_once("use ").filter(|(before, _)| {
+            let before = before.trim_end().rsplit(['\n', '}', '{']).next().unwrap_or_default().trim();
+            before.is_empty() || before.starts_with("pub") || before.starts_with("#[")
+        });
+        if let Some((before, tree)) = declared {
+            let is_export = before.trim_end().ends_with("pub") || before.trim_end().ends_with(')');
+            for path in expanded(tree).iter().filter_map(|path| absolute(path, &own, modules)) {
+                if is_export && let Some(name) = path.last() {
+                    exports.insert(name.clone(), path.clone());
+                }
+                imports.push(path);
+            }
+        } else {
+            for rest in statement.split("crate::").skip(1) {
+                let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_' && c != ':').unwrap_or(rest.len());
+                let path = rest[..end].split("::").filter(|segment| !segment.is_empty()).map(str::to_owned).collect();
+                imports.push(path);
+            }
+        }
+    }
+    File { module: own, imports, exports }
+}
+
+/// The module in which a path's item is defined, exports followed.
+fn home<'a>(path: &[String], files: &'a [File]) -> Option<&'a File> {
+    let (mut path, mut turns) = (path.to_vec(), 0);
+    loop {
+        let depth = (0..=path.len()).rev().find(|&depth| files.iter().any(|file| file.module == path[..depth]))?;
+        let file = files.iter().find(|file| file.module == path[..depth])?;
+        turns += 1;
+        match path.get(depth).and_then(|name| file.exports.get(name)) {
+            Some(export) if turns < 9 && export[..] != path[..=depth] => {
+                path = export.iter().chain(&path[depth + 1..]).cloned().collect();
+            }
+            _ => return Some(file),
+        }
+    }
+}
+
+/// The files that import each other in a circle, by their modules.
+fn circular(sources: &[(String, String)]) -> Vec<String> {
+    let modules: BTreeSet<Path> = sources.iter().map(|(path, _)| module(path)).collect();
+    let files: Vec<File> = sources.iter().map(|(path, text)| parsed(path, text, &modules)).collect();
+    let is_part = |part: &Path, whole: &Path| part.len() > whole.len() && part[..whole.len()] == whole[..];
+    let mut reached: BTreeMap<&Path, BTreeSet<&Path>> = BTreeMap::new();
+    for file in &files {
+        let homes = file.imports.iter().filter_map(|path| home(path, &files)).map(|home| &home.module);
+        let others =
+            homes.filter(|home| **home != file.module && !is_part(home, &file.module) && !is_part(&file.module, home));
+        reached.insert(&file.module, others.collect());
+    }
+    // The transitive closure: there are some 250 files.
+    loop {
+        let count: usize = reached.values().map(BTreeSet::len).sum();
+        for module in modules.iter() {
+            let onward: BTreeSet<&Path> = reached[module].iter().flat_map(|next| &reached[next]).copied().collect();
+            reached.entry(module).or_default().extend(onward);
+        }
+        if reached.values().map(BTreeSet::len).sum::<usize>() == count {
+            break;
+        }
+    }
+    reached.iter().filter(|(module, all)| all.contains(*module)).map(|(module, _)| module.join("::")).collect()
+}
+
+#[test]
+fn no_files_import_each_other_in_a_circle() {
+    let sources = files("src", ".rs").into_iter().filter(|path| !path.starts_with("src/command/"));
+    let sources: Vec<(String, String)> = sources.map(|path| (path.clone(), text(&path))).collect();
+    assert!(sources.len() > 100, "only {} sources found", sources.len());
+    assert_eq!(circular(&sources), Vec::<String>::new());
+}
+
+#[test]
+fn a_circle_is_caught_through_a_list_an_export_and_a_third_file() {
+    let of = |texts: &[(&str, &str)]| {
+        let sources: Vec<(String, String)> =
+            texts.iter().map(|(path, text)| ((*path).to_owned(), (*text).to_owned())).collect();
+        circular(&sources)
+    };
+    let root = ("src/lib.rs", "mod plan;");
+    let sound = ("src/plan/clock.rs", "use super::grid::Grid;");
+    assert_eq!(of(&[root, ("src/plan/mod.rs", "pub use grid::Grid;"), sound, ("src/plan/grid.rs", "")]).len(), 0);
+    for grid in [
+        "use super::clock::Clock;",
+        "use crate::plan::{Plan, clock::Clock};",
+        "use super::{Clock, Plan};",
+        "fn f() -> crate::plan::clock::Clock {}",
+        "use super::steps::Steps;",
+    ] {
+        let plan = ("src/plan/mod.rs", "mod clock;\npub use clock::Clock;\npub struct Plan;");
+        let steps = ("src/plan/steps.rs", "use super::clock::Clock;");
+        let found = of(&[root, plan, sound, steps, ("src/plan/grid.rs", grid)]);
+        assert!(found.contains(&"plan::grid".to_owned()), "{grid}: {found:?}");
+    }
+}
