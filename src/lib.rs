@@ -71,6 +71,10 @@ mod chance;
 pub mod ensemble;
 pub mod fit;
 pub mod march;
+#[cfg(not(feature = "internals"))]
+#[expect(unreachable_pub, reason = "public with the feature `internals`")]
+mod physics;
+#[cfg(feature = "internals")]
 pub mod physics;
 pub mod pilot;
 pub mod plan;
@@ -91,3 +95,17 @@ pub use traces::Traces;
 #[cfg(doctest)]
 #[doc = include_str!("../docs/how-to/use-the-library.md")]
 struct BookExample;
+
+/// The tests under `tests/inside` name the crate as its users do.
+#[cfg(all(test, feature = "command"))]
+extern crate self as bondline;
+#[cfg(all(test, feature = "command"))]
+#[path = "../tests/browser.rs"]
+mod browser;
+#[cfg(all(test, feature = "command"))]
+#[path = "../tests/inside/mod.rs"]
+mod inside;
+#[cfg(all(test, feature = "command"))]
+#[path = "../tests/support.rs"]
+#[expect(dead_code, reason = "the integration tests use the rest")]
+mod support;

@@ -4,8 +4,7 @@
 
 mod kinds;
 
-use crate::parity::numbers;
-use crate::support::{CORNER_DERIVATIVE, FELT_K, FOUND, adapter, changed, coarse, with_factor};
+use crate::support::{CORNER_DERIVATIVE, FELT_K, FOUND, adapter, changed, coarse, numbers, with_factor};
 use bondline::Case;
 use bondline::case::{Observation, Property};
 use bondline::ensemble::Ensemble;

@@ -16,24 +16,16 @@ mod history; // the flux that heated, from what it left at a thermocouple
 mod import_graph; // imports between files: no cycle
 mod instants; // readings beside the instants that they are of
 mod landscape; // the map of an objective beside the descents that minimise it
-mod layup; // what a layup has beside its plies
 mod measured_schedules; // schedules of thousands of noisy rows: what they cost, and that none is lost
-mod parity; // whole marches of every shipped case: device, lanes, one at a time; f32 and f64
-mod pilot; // cells and steps for an error that was asked for, and what two resolutions say of a third
 mod posterior; // posteriors beside linear intervals and profiles; bands beside what was not fitted
-mod properties; // truths of heat that no case may break, and what a seed promises
 mod readings; // what sensors read beside plies that decompose
 mod reduction; // which factors are left to estimate, beside what the paper left
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod rows; // rows on the device where the host puts them
 mod serialised; // cases and answers as JSON, and the fingerprint of a case
 mod session; // sessions of the library beside the command; progress, cancellation, refused options
-mod shaders; // naga: kernels, twins of names, the loop budget
-mod states; // conductivities scaled state by state, and PATO's inverse problem
 mod support; // tolerances with their reasons, cases, devices
 mod tangents; // derivatives that a march tells, against differences
 mod tidy; // the tree's own rules, read from its sources
 mod twins; // each WGSL function against its Rust twin, on the device
 mod verification; // every row of the verification suite, and that a row can fail
-mod webgpu; // every kernel through a second WGSL compiler, that of Chromium
-mod workgroup; // members cut into blocks of cells, a lane each, against the processor

@@ -8,8 +8,8 @@ use bondline::march::extrapolated::march_both;
 use bondline::march::gpu::Gpu;
 use bondline::march::{March, Precision};
 use bondline::pilot::pilot;
-use bondline::plan::clock::{Growth, Pace};
 use bondline::plan::{Discretisation, Plan};
+use bondline::plan::{Growth, Pace};
 use bondline::traces::Traces;
 use std::f64::consts::TAU;
 

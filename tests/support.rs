@@ -3,6 +3,7 @@
 use bondline::case::{Bounds, Case, CaseBuilder, Factor, Property, Schedule};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
 use bondline::march::gpu::device::{self, Adapter, Device};
+use bondline::traces::Traces;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -253,4 +254,33 @@ impl Drop for Scratch {
     fn drop(&mut self) {
         let _ = fs::remove_dir_all(&self.0);
     }
+}
+
+/// All numbers of traces: temperatures, gauges, heats, masses and extremes.
+pub(crate) fn numbers(traces: &Traces) -> Vec<f64> {
+    let heats = traces.balances.iter().flat_map(|b| {
+        let faces = [b.hot_in_j_m2, b.hot_out_j_m2, b.back_in_j_m2, b.back_out_j_m2];
+        let masses = [b.solid_lost_kg_m2, b.gas_in_kg_m2, b.gas_out_kg_m2, b.gas_stored_kg_m2];
+        faces.into_iter().chain([b.holder_in_j_m2, b.holder_out_j_m2, b.stored_j_m2]).chain(masses)
+    });
+    let extremes = traces.extremes_k.iter().flat_map(|&(low, high)| [low, high]);
+    let gauges = traces.gauges.iter().copied();
+    traces.temperatures_k.iter().copied().chain(gauges).chain(heats).chain(extremes).collect()
+}
+
+/// Numbers that are not the same to the last bit, and arrivals that differ.
+pub(crate) fn differing(one: &Traces, other: &Traces) -> usize {
+    let (a, b) = (numbers(one), numbers(other));
+    let arrivals = one.arrivals.iter().zip(&other.arrivals).filter(|(a, b)| a != b).count();
+    let odd = a.len().abs_diff(b.len()) + one.arrivals.len().abs_diff(other.arrivals.len());
+    odd + arrivals + a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
+}
+
+/// The largest difference of temperature, K; infinite where members arrived otherwise or a number is none.
+pub(crate) fn apart_k(one: &Traces, other: &Traces) -> f64 {
+    if one.arrivals != other.arrivals || one.temperatures_k.len() != other.temperatures_k.len() {
+        return f64::INFINITY;
+    }
+    let pairs = one.temperatures_k.iter().zip(&other.temperatures_k).map(|(a, b)| (a - b).abs());
+    pairs.fold(0.0, |worst, off| if off.is_nan() { f64::INFINITY } else { off.max(worst) })
 }

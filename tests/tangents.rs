@@ -1,7 +1,6 @@
 //! Derivatives that a march tells beside its temperatures, against differences of temperatures.
 
-use crate::parity::numbers;
-use crate::support::{adapter, case, cases, changed};
+use crate::support::{adapter, case, cases, changed, numbers};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::{Cpu, Reference};
 use bondline::march::extrapolated::Extrapolated;

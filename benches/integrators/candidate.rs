@@ -62,7 +62,7 @@ impl Candidate {
 
     /// The plans of the cells and of the steps of the second march.
     fn second<'a>(&self, plan: &'a Plan, space: Space) -> Option<(&'a Plan, &'a Plan)> {
-        let coarse = plan.coarse.as_deref().expect("a plan that is cut has a coarser one");
+        let coarse = plan.coarse().expect("a plan that is cut has a coarser one");
         let cells = if space == Space::Held { plan } else { coarse };
         match self.second {
             Second::HalfSteps => Some((cells, coarse)),
@@ -75,15 +75,15 @@ impl Candidate {
 /// Sensor × instant of a member, K, on the cells of one plan and by the steps of another.
 pub(crate) fn readings(method: Method, cells: &Plan, steps: &Plan, columns: &[f64]) -> Vec<f64> {
     let layup = Layup::new(cells, |column| columns[column as usize]);
-    let sensors = cells.places.len();
-    let mut records = vec![Vec::with_capacity(steps.records); sensors];
+    let sensors = cells.places().len();
+    let mut records = vec![Vec::with_capacity(steps.records()); sensors];
     march(method, &layup, &Steps::of(steps), |step, temperatures| {
-        if steps.instants[step] != NO_INSTANT {
+        if steps.instants()[step] != NO_INSTANT {
             records.iter_mut().enumerate().for_each(|(sensor, of)| of.push(layup.read(temperatures, sensor)));
         }
     });
-    let Some(readout) = &steps.readout else { return records.concat() };
-    let mut readings = Vec::with_capacity(sensors * readout.len());
+    let Some(readout) = steps.readout() else { return records.concat() };
+    let mut readings = Vec::with_capacity(sensors * readout.instants());
     records.iter().for_each(|records| readout.read(records, &mut readings));
     readings
 }
@@ -98,7 +98,7 @@ pub(crate) fn worst_k(one: &[f64], other: &[f64]) -> f64 {
 /// Without end where a temperature is no number.
 pub(crate) fn below_k(method: Method, plan: &Plan, columns: &[f64]) -> f64 {
     let layup = Layup::new(plan, |column| columns[column as usize]);
-    let start_k = plan.rows.cells.iter().map(|cell| cell.start_k).fold(f64::INFINITY, f64::min);
+    let start_k = plan.rows().cells.iter().map(|cell| cell.start_k).fold(f64::INFINITY, f64::min);
     let mut coldest_k = start_k;
     march(method, &layup, &Steps::of(plan), |_, temperatures: &[f64]| {
         let seen_k = temperatures.iter().map(|&k| if k.is_nan() { f64::NEG_INFINITY } else { k });

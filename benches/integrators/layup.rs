@@ -69,21 +69,21 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
     /// On the cells of a plan, as a member's columns scale it; column 0 is one.
     #[inline(always)]
     pub(crate) fn new(plan: &'a Plan, column: impl Fn(u32) -> R + Copy) -> Self {
-        let rows = &plan.rows;
+        let rows = plan.rows();
         let ply = |(ply, &bulk)| {
             let ply: &bondline::plan::layout::Ply<u32> = ply;
             let state = ply.first_state as usize;
             let scale = ply_scale(ply, bulk, rows.substances[state], column);
-            (scale, state_scale(&plan.conductions[state], rows.substances[state], bulk, scale, column).conductivity)
+            (scale, state_scale(&plan.conductions()[state], rows.substances[state], bulk, scale, column).conductivity)
         };
-        let contacts = rows.contacts_m2_k_w.iter().zip(&plan.plies);
+        let contacts = rows.contacts_m2_k_w.iter().zip(plan.plies());
         Self {
             plan,
-            plies: plan.plies.iter().zip(&rows.bulks).map(ply).collect(),
+            plies: plan.plies().iter().zip(&rows.bulks).map(ply).collect(),
             contacts_m2_k_w: contacts.map(|(&contact, ply)| R::of(contact) / column(ply.contact)).collect(),
-            hot: face_scale(&plan.scalings[0], column),
-            ply_of: (0..plan.plies.len())
-                .flat_map(|p| vec![p; (plan.plies[p].end_cell - plan.plies[p].first_cell) as usize])
+            hot: face_scale(&plan.scalings()[0], column),
+            ply_of: (0..plan.plies().len())
+                .flat_map(|p| vec![p; (plan.plies()[p].end_cell - plan.plies()[p].first_cell) as usize])
                 .collect(),
         }
     }
@@ -93,15 +93,15 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
     }
 
     pub(crate) fn start(&self) -> Vec<R> {
-        self.plan.rows.cells.iter().map(|cell| R::of(cell.start_k)).collect()
+        self.plan.rows().cells.iter().map(|cell| R::of(cell.start_k)).collect()
     }
 
     #[inline(always)]
     pub(crate) fn evaluate(&self, temperatures: &[R], drive: Drive<f64>, slopes: Slopes, at: &mut Evaluation<R>) {
-        let cells = &self.plan.rows.cells;
+        let cells = &self.plan.rows().cells;
         let (mut above, is_sloped) = (R::constant(0.0), slopes != Slopes::None);
         for p in 0..self.plies.len() {
-            let (first, end) = (self.plan.plies[p].first_cell as usize, self.plan.plies[p].end_cell as usize);
+            let (first, end) = (self.plan.plies()[p].first_cell as usize, self.plan.plies()[p].end_cell as usize);
             self.properties(p, temperatures, slopes, at);
             // Cut beforehand, as in the march: looking whether a cell is within a column takes as long as what is done to it.
             let count = end - first - 1;
@@ -147,10 +147,10 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
     /// Conductivities and heat capacities of the cells of a ply. Exact slopes are the rises of the tables from node to node.
     #[inline(always)]
     fn properties(&self, p: usize, temperatures: &[R], slopes: Slopes, at: &mut Evaluation<R>) {
-        let (plan, ply, (bulk, state)) = (self.plan, &self.plan.plies[p], self.plies[p]);
-        let (block, columns) = (&plan.rows.tables[ply.table as usize..], ply.columns as usize);
+        let (plan, ply, (bulk, state)) = (self.plan, &self.plan.plies()[p], self.plies[p]);
+        let (block, columns) = (&plan.rows().tables[ply.table as usize..], ply.columns as usize);
         let range = ply.first_cell as usize..ply.end_cell as usize;
-        let (rows, temperatures) = (&plan.rows.cells[range.clone()], &temperatures[range.clone()]);
+        let (rows, temperatures) = (&plan.rows().cells[range.clone()], &temperatures[range.clone()]);
         let conductivities = &mut at.conductivities[range.clone()][..rows.len()];
         let inclines = &mut at.slopes[range.clone()][..rows.len()];
         let capacities = &mut at.capacities[range.clone()][..rows.len()];
@@ -190,7 +190,7 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
     #[inline(always)]
     pub(crate) fn heated(&self, temperature_k: R, drive: Drive<f64>, slopes: Slopes) -> FaceFlux<R> {
         let here = spot(temperature_k);
-        let (table, face, none) = (&self.plan.rows.tables, self.plan.rows.faces[0], R::constant(0.0));
+        let (table, face, none) = (&self.plan.rows().tables, self.plan.rows().faces[0], R::constant(0.0));
         let row = segment(table, here, FACE_COLUMNS, self.plan.face_table()).row;
         let [[enthalpy, enthalpy_rise, slope, slope_rise], [emissivity, emissivity_rise, ..]] =
             [0, 1].map(|four| R::four(row, four));
@@ -213,19 +213,19 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
     #[inline(always)]
     fn conductivity(&self, temperatures: &[R], i: usize) -> R {
         let (plan, p) = (self.plan, self.ply_of[i]);
-        let ply = &plan.plies[p];
-        let row = segment(&plan.rows.tables, spot(temperatures[i]), ply.columns as usize, ply.table as usize);
+        let ply = &plan.plies()[p];
+        let row = segment(&plan.rows().tables, spot(temperatures[i]), ply.columns as usize, ply.table as usize);
         solid(row, ply.parts as usize, self.plies[p].1, false).conductivity
     }
 
     /// What a sensor reads, K: see `physics::reading`.
     #[inline(always)]
     pub(crate) fn read(&self, temperatures: &[R], sensor: usize) -> R {
-        let (plan, i) = (self.plan, self.plan.places[sensor].cell as usize);
-        let row = plan.rows.sensors[sensor];
+        let (plan, i) = (self.plan, self.plan.places()[sensor].cell as usize);
+        let row = plan.rows().sensors[sensor];
         let (k, next) = (self.conductivity(temperatures, i), self.conductivity(temperatures, i + 1));
         let drop = temperatures[i] - temperatures[i + 1];
-        let (below_m, above_m) = (plan.rows.cells[i].below_m, plan.rows.cells[i + 1].above_m);
+        let (below_m, above_m) = (plan.rows().cells[i].below_m, plan.rows().cells[i + 1].above_m);
         let contact = self.contacts_m2_k_w[self.ply_of[i]];
         let flux = conductance_across(k, R::still(below_m), next, R::still(above_m), contact) * drop;
         let to_face = flux * R::of(row.above_m) / k;

@@ -111,7 +111,7 @@ pub(crate) struct Steps<'a> {
 
 impl<'a> Steps<'a> {
     pub(crate) fn of(plan: &'a Plan) -> Self {
-        let (drives, lengths_s) = (&plan.rows.drives, &plan.rows.lengths_s);
+        let (drives, lengths_s) = (&plan.rows().drives, &plan.rows().lengths_s);
         let slope = |step: usize| (drives[4 * step + 1].flux_w_m2 - drives[4 * step].flux_w_m2) / lengths_s[step];
         let steepest = (0..plan.steps()).map(|step| slope(step).abs()).fold(0.0, f64::max);
         let bends = |step: usize| (slope(step) - slope(step - 1)).abs() > 1e-6 * steepest;
@@ -120,7 +120,7 @@ impl<'a> Steps<'a> {
 
     /// The drive at a share of a step.
     fn drive(&self, step: usize, share: f64) -> Drive<f64> {
-        let [start, end] = [0, 1].map(|end| self.plan.rows.drives[4 * step + end]);
+        let [start, end] = [0, 1].map(|end| self.plan.rows().drives[4 * step + end]);
         // The flux is all that changes here.
         Drive { flux_w_m2: start.flux_w_m2 + share * (end.flux_w_m2 - start.flux_w_m2), ..start }
     }
@@ -189,7 +189,7 @@ pub(crate) fn march<R: Real<Scalar = f64, Still = R>>(
 impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
     #[inline(always)]
     fn rosenbrock<const S: usize>(&mut self, method: &Rosenbrock<S>, step: usize) {
-        let per_length = 1.0 / self.steps.plan.rows.lengths_s[step];
+        let per_length = 1.0 / self.steps.plan.rows().lengths_s[step];
         let slopes = if method.is_exact { Slopes::All } else { Slopes::Fluxes };
         self.layup.evaluate(&self.temperatures, self.steps.drive(step, 0.0), slopes, &mut self.at);
         self.capacities.copy_from_slice(&self.at.capacities);
@@ -237,7 +237,7 @@ impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
     /// Newton's from where the polynomial through those leads; the error of that falls with twice its order.
     #[inline(always)]
     fn backward(&mut self, order: usize, step: usize) {
-        let time_s = |back: usize| self.steps.plan.times_s[step + 1 - back];
+        let time_s = |back: usize| self.steps.plan.times_s()[step + 1 - back];
         let (mut ahead, mut slope) = ([0.0; BACK], [0.0; BACK]);
         let mut own = 0.0;
         for j in 1..=order {

@@ -2,8 +2,8 @@
 
 use crate::candidate::{Candidate, Space, worst_k};
 use bondline::case::Case;
-use bondline::plan::clock::{Growth, Pace, Slice};
-use bondline::plan::grid::Density;
+use bondline::plan::Density;
+use bondline::plan::{Growth, Pace, Slice};
 use rayon::prelude::*;
 
 /// Slices of time with a pace of their own, and rounds of sharing out.
@@ -62,7 +62,7 @@ fn first(case: &Case, density: &Density) -> Pace {
         plan = super::plan(case, density, &paced(coefficient));
     }
     let mut pace = paced(coefficient);
-    let slice = |slice: usize| Slice { from_s: plan.times_s[slice * plan.steps() / SLICES], density: 1.0, cuts: 1 };
+    let slice = |slice: usize| Slice { from_s: plan.times_s()[slice * plan.steps() / SLICES], density: 1.0, cuts: 1 };
     pace.slices = (0..SLICES).map(slice).collect();
     pace
 }

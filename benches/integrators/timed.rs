@@ -61,10 +61,10 @@ fn widest(method: Method, plan: &Plan) -> usize {
 
 #[inline(always)]
 fn carry<R: Real<Scalar = f64, Still = R>>(method: Method, plan: &Plan) -> usize {
-    let (sensors, steps) = (plan.places.len(), Steps::of(plan));
-    let mut records = vec![R::constant(0.0); sensors * plan.records];
+    let (sensors, steps) = (plan.places().len(), Steps::of(plan));
+    let mut records = vec![R::constant(0.0); sensors * plan.records()];
     for group in 0..GROUPS {
-        let columns: Vec<R> = (0..=plan.factors)
+        let columns: Vec<R> = (0..=plan.factors())
             .map(|column| {
                 R::from_lanes(|lane| if column == 0 { 1.0 } else { 0.9 + 0.02 * ((lane + column + group) % 11) as f64 })
             })
@@ -76,7 +76,7 @@ fn carry<R: Real<Scalar = f64, Still = R>>(method: Method, plan: &Plan) -> usize
             &steps,
             #[inline(always)]
             |step, temperatures| {
-                let record = plan.instants[step];
+                let record = plan.instants()[step];
                 if record != NO_INSTANT {
                     for sensor in 0..sensors {
                         records[record as usize * sensors + sensor] = layup.read(temperatures, sensor);

@@ -41,7 +41,7 @@ impl Work {
         counters.iter().for_each(|counter| counter.store(0, Ordering::Relaxed));
         let factors = nominal.member(0);
         let column = |column: u32| Counted(if column == 0 { 1.0 } else { factors[column as usize - 1] });
-        if plan.gas.is_some() {
+        if plan.gas().is_some() {
             march::<true>(plan, column);
         } else {
             march::<false>(plan, column);
@@ -66,7 +66,7 @@ impl Display for Work {
 }
 
 fn march<const GAS: bool>(plan: &Plan, column: impl Fn(u32) -> Counted + Copy) {
-    let mut member = Member::<Counted, GAS>::start(plan, &plan.rows, column);
+    let mut member = Member::<Counted, GAS>::start(plan, &plan.rows(), column);
     for turn in 0..=plan.steps() {
         member.advance(turn, |_| ());
     }

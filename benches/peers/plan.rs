@@ -30,37 +30,37 @@ fn main() {
             "case": case.id(),
             "factors": case.factors().iter().map(|factor| &factor.name).collect::<Vec<_>>(),
             "sensor_names": case.sensors().iter().map(|sensor| &sensor.name).collect::<Vec<_>>(),
-            "instants_s": plan.instants_s,
-            "marches": std::iter::once(&plan).chain(plan.coarse.as_deref()).map(march).collect::<Vec<_>>(),
+            "instants_s": plan.instants_s(),
+            "marches": std::iter::once(&plan).chain(plan.coarse().as_deref()).map(march).collect::<Vec<_>>(),
         })
     );
 }
 
 /// One resolution of a plan.
 fn march(plan: &Plan) -> Value {
-    let rows = &plan.rows;
-    let recorded = (0..plan.instants.len()).filter(|&step| plan.instants[step] != NO_INSTANT);
+    let rows = &plan.rows();
+    let recorded = (0..plan.instants().len()).filter(|&step| plan.instants()[step] != NO_INSTANT);
     json!({
-        "times_s": plan.times_s,
+        "times_s": plan.times_s(),
         "record_steps": recorded.collect::<Vec<_>>(),
         "taps": taps(plan),
         "cells": table(Cell::<f64>::FIELDS, &rows.cells, Cell::flatten),
-        "plies": table(Ply::<u32>::FIELDS, &plan.plies, Ply::flatten),
-        "conductions": table(Conduction::<u32>::FIELDS, &plan.conductions, Conduction::flatten),
+        "plies": table(Ply::<u32>::FIELDS, plan.plies(), Ply::flatten),
+        "conductions": table(Conduction::<u32>::FIELDS, plan.conductions(), Conduction::flatten),
         "bulks": table(Bulk::<f64>::FIELDS, &rows.bulks, Bulk::flatten),
         "contacts_m2_k_w": rows.contacts_m2_k_w,
         "faces": table(Face::<f64>::FIELDS, &rows.faces, Face::flatten),
-        "scalings": table(Scaling::<u32>::FIELDS, &plan.scalings, Scaling::flatten),
+        "scalings": table(Scaling::<u32>::FIELDS, plan.scalings(), Scaling::flatten),
         "drives": table(Drive::<f64>::FIELDS, &rows.drives, Drive::flatten),
         "sensors": table(Sensor::<f64>::FIELDS, &rows.sensors, Sensor::flatten),
-        "places": table(Place::<u32>::FIELDS, &plan.places, Place::flatten),
+        "places": table(Place::<u32>::FIELDS, plan.places(), Place::flatten),
         "beads": table(Bead::<f64>::FIELDS, &rows.beads, Bead::flatten),
-        "parts": plan.parts,
-        "levels": plan.levels,
-        "states": plan.states,
-        "has_gas": plan.gas.is_some(),
-        "has_holder": plan.has_holder,
-        "has_depths": plan.has_depths,
+        "parts": plan.parts(),
+        "levels": plan.levels(),
+        "states": plan.states(),
+        "has_gas": plan.gas().is_some(),
+        "has_holder": plan.has_holder(),
+        "has_depths": plan.has_depths(),
         "table_nodes": TABLE_NODES,
         "table_step_k": TABLE_STEP_K,
         "table_columns": 2 * plan.properties(),
@@ -72,9 +72,9 @@ fn march(plan: &Plan) -> Value {
 
 /// The records that each instant is read from, with their weights.
 fn taps(plan: &Plan) -> Vec<Vec<(usize, f64)>> {
-    match &plan.readout {
+    match &plan.readout() {
         Some(readout) => readout.taps().iter().map(|taps| taps.to_vec()).collect(),
-        None => (0..plan.records).map(|record| vec![(record, 1.0)]).collect(),
+        None => (0..plan.records()).map(|record| vec![(record, 1.0)]).collect(),
     }
 }
 

@@ -37,11 +37,11 @@ impl Kept {
         };
         let traces = match keep {
             Some(Keep::Traces) => {
-                Some(TracesFile::create(&folder.claim(&format!("traces{part}.parquet"))?, &sensors, &plan.instants_s)?)
+                Some(TracesFile::create(&folder.claim(&format!("traces{part}.parquet"))?, &sensors, plan.instants_s())?)
             }
             _ => None,
         };
-        Ok(Self { instants_s: plan.instants_s.clone(), members, traces, trouble: Ok(()) })
+        Ok(Self { instants_s: plan.instants_s().to_vec(), members, traces, trouble: Ok(()) })
     }
 
     /// Keep a run of members. Trouble is told at the end, as a march has no room for it.

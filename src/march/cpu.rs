@@ -8,7 +8,7 @@ use crate::physics::dual::directions::Twofold;
 use crate::physics::lanes::{Abreast, Doubles, Singles};
 use crate::physics::member::Member;
 use crate::plan::layout::{GAUGES, NO_INSTANT};
-use crate::plan::{Plan, Rows};
+use crate::plan::{Plan, layout::Rows};
 use crate::traces::{Arrival, Balance, Traces};
 use rayon::prelude::*;
 use simdeez::engines::scalar::Scalar;

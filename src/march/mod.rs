@@ -215,12 +215,12 @@ fn read_out(records: Traces, plan: &Plan, rows_per_member: usize) -> Traces {
         None => records,
         Some(readout) => {
             let read = |records_of: &[f64]| {
-                let mut readings = Vec::with_capacity(records_of.len() / plan.records * readout.len());
+                let mut readings = Vec::with_capacity(records_of.len() / plan.records * readout.instants());
                 records_of.chunks_exact(plan.records).for_each(|records| readout.read(records, &mut readings));
                 readings
             };
             Traces {
-                instants: readout.len(),
+                instants: readout.instants(),
                 temperatures_k: read(&records.temperatures_k),
                 gauges: read(&records.gauges),
                 ..records

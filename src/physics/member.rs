@@ -6,7 +6,7 @@ use super::faces::face_scale;
 use super::material::{ply_scale, state_scale};
 use super::state::{Accounts, DarcyState, GasState, Reactions, Scales, Sensing, Thermal};
 use crate::plan::layout::{HEATS, Ply};
-use crate::plan::{Plan, Rows};
+use crate::plan::{Plan, layout::Rows};
 
 /// One member, or several in lanes. Whether gas flows is a constant: without gas the march is a function of its own,
 /// for which the processor has registers enough.

@@ -36,6 +36,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 const GAMMA: f64 = 0.292_893_218_813_452_4;
 
 /// Twin files: the Rust text under `src/physics`, the WGSL text under `shaders`.
+#[cfg(test)]
 pub const TWINS: &[&str] = &[
     "compensated",
     "exponential",

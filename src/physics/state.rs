@@ -6,7 +6,7 @@ use super::faces::FaceScale;
 use super::gas::Porous;
 use super::material::{PlyScale, StateScale};
 use crate::plan::layout::{Drive, HEATS};
-use crate::plan::{GasPath, Plan, Rows};
+use crate::plan::{GasPath, Plan, layout::Rows};
 
 /// What the member's factors make of plies, contacts, faces and sensors; constant through a march.
 pub(super) struct Scales<R: Real> {

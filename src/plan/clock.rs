@@ -16,7 +16,7 @@ pub struct Clock {
     /// Times at which the sensors are read, s; the first is zero.
     pub instants_s: Vec<f64>,
     /// How they are read between steps; `None` where steps end on all of them.
-    pub readout: Option<Readout>,
+    pub(super) readout: Option<Readout>,
 }
 
 /// How steps follow one another, before they are cut.
@@ -138,6 +138,12 @@ const WALK_MOST: f64 = 4096.0;
 const CORNERS_MOST: usize = 10_000;
 
 impl Clock {
+    /// How instants are read between steps; `None` where steps end on them.
+    #[cfg(feature = "internals")]
+    pub fn readout(&self) -> Option<&Readout> {
+        self.readout.as_ref()
+    }
+
     /// The steps of a pace, each cut into so many, which end on the corners of schedules that are to be landed on.
     pub(super) fn new(case: &Case, forcing: &Forcing, pace: &Pace, cuts: usize) -> Self {
         let duration_s = case.exposure.duration_s;

@@ -9,7 +9,7 @@ use crate::case::{self, Case, Property, Side};
 
 /// Cells from hot face to back face, the plies' shares of them and the sensors' places on them.
 #[derive(Clone, Debug)]
-pub struct Grid {
+pub(super) struct Grid {
     /// Their widths and nodes.
     pub cells: Vec<Cell<f64>>,
     /// First cell of each ply, and one past the last.
@@ -100,7 +100,7 @@ impl Span {
 impl Grid {
     /// The cells of a density, each cut into so many: a grid and one of half its spacing differ in nothing else, so that their difference tells how
     /// far either is off.
-    pub fn new(case: &Case, density: &Density, cuts: usize) -> Self {
+    pub(super) fn new(case: &Case, density: &Density, cuts: usize) -> Self {
         let plies_last = case.layup.plies.len() - 1;
         let (mut cells, mut plies) = (Vec::new(), Vec::new());
         let mut faces_m = vec![case.layup.origin_m];

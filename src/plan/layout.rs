@@ -3,6 +3,8 @@
 //! Rows of reals are generic over their scalar and hold nothing but reals, so that one text serves f32 and
 //! f64; rows of indices are `u32` throughout. The structs of a kernel are generated from them.
 
+use std::sync::Arc;
+
 /// The layout of a row on a device: its name there, its scalar, which is `real` or `u32`, and its fields in order.
 pub struct RowLayout {
     pub name: &'static str,
@@ -13,6 +15,15 @@ pub struct RowLayout {
 /// Declares rows: of each a struct of one scalar type, its field names in order, and its flat form; and the layouts of
 /// all, from which kernels get their structs.
 macro_rules! rows {
+    (@map real $name:ident $($field:ident),+) => {
+        impl<S: Copy> $name<S> {
+            /// The same row of another scalar.
+            pub fn map<T>(&self, each: impl Fn(S) -> T) -> $name<T> {
+                $name { $($field: each(self.$field)),+ }
+            }
+        }
+    };
+    (@map u32 $name:ident $($field:ident),+) => {};
     ($($(#[$about:meta])* $scalar:ident $name:ident { $($(#[$doc:meta])* $field:ident),+ $(,)? })+) => {
         $(
             $(#[$about])*
@@ -27,12 +38,9 @@ macro_rules! rows {
                 pub fn flatten(&self, into: &mut Vec<S>) {
                     into.extend([$(self.$field),+]);
                 }
-
-                /// The same row of another scalar.
-                pub fn map<T>(&self, each: impl Fn(S) -> T) -> $name<T> {
-                    $name { $($field: each(self.$field)),+ }
-                }
             }
+
+            rows!(@map $scalar $name $($field),+);
         )+
 
         /// The layout of every row.
@@ -221,3 +229,49 @@ pub const HEATS: usize = 6;
 
 /// No reading falls on the end of this step.
 pub const NO_INSTANT: u32 = u32::MAX;
+
+/// The real-valued rows of a plan, in the scalar of a march.
+#[derive(Clone, Debug)]
+pub struct Rows<S> {
+    pub cells: Vec<Cell<S>>,
+    pub bulks: Vec<Bulk<S>>,
+    /// Ply × state.
+    pub substances: Vec<Substance<S>>,
+    /// Ply × reaction.
+    pub reactions: Vec<Reaction<S>>,
+    /// Contact resistance of each interface, m²K/W.
+    pub contacts_m2_k_w: Vec<S>,
+    /// Hot, back.
+    pub faces: [Face<S>; 2],
+    /// Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the
+    /// end of the march.
+    pub drives: Vec<Drive<S>>,
+    pub lengths_s: Vec<S>,
+    /// Ply × level × node × state × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI, and where the
+    /// conductivity is in parts, the first of which is then the solid one, × (radiative, its slope, gas, its slope); in each row
+    /// what all states are like that have rows is followed by what the gas is like, where there is one. Plies of one material share their
+    /// tables. Then the faces' table. Each property with by how much it rises to the next node. Plans of one case share them.
+    pub tables: Arc<[S]>,
+    pub sensors: Vec<Sensor<S>>,
+    /// Step × sensor.
+    pub beads: Vec<Bead<S>>,
+}
+
+impl<S: Copy> Rows<S> {
+    /// The same rows in another scalar.
+    pub fn map<T>(&self, each: impl Fn(S) -> T + Copy) -> Rows<T> {
+        Rows {
+            cells: self.cells.iter().map(|row| row.map(each)).collect(),
+            bulks: self.bulks.iter().map(|row| row.map(each)).collect(),
+            substances: self.substances.iter().map(|row| row.map(each)).collect(),
+            reactions: self.reactions.iter().map(|row| row.map(each)).collect(),
+            contacts_m2_k_w: self.contacts_m2_k_w.iter().map(|&x| each(x)).collect(),
+            faces: [self.faces[0].map(each), self.faces[1].map(each)],
+            drives: self.drives.iter().map(|row| row.map(each)).collect(),
+            lengths_s: self.lengths_s.iter().map(|&x| each(x)).collect(),
+            tables: self.tables.iter().map(|&x| each(x)).collect(),
+            sensors: self.sensors.iter().map(|row| row.map(each)).collect(),
+            beads: self.beads.iter().map(|row| row.map(each)).collect(),
+        }
+    }
+}

@@ -4,11 +4,21 @@
 //! look-up is a floor and a lerp; every face becomes one row of coefficients an instant; every scaled
 //! quantity points at a column of the ensemble, and what nobody scales points at column 0, which is one.
 
-pub mod clock;
+mod clock;
 mod columns;
 mod forcing;
-pub mod grid;
+mod grid;
+#[cfg(feature = "internals")]
+mod internals;
+#[cfg(not(feature = "internals"))]
+#[expect(unreachable_pub, reason = "public with the feature `internals`")]
+pub(crate) mod layout;
+#[cfg(feature = "internals")]
 pub mod layout;
+#[cfg(not(feature = "internals"))]
+#[expect(unreachable_pub, reason = "public with the feature `internals`")]
+mod readout;
+#[cfg(feature = "internals")]
 pub mod readout;
 mod same_instant;
 mod steps;
@@ -19,14 +29,12 @@ pub use crate::case::GasPath;
 use crate::case::air::air_enthalpy_j_kg;
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutOfRange, Property, Table};
 use crate::traces::Gauge;
-use clock::{Clock, Pace, Slice};
+pub use clock::{Clock, GRADING, Growth, Pace, Slice};
 use columns::{column, conductions};
 use forcing::Forcing;
-use grid::{Density, Grid};
-use layout::{
-    Bead, Bulk, Cell, Conduction, Drive, FACE_COLUMNS, Path, Place, Ply, Reaction, Scaling, Sensor, Substance,
-    TABLE_NODES,
-};
+pub use grid::Density;
+use grid::Grid;
+use layout::{Conduction, FACE_COLUMNS, Path, Place, Ply, Rows, Scaling, TABLE_NODES};
 use readout::Readout;
 use std::sync::Arc;
 use steps::{beads, instants};
@@ -88,118 +96,72 @@ impl Discretisation {
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// What its cells and steps were made of.
-    pub discretisation: Discretisation,
+    pub(crate) discretisation: Discretisation,
     /// How far its temperatures are off, where a pilot found out.
-    pub reached: Option<Reached>,
+    pub(crate) reached: Option<Reached>,
     /// The same with half the cells and half the steps, read at the same instants; of that, none.
-    pub coarse: Option<Box<Self>>,
+    pub(crate) coarse: Option<Box<Self>>,
     /// Times at which the sensors are read, s; the first is zero.
-    pub instants_s: Vec<f64>,
+    pub(crate) instants_s: Vec<f64>,
     /// End of each step, s, after a first entry of zero.
-    pub times_s: Vec<f64>,
+    pub(crate) times_s: Vec<f64>,
     /// The record that is made at each of `times_s`, or [`NO_INSTANT`](layout::NO_INSTANT).
-    pub instants: Vec<u32>,
+    pub(crate) instants: Vec<u32>,
     /// Records of every sensor that a march makes.
-    pub records: usize,
+    pub(crate) records: usize,
     /// What instants are read from; `None` where they are the records.
-    pub readout: Option<Readout>,
+    pub(crate) readout: Option<Readout>,
     /// Sensors on faces whose temperature is prescribed.
-    pub held_readings: Vec<HeldReading>,
-    pub plies: Vec<Ply<u32>>,
+    pub(crate) held_readings: Vec<HeldReading>,
+    pub(crate) plies: Vec<Ply<u32>>,
     /// Ply × state.
-    pub conductions: Vec<Conduction<u32>>,
+    pub(crate) conductions: Vec<Conduction<u32>>,
     /// Scaling columns of the hot and of the back face.
-    pub scalings: [Scaling<u32>; 2],
+    pub(crate) scalings: [Scaling<u32>; 2],
     /// Where each sensor lies.
-    pub places: Vec<Place<u32>>,
+    pub(crate) places: Vec<Place<u32>>,
     /// Whether the depth of a sensor is scaled; where none is, nothing is spent on it.
-    pub has_depths: bool,
+    pub(crate) has_depths: bool,
     /// Conductivity columns of a table: one; two, the last of them radiative, where a factor on density makes a ply more
     /// opaque; solid, gas and radiative where a factor tells them apart. Of plies the most; each has its own.
-    pub parts: usize,
+    pub(crate) parts: usize,
     /// Levels of pressure in the tables: one where the pressure never changes.
-    pub levels: usize,
+    pub(crate) levels: usize,
     /// The pressure half-way up the levels, Pa.
-    pub middle_pa: f64,
+    pub(crate) middle_pa: f64,
     /// Most states of a ply, and most reactions.
-    pub states: usize,
-    pub reactions: usize,
+    pub(crate) states: usize,
+    pub(crate) reactions: usize,
     /// Between which states each reaction leads.
-    pub paths: Vec<Path<u32>>,
+    pub(crate) paths: Vec<Path<u32>>,
     /// How gas leaves; `None` where none is made and none flows.
-    pub gas: Option<GasPath>,
+    pub(crate) gas: Option<GasPath>,
     /// Whether gauges are read at every instant, where there is gas: see [`Plan::without_gauges`].
-    pub has_gauges: bool,
+    pub(crate) has_gauges: bool,
     /// Whether the back face lets gas through.
-    pub back_is_open: bool,
+    pub(crate) back_is_open: bool,
     /// Faces that are anything but insulated, from the hot one on: both, or that one alone, and nothing is spent on the back one.
-    pub open_faces: usize,
+    pub(crate) open_faces: usize,
     /// Whether a holder takes heat sideways; where none does, nothing is spent on it.
-    pub has_holder: bool,
+    pub(crate) has_holder: bool,
     /// Factors of a member; columns are one more.
-    pub factors: usize,
+    pub(crate) factors: usize,
     /// Where a ply refuses to leave its tables: the range of temperatures it allows, K.
-    pub allowed_k: Vec<(f64, f64)>,
-    pub rows: Rows<f64>,
+    pub(crate) allowed_k: Vec<(f64, f64)>,
+    pub(crate) rows: Rows<f64>,
     /// The schedules of the exposure, which plans of one case share.
     forcing: Arc<Forcing>,
 }
 
 /// A sensor without lag on a face whose temperature is prescribed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HeldReading {
+pub(crate) struct HeldReading {
     /// The place of the sensor in the case.
-    pub sensor: usize,
+    pub(crate) sensor: usize,
     /// Hot 0, back 1.
-    pub face: usize,
+    pub(crate) face: usize,
     /// The prescribed temperature at every instant, K, where steps smooth it; otherwise the node of the face has it.
-    pub temperatures_k: Option<Vec<f64>>,
-}
-
-/// The real-valued rows of a plan, in the scalar of a march.
-#[derive(Clone, Debug)]
-pub struct Rows<S> {
-    pub cells: Vec<Cell<S>>,
-    pub bulks: Vec<Bulk<S>>,
-    /// Ply × state.
-    pub substances: Vec<Substance<S>>,
-    /// Ply × reaction.
-    pub reactions: Vec<Reaction<S>>,
-    /// Contact resistance of each interface, m²K/W.
-    pub contacts_m2_k_w: Vec<S>,
-    /// Hot, back.
-    pub faces: [layout::Face<S>; 2],
-    /// Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the
-    /// end of the march.
-    pub drives: Vec<Drive<S>>,
-    pub lengths_s: Vec<S>,
-    /// Ply × level × node × state × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI, and where the
-    /// conductivity is in parts, the first of which is then the solid one, × (radiative, its slope, gas, its slope); in each row
-    /// what all states are like that have rows is followed by what the gas is like, where there is one. Plies of one material share their
-    /// tables. Then the faces' table. Each property with by how much it rises to the next node. Plans of one case share them.
-    pub tables: Arc<[S]>,
-    pub sensors: Vec<Sensor<S>>,
-    /// Step × sensor.
-    pub beads: Vec<Bead<S>>,
-}
-
-impl<S: Copy> Rows<S> {
-    /// The same rows in another scalar.
-    pub fn map<T>(&self, each: impl Fn(S) -> T + Copy) -> Rows<T> {
-        Rows {
-            cells: self.cells.iter().map(|row| row.map(each)).collect(),
-            bulks: self.bulks.iter().map(|row| row.map(each)).collect(),
-            substances: self.substances.iter().map(|row| row.map(each)).collect(),
-            reactions: self.reactions.iter().map(|row| row.map(each)).collect(),
-            contacts_m2_k_w: self.contacts_m2_k_w.iter().map(|&x| each(x)).collect(),
-            faces: [self.faces[0].map(each), self.faces[1].map(each)],
-            drives: self.drives.iter().map(|row| row.map(each)).collect(),
-            lengths_s: self.lengths_s.iter().map(|&x| each(x)).collect(),
-            tables: self.tables.iter().map(|&x| each(x)).collect(),
-            sensors: self.sensors.iter().map(|row| row.map(each)).collect(),
-            beads: self.beads.iter().map(|row| row.map(each)).collect(),
-        }
-    }
+    pub(crate) temperatures_k: Option<Vec<f64>>,
 }
 
 impl Plan {
@@ -306,6 +268,31 @@ impl Plan {
             instants_s: clock.instants_s,
             times_s: clock.times_s,
         }
+    }
+
+    /// What its cells and steps were made of.
+    pub fn discretisation(&self) -> &Discretisation {
+        &self.discretisation
+    }
+
+    /// Estimated discretisation errors, where an adaptation estimated them.
+    pub fn reached(&self) -> Option<&Reached> {
+        self.reached.as_ref()
+    }
+
+    /// The plan with half the cells and half the steps, read at the same instants; none of a plan that is itself such.
+    pub fn coarse(&self) -> Option<&Self> {
+        self.coarse.as_deref()
+    }
+
+    /// Times at which the sensors are read, s; the first is zero.
+    pub fn instants_s(&self) -> &[f64] {
+        &self.instants_s
+    }
+
+    /// End of each step, s, after a first entry of zero.
+    pub fn times_s(&self) -> &[f64] {
+        &self.times_s
     }
 
     /// Steps of a march.

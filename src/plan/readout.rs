@@ -36,19 +36,15 @@ impl Readout {
         Self { taps: taps.collect() }
     }
 
+    #[cfg(feature = "internals")]
     /// The records that each instant is read from, with their weights, which add up to one.
     pub fn taps(&self) -> &[[(usize, f64); TAPS]] {
         &self.taps
     }
 
-    /// The instants that are read.
-    pub fn len(&self) -> usize {
+    /// How many instants are read.
+    pub fn instants(&self) -> usize {
         self.taps.len()
-    }
-
-    /// Whether it reads no instant.
-    pub fn is_empty(&self) -> bool {
-        self.taps.is_empty()
     }
 
     /// The readings up to one of the instants.

@@ -5,7 +5,7 @@ use super::word::Word;
 use crate::plan::layout::{
     Bulk, Conduction, Face, Path, Place, Ply, ROWS, Reaction, RowLayout, Scaling, Sensor, Substance,
 };
-use crate::plan::{Plan, Rows};
+use crate::plan::{Plan, layout::Rows};
 use bytemuck::{Pod, Zeroable};
 
 /// Declares a struct of words and its text in WGSL.

@@ -1,8 +1,8 @@
 //! Every kernel through a second WGSL compiler: Chromium's, which refuses barriers under control flow that is not uniform
 //! (WGSL, section "Uniformity"), where naga lets them pass.
 
+use super::shaders::all;
 use crate::browser::{console, result};
-use crate::shaders::all;
 use crate::support::Scratch;
 use bondline::march::Precision;
 use bondline::march::gpu::{LANES, shader};

@@ -1,11 +1,12 @@
 //! Members that a workgroup carries, a block of cells a lane: as the processor carries them, whatever the blocks.
 
-use crate::layup::held_above_too;
-use crate::parity::{apart_k, differing, numbers, spoiled};
-use crate::rows::{dispatched, reflected};
+use super::layup::held_above_too;
+use super::parity::spoiled;
+use super::rows::{dispatched, reflected};
 use crate::support::{
     BALANCE, MASS, MASS_SINGLE, ROUNDING_K, SINGLE_K, SINGLE_REACTING_K, Uniform, adapter, case, cases, changed, drawn,
 };
+use crate::support::{apart_k, differing, numbers};
 use bondline::case::{Case, GasPath, Sensor};
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;

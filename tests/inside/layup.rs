@@ -1,7 +1,7 @@
 //! What a layup has beside its plies: a holder around it, density that shades, contacts that differ, beads on a side
 //! of them and at depths in doubt.
 
-use crate::parity::differing;
+use crate::support::differing;
 use crate::support::{BALANCE, ROUNDING_K, SINGLE_K, Scratch, adapter, changed, coarse, drawn, schedule, with_factor};
 use bondline::case::{Case, Conductivity, Estimate, Face, Holder, Material, Property, Resolution, Side, Table};
 use bondline::ensemble::Ensemble;
