@@ -185,7 +185,8 @@ fn noise(outcome: &Estimated) -> String {
         "white noise".to_owned()
     };
     format!(
-        "Noise model of the residuals (restricted likelihood): most probably {memory}. Effective sample size {} of {}; the lag-one          autocorrelation of the residuals is {}.",
+        "Noise model of the residuals (restricted likelihood): most probably {memory}. Effective sample size {} of {}; the lag-one \
+         autocorrelation of the residuals is {}.",
         words::significant(outcome.effective_samples, 2),
         words::count(outcome.samples),
         words::significant(outcome.autocorrelation, 2)
