@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # All that a change must pass: format, lints, tests, documentation. Installs what the tests need where it is missing:
 # the software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
-#   --all    also run the blocks of the documentation that take longer than some seconds, and renew its verification tables
+#   --all    also what takes longer: 300 random cases, 300 mutants of the kernels, the slow blocks of the documentation and
+#            its verification tables
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -11,7 +12,7 @@ fail() { printf 'scripts/test.sh: %s\n' "$*" >&2; exit 1; }
 check=
 for option in "$@"; do
     case "$option" in
-        --all) export BONDLINE_ALL=1 check=--check ;;
+        --all) export BONDLINE_ALL=1 BONDLINE_RANDOM_CASES=300 BONDLINE_MUTANTS=300 check=--check ;;
         *) fail "unknown option $option: expected --all" ;;
     esac
 done
@@ -62,11 +63,15 @@ cargo clippy --profile work --all-targets -- -D warnings
 for features in '' gpu serde report gpu,report; do
     cargo clippy --profile work --lib --no-default-features --features "$features" -- -D warnings
 done
+cargo clippy --profile work --benches --features internals -- -D warnings
 cargo tree --edges normal --no-default-features | grep -E ' (wgpu|naga|parquet|clap|plotters|serde_json) ' &&
     fail 'the solver alone depends on what only devices, reports or the command need'
 say 'tests'
 cargo test --profile work
 say 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --profile work --no-deps
+# JSON of the documentation is not stable yet; its format is that of the toolchain at hand.
+RUSTC_BOOTSTRAP=1 cargo rustdoc --profile work --lib --quiet -- -Z unstable-options --output-format json
+python3 scripts/public_api.py "${CARGO_TARGET_DIR:-target}/doc/bondline.json" docs/reference/public-api.txt
 scripts/docs.sh $check
 say 'all passed'

@@ -43,22 +43,54 @@ use std::time::Instant;
 pub enum ReportError {
     /// The folder holds the report of another case.
     #[error("{path:?} holds the case {found:?}, not {wanted:?}; choose another --out or give --force")]
-    OtherCase { path: PathBuf, found: String, wanted: String },
+    OtherCase {
+        /// The file.
+        path: PathBuf,
+        /// The case that it holds.
+        found: String,
+        /// The case at hand.
+        wanted: String,
+    },
     /// The path of the folder is a file.
     #[error("{path:?} is not a folder")]
-    NotAFolder { path: PathBuf },
+    NotAFolder {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file or folder cannot be read, made, written, renamed or removed.
     #[error("{doing} {path:?}: {source}")]
-    Io { doing: &'static str, path: PathBuf, source: std::io::Error },
+    Io {
+        /// What failed.
+        doing: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
     /// A figure cannot be drawn.
     #[error("figure {id}: {message}")]
-    Figure { id: String, message: String },
+    Figure {
+        /// The figure.
+        id: String,
+        /// Why.
+        message: String,
+    },
     /// A row of a table cannot be written.
     #[error("table {name}: {message}")]
-    Table { name: String, message: String },
+    Table {
+        /// The table.
+        name: String,
+        /// Why.
+        message: String,
+    },
     /// A Parquet file cannot be written.
     #[error("{path:?}: {message}")]
-    Parquet { path: PathBuf, message: String },
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        message: String,
+    },
     /// JSON cannot be written.
     #[error("JSON: {0}")]
     Json(#[from] serde_json::Error),

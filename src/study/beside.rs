@@ -52,7 +52,14 @@ impl Left {
 pub enum BesideError {
     /// The other case has not the observations of the first.
     #[error("{other:?} has not the observations of {case:?}: {why}")]
-    OtherObservations { case: String, other: String, why: String },
+    OtherObservations {
+        /// The case.
+        case: String,
+        /// The other case.
+        other: String,
+        /// How they differ.
+        why: String,
+    },
     /// The other case cannot be fitted.
     #[error(transparent)]
     Estimate(#[from] EstimateError),

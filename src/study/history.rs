@@ -112,22 +112,49 @@ pub enum HistoryError {
     #[error(
         "the hot face of {case:?} is held at a temperature: nothing heats it, expected kind = \"heated\" or \"convective\""
     )]
-    Held { case: String },
+    Held {
+        /// The case.
+        case: String,
+    },
     /// The case has several quantities to seek, and none is named.
     #[error(
         "{case:?} has a {first} and a {second}, and data do not separate one from the other: give --seek {first} or --seek {second}, \
          and the other stays as the case has it"
     )]
-    Several { case: String, first: &'static str, second: &'static str },
+    Several {
+        /// The case.
+        case: String,
+        /// The first of the two.
+        first: &'static str,
+        /// The second of the two.
+        second: &'static str,
+    },
     /// The case has not the quantity that is named.
     #[error("--seek {sought}: {case:?} has none: {reason}")]
-    Absent { case: String, sought: &'static str, reason: &'static str },
+    Absent {
+        /// The case.
+        case: String,
+        /// The quantity.
+        sought: &'static str,
+        /// Why it is not there.
+        reason: &'static str,
+    },
     /// The chosen sensors have no samples in their windows.
     #[error("nothing to find a history from: the sensors chosen have no samples between {from_s} s and {to_s} s")]
-    NoSamples { from_s: f64, to_s: f64 },
+    NoSamples {
+        /// Start of the window, s.
+        from_s: f64,
+        /// End of the window, s.
+        to_s: f64,
+    },
     /// There are more values to find than samples.
     #[error("{values} values cannot be sought in {samples} samples; ask for fewer knots, or give more data")]
-    TooMany { values: usize, samples: usize },
+    TooMany {
+        /// Unknown values.
+        values: usize,
+        /// Samples in the windows.
+        samples: usize,
+    },
     /// The case cannot be marched as it is.
     #[error("as the case says it is heated it cannot be marched: a temperature left 0 to 4,000 K or a table")]
     Strayed,

@@ -69,7 +69,14 @@ pub struct Posterior {
 pub enum PosteriorError {
     /// There are fewer walkers than directions to span.
     #[error("{walkers} walkers are too few for {factors} factors: expected {least} at least")]
-    FewWalkers { walkers: usize, factors: usize, least: usize },
+    FewWalkers {
+        /// Chains asked for.
+        walkers: usize,
+        /// Factors.
+        factors: usize,
+        /// The fewest chains.
+        least: usize,
+    },
     /// The residuals have no scatter to weigh the data by.
     #[error("no posterior: the fit leaves no residual, or no sample to spare, to weigh the data by")]
     NoScatter,

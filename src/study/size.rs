@@ -108,10 +108,20 @@ pub struct Check {
 pub enum SizeError {
     /// The case has no such ply or group.
     #[error("no ply or group is called {name:?}; there are {known}")]
-    NoPly { name: String, known: String },
+    NoPly {
+        /// The name that was given.
+        name: String,
+        /// The names that there are.
+        known: String,
+    },
     /// A factor scales the thickness of other plies with that of this one.
     #[error("{ply:?} cannot be sized alone: factor {factor:?} scales the thickness of other plies with it")]
-    OtherPlies { ply: String, factor: String },
+    OtherPlies {
+        /// The ply.
+        ply: String,
+        /// The factor.
+        factor: String,
+    },
     /// The case has no factors.
     #[error("the case has no factors to vary, and a probability needs some")]
     NoFactors,
@@ -120,7 +130,20 @@ pub enum SizeError {
         "{sensor} is not cooled by a thicker {ply}: it peaks at {thin_k:.1} K with {thin_mm} mm and at {thick_k:.1} K with \
          {thick_mm} mm"
     )]
-    NotCooled { sensor: String, ply: String, thin_mm: f64, thin_k: f64, thick_mm: f64, thick_k: f64 },
+    NotCooled {
+        /// The sensor.
+        sensor: String,
+        /// The ply.
+        ply: String,
+        /// The least thickness, mm.
+        thin_mm: f64,
+        /// The peak there, K.
+        thin_k: f64,
+        /// The largest thickness, mm.
+        thick_mm: f64,
+        /// The peak there, K.
+        thick_k: f64,
+    },
     /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),

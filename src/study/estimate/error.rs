@@ -15,18 +15,42 @@ pub enum EstimateError {
     NothingShared(String),
     /// The chosen sensors have no samples in their window.
     #[error("nothing to estimate from: the sensors chosen of {case:?} have no samples between {from_s} s and {to_s} s")]
-    NoSamples { case: String, from_s: f64, to_s: f64 },
+    NoSamples {
+        /// The case.
+        case: String,
+        /// Start of the window, s.
+        from_s: f64,
+        /// End of the window, s.
+        to_s: f64,
+    },
     /// The bounds of a shared factor have no value in common.
     #[error(
         "factor {factor:?}: the cases allow no value in common; the highest low bound is {low}, the lowest high one {high}"
     )]
-    NoRoom { factor: String, low: f64, high: f64 },
+    NoRoom {
+        /// The factor.
+        factor: String,
+        /// Its lower bound.
+        low: f64,
+        /// Its upper bound.
+        high: f64,
+    },
     /// A profile is wanted of a factor that is not estimated.
     #[error("no profile of {name:?}: it is not estimated; there are {known}")]
-    NoProfile { name: String, known: String },
+    NoProfile {
+        /// The name that was given.
+        name: String,
+        /// The names that there are.
+        known: String,
+    },
     /// The cases of a joint estimate state different losses or priors.
     #[error("{case:?} asks for another loss or prior than {first:?}; give --loss and --prior for all")]
-    OtherObjective { first: String, case: String },
+    OtherObjective {
+        /// The first of the two.
+        first: String,
+        /// The case.
+        case: String,
+    },
     /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),
