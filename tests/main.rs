@@ -6,7 +6,6 @@ mod browser; // a headless Chromium whose console is the channel back
 mod builder; // cases built of values, and what is refused of them
 mod cli; // the built binary from outside: exit codes, messages, files
 mod derivatives; // derivatives at nominal factors, against differences, for every property on every kind of case
-mod differentiated; // kernels that tell changes: each rule against dual numbers, on the device
 #[cfg(unix)]
 mod documentation; // README and the book: commands run, case files load
 mod estimates; // estimates of whole cases: intervals, profiles, standard errors, coverage
@@ -21,11 +20,9 @@ mod posterior; // posteriors beside linear intervals and profiles; bands beside 
 mod readings; // what sensors read beside plies that decompose
 mod reduction; // which factors are left to estimate, beside what the paper left
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
-mod rows; // rows on the device where the host puts them
 mod serialised; // cases and answers as JSON, and the fingerprint of a case
 mod session; // sessions of the library beside the command; progress, cancellation, refused options
 mod support; // tolerances with their reasons, cases, devices
 mod tangents; // derivatives that a march tells, against differences
 mod tidy; // the tree's own rules, read from its sources
-mod twins; // each WGSL function against its Rust twin, on the device
 mod verification; // every row of the verification suite, and that a row can fail

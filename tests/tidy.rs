@@ -93,17 +93,23 @@ fn sources() -> Vec<Source> {
     let paths = files("src", ".rs");
     let texts: Vec<String> = paths.iter().map(|path| text(path)).collect();
     let tests: Vec<String> = paths.iter().zip(&texts).flat_map(|(path, text)| for_tests(path, text)).collect();
-    let kept = paths.iter().zip(&texts).filter(|(path, _)| !tests.contains(path));
+    let for_tests = |path: &str| tests.iter().any(|module| *module == path || path.starts_with(&folder(module)));
+    let kept = paths.iter().zip(&texts).filter(|(path, _)| !for_tests(path));
     let sources: Vec<Source> = kept.map(|(path, text)| Source::new(path, text)).collect();
     assert!(sources.len() > 50, "only {} sources found", sources.len());
     sources
 }
 
+/// The folder of the modules that a file declares.
+fn folder(path: &str) -> String {
+    format!("{}/", path.trim_end_matches("mod.rs").trim_end_matches(".rs").trim_end_matches('/'))
+}
+
 /// The files of modules that a file declares for tests alone.
 fn for_tests(path: &str, text: &str) -> Vec<String> {
-    let folder = path.trim_end_matches("mod.rs").trim_end_matches(".rs").trim_end_matches('/');
+    let folder = folder(path);
     let declared = text.split("#[cfg(test)]\nmod ").skip(1).filter_map(|rest| rest.split_once([';', '{']));
-    declared.map(|(name, _)| format!("{folder}/{}.rs", name.trim())).collect()
+    declared.map(|(name, _)| format!("{folder}{}.rs", name.trim())).collect()
 }
 
 /// What follows each `crate::` up to the end of the name.

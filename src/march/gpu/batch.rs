@@ -131,6 +131,9 @@ impl Batch {
                 steps: plan.steps(),
             });
         }
+        if let Some(&step) = progress[count..].iter().find(|&&step| step as usize > plan.steps()) {
+            return Err(device.error(format!("says that a member diverged on step {step} of {}", plan.steps())));
+        }
         let gathered = |words: Words| -> Result<Traces, MarchError> {
             let (left, shown) = (device.landed::<W>(words.left)?, device.landed::<W>(words.shown)?);
             Ok(gather(plan, first, count, &shown, &left))

@@ -333,12 +333,25 @@ impl Device {
         bound: impl IntoIterator<Item = (u32, wgpu::BindingResource<'a>)>,
         written: &wgpu::Buffer,
     ) -> Result<Vec<T>, MarchError> {
-        let pipeline = self.pipeline(kernel, entry)?;
-        let group = self.bind(&pipeline, bound);
+        self.run(&self.pipeline(kernel, entry)?, groups, bound, written)
+    }
+
+    /// Run a pipeline once over what it binds, and hand back what it wrote into one of its buffers.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn run<'a, T: Pod>(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        groups: u32,
+        bound: impl IntoIterator<Item = (u32, wgpu::BindingResource<'a>)>,
+        written: &wgpu::Buffer,
+    ) -> Result<Vec<T>, MarchError> {
+        let group = self.bind(pipeline, bound);
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&pipeline);
+            pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &group, &[]);
             pass.dispatch_workgroups(groups, 1, 1);
         }

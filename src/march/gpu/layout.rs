@@ -116,3 +116,60 @@ pub(super) fn declarations() -> String {
     let rows = ROWS.iter().map(row).collect::<String>();
     format!("{rows}{PLAN}{}{}", state::declarations(), Run::WGSL)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Case;
+    use crate::march::Precision;
+    use crate::march::gpu::{LANES, shader};
+    use naga::{Module, TypeInner};
+
+    /// The offsets of the members of a struct, and its span.
+    fn lies(module: &Module, name: &str) -> (Vec<u32>, u32) {
+        let named = |(_, kind): &(_, &naga::Type)| kind.name.as_deref() == Some(name);
+        let Some((_, naga::Type { inner: TypeInner::Struct { members, span }, .. })) = module.types.iter().find(named)
+        else {
+            panic!("the kernel has no struct {name}");
+        };
+        (members.iter().map(|member| member.offset).collect(), *span)
+    }
+
+    /// Whether a kernel of a plan lays out rows, and the words of a dispatch, as the host writes them.
+    fn lies_as_written<W: Word>(plan: &Plan, text: &str) -> bool {
+        let module =
+            naga::front::wgsl::parse_str(text).unwrap_or_else(|error| panic!("{}", error.emit_to_string(text)));
+        let rows_lie = ROWS.iter().all(|row| {
+            let bytes = if row.scalar == "real" { size_of::<W>() } else { size_of::<u32>() };
+            let each = (0..row.fields.len()).map(|place| (place * bytes) as u32).collect();
+            lies(&module, row.name) == (each, (row.fields.len() * bytes).next_multiple_of(16) as u32)
+        });
+        let slots = size_of::<Slots>() as u32;
+        let words = (0..).step_by(4).take(16).map(|offset| slots + offset);
+        let run = (std::iter::once(0).chain(words).collect(), size_of::<Run>() as u32);
+        let plan_bytes = plan_bytes(plan, &plan.rows.map(W::word)).len() as u32;
+        rows_lie && lies(&module, "Run") == run && lies(&module, "Plan").1 == plan_bytes
+    }
+
+    #[test]
+    fn kernels_lay_out_what_they_read_as_the_host_writes_it() {
+        for id in ["slab", "lcat-2259-pyrolysis"] {
+            let plan = Plan::new(&Case::load(format!("cases/{id}").as_ref()).expect("a shipped case"));
+            for lanes in [1, LANES] {
+                let text = |precision| shader::kernel(&plan, precision, false, lanes, shader::MARCH);
+                assert!(lies_as_written::<f32>(&plan, &text(Precision::F32)), "{id} in f32");
+                assert!(lies_as_written::<f64>(&plan, &text(Precision::F64)), "{id} in f64");
+                assert!(!lies_as_written::<f64>(&plan, &text(Precision::F32)), "{id}: the other precision passed");
+                for (from, to) in [
+                    ("    end_step: u32,", "    @align(16) end_step: u32,"),
+                    ("    bulks: array", "    @size(4096) bulks: array"),
+                    ("    @align(16) start: real,", "    @align(16) unused: real,\n    start: real,"),
+                ] {
+                    let spoiled = text(Precision::F32).replacen(from, to, 1);
+                    assert_ne!(spoiled, text(Precision::F32), "nothing was spoiled: {from}");
+                    assert!(!lies_as_written::<f32>(&plan, &spoiled), "{id}: {to} passed");
+                }
+            }
+        }
+    }
+}

@@ -23,6 +23,8 @@ pub mod self_tests;
 pub mod shader;
 pub mod spirv;
 mod state;
+#[cfg(test)]
+mod tests;
 mod word;
 
 use super::{Backend, Begun, March, MarchError, Precision, read_out};

@@ -17,9 +17,9 @@ pub const SHORT: u32 = 32;
 
 /// A kernel as naga reads its text: sound.
 pub struct Kernel {
-    text: String,
+    pub(super) text: String,
     pub module: Module,
-    info: ModuleInfo,
+    pub(super) info: ModuleInfo,
 }
 
 impl Kernel {
@@ -49,7 +49,7 @@ impl Kernel {
         shared.map(|(_, variable)| bytes(variable).next_multiple_of(16)).sum()
     }
 
-    fn sound(text: String, module: Module) -> Result<Self, String> {
+    pub(super) fn sound(text: String, module: Module) -> Result<Self, String> {
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::FLOAT64);
         let info = validator.validate(&module).map_err(|error| error.emit_to_string(&text))?;
         Ok(Self { text, module, info })

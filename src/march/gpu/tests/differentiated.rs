@@ -1,16 +1,16 @@
 //! Kernels that tell changes: each rule of differentiation on the device against the dual number on the processor, bit for bit.
 
-use crate::support::{Uniform, adapter, device};
-use bondline::march::Precision;
-use bondline::march::gpu::device::Device;
-use bondline::march::gpu::shader;
-use bondline::march::gpu::spirv::Kernel;
-use bondline::physics::Real;
-use bondline::physics::compensated::{Pair, advanced, difference};
-use bondline::physics::dual::Dual;
-use bondline::physics::exponential::{decay, exponential, logarithm, power};
-use bondline::physics::lanes::{Doubles, Singles};
-use bondline::physics::tridiagonal::settled;
+use super::{Uniform, device};
+use crate::march::Precision;
+use crate::march::gpu::device::Device;
+use crate::march::gpu::shader;
+use crate::march::gpu::spirv::Kernel;
+use crate::physics::Real;
+use crate::physics::compensated::{Pair, advanced, difference};
+use crate::physics::dual::Dual;
+use crate::physics::exponential::{decay, exponential, logarithm, power};
+use crate::physics::lanes::{Doubles, Singles};
+use crate::physics::tridiagonal::settled;
 use bytemuck::Pod;
 use simdeez::engines::scalar::Scalar;
 
@@ -114,7 +114,7 @@ where
 {
     let expressions: Vec<&str> = rules.iter().map(|(expression, _)| *expression).collect();
     let kernel = kernel(precision, &expressions).expect("there is a rule for each");
-    let mut uniform = Uniform(2026);
+    let mut uniform = Uniform::new(2026);
     let mut drawn = |low, high| (0..SAMPLES * INPUTS).map(|_| uniform.between(low, high)).collect::<Vec<f64>>();
     let (mut values, changes) = (drawn(0.5, 4.0), drawn(-1.0, 1.0));
     // Equal values, and values equal to the constants of the rules: minima and maxima take the mean of both changes.
@@ -153,7 +153,7 @@ where
 
 #[test]
 fn every_rule_on_the_device_is_that_of_dual_numbers_bit_for_bit() {
-    let device = Device::open(adapter(), false).expect("the device opens");
+    let device = device(false);
     assert_eq!(wrong::<f32, Single>(&device, Precision::F32, &rules()), [], "in f32");
     assert_eq!(wrong::<f64, Double>(&device, Precision::F64, &rules()), [], "in f64");
 }
@@ -166,7 +166,7 @@ fn a_change_that_is_not_that_of_its_expression_is_caught() {
         // Of two equal values the change of the second alone.
         ("max(x[0], x[1])", |x| if x[0].lane(0) > x[1].lane(0) { x[0] } else { x[1] }),
     ];
-    assert_eq!(wrong::<f64, Double>(&device(), Precision::F64, &spoiled).len(), 3);
+    assert_eq!(wrong::<f64, Double>(&device(true), Precision::F64, &spoiled).len(), 3);
 }
 
 #[test]

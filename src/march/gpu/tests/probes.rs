@@ -1,25 +1,25 @@
-//! Each WGSL function against its Rust twin on thousands of inputs, in both precisions, bit for bit.
+//! Functions of WGSL against their twins on thousands of inputs, in both precisions, bit for bit.
 
-use crate::rows::dispatched;
-use crate::support::{Uniform, device};
-use bondline::march::Precision;
-use bondline::march::gpu::device::Device;
-use bondline::march::gpu::shader;
-use bondline::physics::Real;
-use bondline::physics::compensated::{Pair, advanced, difference, two_sum};
-use bondline::physics::decomposition::{consumed, mean_decay, rate};
-use bondline::physics::exponential::{decay, exponential, logarithm, power};
-use bondline::physics::faces::{FaceScale, face_flux};
-use bondline::physics::holder::flux_sideways;
-use bondline::physics::material::{Parts, conductance_across, conductance_within, flux_slopes, gain_across, solid};
-use bondline::physics::reading::{covered, followed, reading};
-use bondline::physics::table::{beyond, integral, segment, spot, value};
-use bondline::physics::tridiagonal::{factorise, substitute};
-use bondline::plan::layout::{
-    ABREAST, AIR_PROPERTIES, Bead, Drive, FACE_COLUMNS, Face, GAUGES, HEATS, NO_INSTANT, Reaction, STATES_MAX, Sensor,
-    TABLE_NODES, TABLE_STEP_K,
-};
-use bytemuck::Pod;
+use super::super::device::Device;
+use super::super::layout::Run;
+use super::super::shader;
+use super::super::spirv::{self, Kernel};
+use super::{Target, Uniform, device, mutants};
+use crate::case::Case;
+use crate::march::Precision;
+use crate::physics::Real;
+use crate::physics::compensated::{Pair, advanced, difference, two_sum};
+use crate::physics::decomposition::{consumed, mean_decay, rate};
+use crate::physics::exponential::{decay, exponential, logarithm, power};
+use crate::physics::faces::{FaceScale, face_flux};
+use crate::physics::holder::flux_sideways;
+use crate::physics::material::{Parts, conductance_across, conductance_within, flux_slopes, gain_across, solid};
+use crate::physics::reading::{covered, followed, reading};
+use crate::physics::table::{beyond, integral, segment, spot, value};
+use crate::physics::tridiagonal::{factorise, substitute};
+use crate::plan::Plan;
+use crate::plan::layout::{Bead, Drive, Face, Reaction, Sensor, TABLE_NODES};
+use bytemuck::{Pod, Zeroable};
 
 const SAMPLES: usize = 4096;
 /// Cells of the systems that the tridiagonal twins solve.
@@ -28,15 +28,15 @@ const CELLS: usize = 24;
 const COLUMNS: usize = 16;
 
 /// From inputs and tables to outputs.
-type Twin<'a, W> = dyn Fn(&[W], &[W], &mut [W]) + 'a;
+type Twin<W> = fn(&[W], &[W], &mut [W]);
 
 /// A probe: what to evaluate, on what inputs, and the twin of it.
-struct Probe<'a, W> {
+struct Probe<W> {
     /// Statements over `x`, the inputs, that fill `y`, the outputs.
-    body: &'a str,
+    body: &'static str,
     inputs: Vec<(f64, f64)>,
     outputs: usize,
-    twin: &'a Twin<'a, W>,
+    twin: Twin<W>,
 }
 
 /// A table whose columns bend, so that rows and shares both matter.
@@ -49,95 +49,94 @@ fn tables<W: Real<Scalar = W, Still = W>>() -> Vec<W> {
         .collect()
 }
 
-/// Bits of the outputs that differ between the device and the twin.
-fn differing<W>(device: &Device, precision: Precision, texels: bool, probe: &Probe<'_, W>) -> usize
-where
-    W: Pod + Real<Scalar = W, Still = W> + PartialEq,
-{
-    let (ins, outs) = (probe.inputs.len(), probe.outputs);
-    let mut text = shader::head(precision);
-    for (name, value) in [
-        ("CELLS", CELLS as u32),
-        ("NODE_CELLS", CELLS as u32),
-        ("GAS_CELLS", CELLS as u32),
-        ("PORE_CELLS", CELLS as u32),
-        ("LANES", 1),
-        ("WORKGROUP", 64),
-        ("PLIES", 3),
-        ("SENSORS", 1),
-        ("PARTS", 3),
-        ("HOLDER", 1),
-        ("DEPTHS", 1),
-        ("HEATS", HEATS as u32),
-        ("TABLE_NODES", TABLE_NODES as u32),
-        ("ABREAST", ABREAST as u32),
-        ("TEXELS_ABREAST", shader::TEXELS_ABREAST),
-        ("AIR_PROPERTIES", AIR_PROPERTIES as u32),
-        ("PROPERTIES", COLUMNS as u32 / 2),
-        ("FACE_TABLE", 0),
-        ("FACE_COLUMNS", FACE_COLUMNS as u32),
-        ("STATES_MAX", STATES_MAX as u32),
-        ("GAUGES", GAUGES as u32),
-        ("SUBSTANCES", 1),
-        ("STATES", 1),
-        ("LEVELS", 1),
-        ("REACTIONS", 1),
-        ("PATHS", 1),
-        ("NO_INSTANT", NO_INSTANT),
-    ] {
-        text += &format!("const {name} = {value}u;\n");
+/// A kernel that evaluates all probes.
+fn text<W>(plan: &Plan, precision: Precision, texels: bool, probes: &[Probe<W>]) -> String {
+    let inputs = probes.iter().map(|probe| probe.inputs.len()).sum::<usize>();
+    let outputs = probes.iter().map(|probe| probe.outputs).sum::<usize>();
+    let (mut from, mut to, mut bodies) = (0, 0, String::new());
+    for Probe { body, inputs: own, outputs: results, .. } in probes {
+        bodies += &format!(
+            "{{ var x: array<real, {ins}>; var y: array<real, {results}>;
+             for (var i = 0u; i < {ins}u; i++) {{ x[i] = inputs[id.x * {inputs}u + {from}u + i]; }}
+             {body}
+             for (var i = 0u; i < {results}u; i++) {{ outputs[id.x * {outputs}u + {to}u + i] = y[i]; }} }}\n",
+            ins = own.len(),
+        );
+        from += own.len();
+        to += results;
     }
-    for name in ["LOOKED_UP", "GAS", "UNHINDERED", "QUASI_STEADY", "DARCY", "BACK_IS_OPEN"] {
-        text += &format!("const {name} = false;\n");
-    }
-    text += &format!("const TEXELS = {texels};\nconst MIDDLE_PA = 1e5;\nconst TABLE_STEP_K = {TABLE_STEP_K:?};\n");
-    for (_, part) in shader::PARTS.iter().chain([&shader::SINGLE_THREAD]) {
-        text += &shader::placed(part, 1);
-    }
-    text += &format!(
-        "@group(0) @binding(30) var<storage, read> ones: array<real>;
+    let entry = format!(
+        "var<private> {mutant}: u32;
+         @group(0) @binding(30) var<storage, read> ones: array<real>;
          @group(0) @binding(31) var<storage, read> inputs: array<real>;
          @group(0) @binding(32) var<storage, read_write> outputs: array<real>;
          @compute @workgroup_size(64) fn probe(@builtin(global_invocation_id) id: vec3<u32>) {{
              one = ones[0];
-             var x: array<real, {ins}>;
-             for (var i = 0u; i < {ins}u; i++) {{ x[i] = inputs[id.x * {ins}u + i]; }}
-             var y: array<real, {outs}>;
-             {body}
-             for (var i = 0u; i < {outs}u; i++) {{ outputs[id.x * {outs}u + i] = y[i]; }}
-         }}",
-        body = probe.body
+             {mutant} = u32(ones[1]);
+             {bodies} }}",
+        mutant = mutants::VARIABLE,
     );
-    let mut uniform = Uniform(2026);
-    let inputs: Vec<W> = (0..SAMPLES)
-        .flat_map(|_| probe.inputs.iter().map(|&(low, high)| W::scalar(uniform.between(low, high))).collect::<Vec<_>>())
-        .collect();
-    let tables = tables::<W>();
-    // Either holds the tables, and the other nothing.
-    let words: Vec<f32> = tables.iter().map(|&word| W::of(word).lane(0) as f32).collect();
-    let in_texels = device.texels("texels", if texels { &words } else { &[] });
-    let in_buffer = device.upload("tables", if texels { &[] } else { &tables[..] });
-    let [ones, inputs_up, outputs] = [&[W::scalar(1.0); 4][..], &inputs, &vec![W::scalar(0.0); SAMPLES * outs]]
-        .map(|words| device.upload("probe", words));
-    let mut bound = vec![];
-    if probe.body.contains("spot(") {
-        bound.extend([(6, in_buffer.as_entire_binding()), (7, wgpu::BindingResource::TextureView(&in_texels))]);
+    shader::kernel(plan, precision, texels, 1, ("probe", &entry))
+}
+
+/// A plan whose kernel tells three parts of a conductivity apart.
+fn plan() -> Plan {
+    let mut plan = Plan::new(&Case::load("cases/permeation".as_ref()).expect("a shipped case"));
+    plan.parts = 3;
+    plan
+}
+
+/// All probes as one kernel, and the outputs of their twins.
+struct Probed<W> {
+    kernel: Kernel,
+    device: Device,
+    texels: wgpu::TextureView,
+    buffers: Vec<(u32, wgpu::Buffer)>,
+    expected: Vec<W>,
+}
+
+impl<W: Pod + Real<Scalar = W, Still = W> + PartialEq> Probed<W> {
+    fn new(device: &Device, precision: Precision, texels: bool, probes: &[Probe<W>]) -> Self {
+        let mut uniform = Uniform::new(2026);
+        let tables = tables::<W>();
+        let (mut inputs, mut expected) = (vec![], vec![]);
+        for _ in 0..SAMPLES {
+            for probe in probes {
+                let x: Vec<W> = probe.inputs.iter().map(|&(low, high)| W::scalar(uniform.between(low, high))).collect();
+                let mut y = vec![W::scalar(0.0); probe.outputs];
+                (probe.twin)(&x, &tables, &mut y);
+                inputs.extend(x);
+                expected.extend(y);
+            }
+        }
+        let plan = plan();
+        let kernel = device.kernel(text(&plan, precision, texels, probes)).expect("the probes compile");
+        // Either holds the tables, and the other nothing.
+        let words: Vec<f32> = tables.iter().map(|&word| W::of(word).lane(0) as f32).collect();
+        let run = Run { one: 1.0, lanes: 1, cells: CELLS as u32, last_cell: CELLS as u32 - 1, ..Run::zeroed() };
+        let buffers = vec![
+            (0, device.uniform("run", &[run]).expect("it is small")),
+            (6, device.upload("tables", if texels { &[] } else { &tables[..] })),
+            (31, device.upload("inputs", &inputs)),
+            (32, device.upload("outputs", &expected)),
+        ];
+        let texels = device.texels("texels", if texels { &words } else { &[] });
+        Self { kernel, device: device.clone(), texels, buffers, expected }
     }
-    let kernel = device.kernel(text).expect("the probe compiles");
-    let words = dispatched(&kernel.module, &[("cells", CELLS as u32)]);
-    let run = device.uniform("run", &words).expect("it is small");
-    if probe.body.contains("factorise(") {
-        bound.push((0, run.as_entire_binding()));
+
+    /// Places of outputs that differ from those of the twins by any bit.
+    fn differing(&self, pipeline: &wgpu::ComputePipeline, mutant: u32) -> Vec<usize> {
+        let ones =
+            self.device.upload("ones", &[W::scalar(1.0), W::scalar(mutant.into()), W::scalar(0.0), W::scalar(0.0)]);
+        let layout = spirv::compile(&self.kernel, "probe", true).expect("it has the entry point").bindings;
+        let all = self.buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding()));
+        let others = [(7, wgpu::BindingResource::TextureView(&self.texels)), (30, ones.as_entire_binding())];
+        let bound = all.chain(others).filter(|(binding, _)| layout.iter().any(|(known, _)| known == binding));
+        let outputs = &self.buffers[3].1;
+        let found: Vec<W> = self.device.run(pipeline, (SAMPLES / 64) as u32, bound, outputs).expect("the probes run");
+        let differ = |(_, (a, b)): &(usize, (&W, &W))| bytemuck::bytes_of(*a) != bytemuck::bytes_of(*b);
+        found.iter().zip(&self.expected).enumerate().filter(differ).map(|(place, _)| place).collect()
     }
-    bound.extend((30..).zip([&ones, &inputs_up, &outputs].map(wgpu::Buffer::as_entire_binding)));
-    let found: Vec<W> = device.probe(&kernel, "probe", (SAMPLES / 64) as u32, bound, &outputs).expect("the probe runs");
-    let mut expected = vec![W::scalar(0.0); outs];
-    let mut count = 0;
-    for (x, y) in inputs.chunks_exact(ins).zip(found.chunks_exact(outs)) {
-        (probe.twin)(x, &tables, &mut expected);
-        count += y.iter().zip(&expected).filter(|(a, b)| bytemuck::bytes_of(*a) != bytemuck::bytes_of(*b)).count();
-    }
-    count
 }
 
 fn put<W: Copy>(y: &mut [W], values: &[W]) {
@@ -148,8 +147,8 @@ fn pair<W: Copy>(x: &[W], at: usize) -> Pair<W> {
     Pair { high: x[at], low: x[at + 1] }
 }
 
-/// Every function of the parts, with inputs of the size the march meets.
-fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
+/// The functions that need no member, with inputs of the size the march meets.
+fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
     let (hot, low, cold) = ((300.0, 1800.0), (-1e-4, 1e-4), (250.0, 2500.0));
     let k = (0.01, 0.6);
     vec![
@@ -157,7 +156,7 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
             body: "let p = two_sum(x[0], x[1]); y[0] = p.high; y[1] = p.low;",
             inputs: vec![hot, (-2.0, 2.0)],
             outputs: 2,
-            twin: &|x, _, y| {
+            twin: |x, _, y| {
                 let p = two_sum(x[0], x[1]);
                 put(y, &[p.high, p.low]);
             },
@@ -166,7 +165,7 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
             body: "let p = advanced(Pair(x[0], x[1]), x[2]); y[0] = p.high; y[1] = p.low;",
             inputs: vec![hot, low, (-2.0, 2.0)],
             outputs: 2,
-            twin: &|x, _, y| {
+            twin: |x, _, y| {
                 let p = advanced(pair(x, 0), x[2]);
                 put(y, &[p.high, p.low]);
             },
@@ -175,14 +174,14 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
             body: "y[0] = difference(Pair(x[0], x[1]), Pair(x[2], x[3]));",
             inputs: vec![hot, low, hot, low],
             outputs: 1,
-            twin: &|x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
+            twin: |x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
         },
         Probe {
             body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.share; y[2] = value(segment(s, 8u, 4u), 1u);
                    y[3] = integral(segment(s, 8u, 4u), 1u); y[4] = value(beyond(segment(s, 16u, 0u), 4u), 3u);",
             inputs: vec![(-50.0, 4500.0)],
             outputs: 5,
-            twin: &|x, tables, y| {
+            twin: |x, tables, y| {
                 let s = spot(x[0]);
                 let seen = segment(tables, s, 8, 4);
                 let further = beyond(segment(tables, s, 16, 0), 4);
@@ -194,7 +193,7 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
                    y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5)],
             outputs: 3,
-            twin: &|x, tables, y| {
+            twin: |x, tables, y| {
                 let scale = Parts { solid: x[1], gas: x[2], radiative: x[3] };
                 let here = solid(segment(tables, spot(x[0]), COLUMNS, 0), 3, scale, true);
                 put(y, &[here.conductivity, here.heat_capacity, here.slope]);
@@ -205,7 +204,7 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
                    y[1] = conductance_across(x[0], x[3], x[1], x[4], x[5]);",
             inputs: vec![k, k, (5e3, 5e4), (1e-5, 1e-4), (1e-5, 1e-4), (0.0, 0.01)],
             outputs: 2,
-            twin: &|x, _, y| {
+            twin: |x, _, y| {
                 put(y, &[conductance_within(x[0], x[1], x[2]), conductance_across(x[0], x[3], x[1], x[4], x[5])]);
             },
         },
@@ -214,7 +213,7 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
                    let by = flux_slopes(x[0], array<real, 2>(x[3], x[4])); y[1] = by[0]; y[2] = by[1];",
             inputs: vec![(1.0, 1e3), k, (1e-5, 1e-4), (-500.0, 500.0), (-500.0, 500.0)],
             outputs: 3,
-            twin: &|x, _, y| {
+            twin: |x, _, y| {
                 let [by_node, by_next] = flux_slopes(x[0], [x[3], x[4]]);
                 put(y, &[gain_across(x[0], x[1], x[2]), by_node, by_next]);
             },
@@ -242,7 +241,7 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
                 (0.5, 1.5),
             ],
             outputs: 2,
-            twin: &|x, _, y| {
+            twin: |x, _, y| {
                 let drive = Drive {
                     flux_w_m2: x[0],
                     radiant_w_m2: x[1],
@@ -276,7 +275,7 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
                 (5.0, 50.0),
             ],
             outputs: 10,
-            twin: &|x, _, y| {
+            twin: |x, _, y| {
                 let of = |value: f64| W::scalar(value);
                 let reaction = Reaction {
                     rate_1_s: of(1e9),
@@ -311,14 +310,14 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
             body: "y[0] = flux_sideways(x[0], x[1], Pair(x[2], x[3]));",
             inputs: vec![(0.0, 50.0), (280.0, 310.0), hot, low],
             outputs: 1,
-            twin: &|x, _, y| put(y, &[flux_sideways(x[0], x[1], pair(x, 2))]),
+            twin: |x, _, y| put(y, &[flux_sideways(x[0], x[1], pair(x, 2))]),
         },
         Probe {
             body: "let r = reading(Pair(x[0], x[1]), Pair(x[2], x[3]), x[4], x[5], x[6],
                        Sensor(x[7], x[8], x[9], x[10], 0.0)); y[0] = r.high; y[1] = r.low;",
             inputs: vec![hot, low, hot, low, k, k, (100.0, 1000.0), (0.0, 1.0), (0.0, 1.0), (1e-5, 1e-4), (1e-5, 1e-4)],
             outputs: 2,
-            twin: &|x, _, y| {
+            twin: |x, _, y| {
                 let none = W::scalar(0.0);
                 let sensor = Sensor { above: x[7], below: x[8], above_m: x[9], below_m: x[10], depth_m: none };
                 let r = reading(pair(x, 0), pair(x, 2), x[4], x[5], x[6], sensor);
@@ -329,28 +328,28 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
             body: "y[0] = covered(x[0], x[1], x[2], false); y[1] = covered(x[0], x[1], x[2], true);",
             inputs: vec![(1e-5, 1e-3), (0.0, 1e-5), (1e-4, 1e-3)],
             outputs: 2,
-            twin: &|x, _, y| put(y, &[covered(x[0], x[1], x[2], false), covered(x[0], x[1], x[2], true)]),
+            twin: |x, _, y| put(y, &[covered(x[0], x[1], x[2], false), covered(x[0], x[1], x[2], true)]),
         },
         Probe {
             body: "let b = followed(Pair(x[0], x[1]), Pair(x[2], x[3]), Pair(x[4], x[5]), Bead(x[6], x[7]));
                    y[0] = b.high; y[1] = b.low;",
             inputs: vec![hot, low, hot, (-100.0, 100.0), hot, (-100.0, 100.0), (0.0, 1.0), (0.0, 1.0)],
             outputs: 2,
-            twin: &|x, _, y| {
+            twin: |x, _, y| {
                 let b = followed(pair(x, 0), pair(x, 2), pair(x, 4), Bead { start: x[6], end: x[7] });
                 put(y, &[b.high, b.low]);
             },
         },
         Probe {
-            body: "for (var i = 0u; i < CELLS; i++) {
+            body: "for (var i = 0u; i < run.cells; i++) {
                        pressure_lower[i] = -x[i % 5u]; pressure_upper[i] = -x[(i + 1u) % 5u];
                        pressure_diagonal[i] = x[i % 5u] + x[(i + 1u) % 5u] + x[5]; pressed_second[i] = x[(i + 3u) % 5u]; }
                    factorise();
                    substitute();
-                   y[0] = pressed_second[0]; y[1] = pressed_second[CELLS / 2u]; y[2] = pressed_second[CELLS - 1u];",
+                   y[0] = pressed_second[0]; y[1] = pressed_second[run.cells / 2u]; y[2] = pressed_second[run.cells - 1u];",
             inputs: vec![(1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (0.1, 1000.0)],
             outputs: 3,
-            twin: &|x, _, y| {
+            twin: |x, _, y| {
                 let mut lower: Vec<W> = (0..CELLS).map(|i| -x[i % 5]).collect();
                 let mut upper: Vec<W> = (0..CELLS).map(|i| -x[(i + 1) % 5]).collect();
                 let mut diagonal: Vec<W> = (0..CELLS).map(|i| x[i % 5] + x[(i + 1) % 5] + x[5]).collect();
@@ -363,35 +362,62 @@ fn probes<'a, W: Real<Scalar = W, Still = W> + 'a>() -> Vec<Probe<'a, W>> {
     ]
 }
 
-#[test]
-fn every_function_on_the_device_equals_its_twin_bit_for_bit() {
-    let device = device();
-    let mut report = vec![];
-    for probe in probes::<f32>() {
-        for (held, texels) in [("f32", false), ("f32, tables in texels", true)] {
-            report.push((probe.body, held, differing(&device, Precision::F32, texels, &probe)));
+/// Probes by the index of an output among those of a sample.
+fn body<W>(probes: &[Probe<W>], output: usize) -> &'static str {
+    let mut end = 0;
+    let of = |probe: &&Probe<W>| {
+        end += probe.outputs;
+        output < end
+    };
+    probes.iter().find(of).expect("an output of a probe").body
+}
+
+/// The probes whose outputs differ from those of their twins, with how often.
+fn wrong<W>(device: &Device, precision: Precision, texels: bool, probes: &[Probe<W>]) -> Vec<(&'static str, usize)>
+where
+    W: Pod + Real<Scalar = W, Still = W> + PartialEq,
+{
+    let probed = Probed::new(device, precision, texels, probes);
+    let pipeline = device.pipeline(&probed.kernel, "probe").expect("the driver compiles it");
+    let each = probed.expected.len() / SAMPLES;
+    let mut wrong: Vec<(&str, usize)> = vec![];
+    for place in probed.differing(&pipeline, 0) {
+        let body = body(probes, place % each);
+        match wrong.iter_mut().find(|(known, _)| *known == body) {
+            Some((_, times)) => *times += 1,
+            None => wrong.push((body, 1)),
         }
     }
-    if device.has_f64 {
-        for probe in probes::<f64>() {
-            report.push((probe.body, "f64", differing(&device, Precision::F64, false, &probe)));
+    wrong
+}
+
+/// The probes as what mutants are held against.
+pub(super) fn targets(device: &Device) -> Vec<Target> {
+    fn target<W>(device: &Device, precision: Precision, texels: bool) -> Target
+    where
+        W: Pod + Real<Scalar = W, Still = W> + PartialEq,
+    {
+        let probed = Probed::<W>::new(device, precision, texels, &probes());
+        let kernel = Kernel::of(probed.kernel.text.clone()).expect("it is sound");
+        Target {
+            name: format!("probes in {precision:?}, tables in texels: {texels}"),
+            entry: "probe",
+            kernel,
+            agrees: Box::new(move |pipeline, mutant| probed.differing(pipeline, mutant).is_empty()),
         }
     }
-    let wrong: Vec<_> = report.iter().filter(|(_, _, count)| *count > 0).collect();
-    assert!(wrong.is_empty(), "outputs that differ from the twin, of {SAMPLES} samples: {wrong:#?}");
+    vec![
+        target::<f32>(device, Precision::F32, false),
+        target::<f32>(device, Precision::F32, true),
+        target::<f64>(device, Precision::F64, false),
+    ]
 }
 
 #[test]
-fn a_spoiled_twin_is_caught() {
-    let device = device();
-    for mut probe in probes::<f32>() {
-        let twin = probe.twin;
-        let spoiled = move |x: &[f32], tables: &[f32], y: &mut [f32]| {
-            twin(x, tables, y);
-            y[0] = f32::from_bits(y[0].to_bits() ^ 1);
-        };
-        probe.twin = &spoiled;
-        let count = differing(&device, Precision::F32, true, &probe);
-        assert!(count >= SAMPLES / 2, "a twin one bit off passed {count} of {SAMPLES} times as: {}", probe.body);
+fn every_probe_on_the_device_equals_its_twin_bit_for_bit() {
+    let device = device(true);
+    for texels in [false, true] {
+        assert_eq!(wrong::<f32>(&device, Precision::F32, texels, &probes()), [], "in f32, tables in texels: {texels}");
     }
+    assert_eq!(wrong::<f64>(&device, Precision::F64, false, &probes()), [], "in f64");
 }

@@ -1,0 +1,342 @@
+//! Short marches of random members on few cells: every function of a member's state, held against the processor.
+
+use super::super::batch::{Batch, Carried, Pipeline};
+use super::super::device::Device;
+use super::super::shader;
+use super::super::word::Word;
+use super::{Target, mutants};
+use crate::case::{Bounds, Case};
+use crate::ensemble::{Ensemble, Sampling, SamplingKind};
+use crate::march::cpu::Reference;
+use crate::march::{March, Precision, read_out};
+use crate::plan::Plan;
+use crate::traces::{Arrival, Traces};
+use std::collections::BTreeMap;
+
+/// A substance that decomposes in a chain, of orders that have no closed form without a logarithm.
+const CHAIN: &str = include_str!("../../../../tests/derivatives/chain.toml");
+
+const RESOLUTION: &str =
+    "[resolution]\ncells = 12\nfirst_step = \"0.1 s\"\ngrowth = 0.3\nlargest_step = \"2 s\"\nevery = \"4 s\"";
+
+/// Cases that together take every branch of the physics: a name, and what differs between them.
+const CASES: &[(&str, &str)] = &[
+    ("inert", INERT),
+    ("held beside a holder at changing pressure", HELD),
+    ("pyrolysis with blowing", QUASI_STEADY),
+    ("unhindered gas of a chain", UNHINDERED),
+    ("Darcy gas of absolute enthalpies", ABSOLUTE),
+    ("Darcy gas of a chain behind a sealed back", SEALED),
+    ("air driven through", AIR),
+];
+
+const INERT: &str = r#"
+contact_conductance = "500 W/m^2/K"
+ply = [
+    { name = "C", material = "nextel440-bf20", thickness = "0.8 mm" },
+    { name = "F", material = "saffil-96", thickness = "3 mm" },
+]
+sensor = [
+    { name = "A", below = "C", lag = "0.5 s" },
+    { name = "B", depth = "1.4 mm" },
+    { name = "D", depth = "0.3 mm" },
+]
+[hot_face]
+kind = "heated"
+flux.points = [["0 s", "0 W/cm^2"], ["1 s", "9 W/cm^2"], ["20 s", "9 W/cm^2"], ["21 s", "0 W/cm^2"]]
+flux.outside = "zero"
+recovery_enthalpy = "12 MJ/kg"
+surroundings = "310 K"
+[back_face]
+kind = "cooled"
+coefficient = "20 W/m^2/K"
+ambient = "290 K"
+"#;
+
+const HELD: &str = r#"
+contact_conductance = "800 W/m^2/K"
+pressure.points = [["0 s", "100 Pa"], ["20 s", "20 kPa"]]
+pressure.outside = "hold"
+ply = [
+    { name = "C", material = "nextel440-bf20", thickness = "0.8 mm" },
+    { name = "F", material = "pyrogel3350", thickness = "3 mm" },
+]
+sensor = [
+    { name = "A", below = "C", side = "above" },
+    { name = "B", depth = "1.4 mm", lag = "0.5 s" },
+]
+[hot_face]
+kind = "held"
+temperature.points = [["0 s", "300 K"], ["10 s", "1100 K"], ["30 s", "500 K"]]
+temperature.outside = "hold"
+[back_face]
+kind = "held"
+temperature.points = [["0 s", "300 K"], ["30 s", "360 K"]]
+temperature.outside = "hold"
+[holder]
+conductance = "20 kW/m^3/K"
+temperature.points = [["0 s", "300 K"], ["15 s", "340 K"], ["30 s", "310 K"]]
+temperature.outside = "hold"
+"#;
+
+const QUASI_STEADY: &str = r#"
+contact_conductance = "500 W/m^2/K"
+decomposition = true
+pressure = "8 kPa"
+ply = [
+    { name = "K", material = "nextel440-bf20", thickness = "0.5 mm" },
+    { name = "C", material = "pyrogel3350", thickness = "2 mm" },
+    { name = "F", material = "akk", thickness = "0.2 mm" },
+]
+sensor = [{ name = "A", below = "C" }, { name = "B", depth = "0.9 mm" }]
+[hot_face]
+kind = "heated"
+flux.points = [["0 s", "0 W/cm^2"], ["1 s", "15 W/cm^2"], ["20 s", "15 W/cm^2"], ["21 s", "0 W/cm^2"]]
+flux.outside = "zero"
+recovery_enthalpy = "8 MJ/kg"
+blowing = 0.5
+[gas]
+flow = "quasi-steady"
+gas = "pyrolysis"
+"#;
+
+const UNHINDERED: &str = r#"
+decomposition = true
+pressure = "8 kPa"
+ply = [
+    { name = "C", material = "chain", thickness = "3 mm" },
+    { name = "F", material = "sic-5hs", thickness = "1 mm" },
+]
+sensor = [{ name = "A", below = "C" }, { name = "B", depth = "0.4 mm" }]
+[hot_face]
+kind = "held"
+temperature.points = [["0 s", "300 K"], ["10 s", "1100 K"], ["30 s", "500 K"]]
+temperature.outside = "hold"
+[back_face]
+kind = "held"
+temperature.points = [["0 s", "300 K"], ["30 s", "900 K"]]
+temperature.outside = "hold"
+[gas]
+flow = "unhindered"
+gas = "pyrolysis"
+"#;
+
+const ABSOLUTE: &str = r#"
+decomposition = true
+pressure.points = [["0 s", "5 kPa"], ["20 s", "8 kPa"]]
+pressure.outside = "hold"
+ply = [
+    { name = "C", material = "tacot", thickness = "2 mm" },
+    { name = "F", material = "tacot", thickness = "4 mm" },
+]
+sensor = [{ name = "A", below = "C" }, { name = "B", depth = "0.4 mm" }]
+[hot_face]
+kind = "heated"
+flux.points = [["0 s", "0 W/cm^2"], ["1 s", "50 W/cm^2"], ["20 s", "50 W/cm^2"], ["21 s", "0 W/cm^2"]]
+flux.outside = "zero"
+recovery_enthalpy = "20 MJ/kg"
+blowing = 0.5
+[back_face]
+kind = "cooled"
+coefficient = "20 W/m^2/K"
+ambient = "290 K"
+pressure = "6 kPa"
+[gas]
+flow = "darcy"
+gas = "tacot"
+"#;
+
+const SEALED: &str = r#"
+contact_conductance = "500 W/m^2/K"
+decomposition = true
+pressure.points = [["0 s", "5 kPa"], ["20 s", "8 kPa"]]
+pressure.outside = "hold"
+ply = [
+    { name = "C", material = "chain", thickness = "3 mm" },
+    { name = "F", material = "chain", thickness = "2 mm" },
+]
+sensor = [{ name = "A", below = "C" }, { name = "B", depth = "0.4 mm" }]
+[hot_face]
+kind = "held"
+temperature.points = [["0 s", "300 K"], ["10 s", "1200 K"], ["30 s", "500 K"]]
+temperature.outside = "hold"
+[back_face]
+kind = "insulated"
+[gas]
+flow = "darcy"
+gas = "pyrolysis"
+"#;
+
+const AIR: &str = r#"
+pressure.points = [["0 s", "3 kPa"], ["5 s", "3 kPa"], ["6 s", "3.5 kPa"]]
+pressure.outside = "hold"
+contact_conductance = "500 W/m^2/K"
+ply = [
+    { name = "C", material = "nextel440-bf20", thickness = "0.5 mm" },
+    { name = "F", material = "saffil-96", thickness = "4 mm" },
+]
+sensor = [{ name = "A", below = "C" }, { name = "B", depth = "1.4 mm" }]
+[hot_face]
+kind = "convective"
+coefficient = "100 W/m^2/K"
+gas.points = [["0 s", "300 K"], ["5 s", "1200 K"]]
+gas.outside = "hold"
+[back_face]
+kind = "cooled"
+coefficient = "10 W/m^2/K"
+ambient = "300 K"
+pressure = "3 kPa"
+[gas]
+flow = "darcy"
+gas = "air"
+"#;
+
+/// Factors that a case may have: group and property. Those that it has nothing for are left out.
+const FACTORS: &[(&str, &str)] = &[
+    ("C", "conductivity"),
+    ("C", "heat_capacity"),
+    ("C", "density"),
+    ("C", "emissivity"),
+    ("C", "thickness"),
+    ("C", "kinetics"),
+    ("C", "activation_energy"),
+    ("C", "pyrolysis_heat"),
+    ("C", "char_yield"),
+    ("C", "permeability"),
+    ("C", "contact"),
+    ("F", "conductivity.solid"),
+    ("F", "conductivity.gas"),
+    ("F", "conductivity.radiative"),
+    ("F", "density"),
+    ("F", "permeability"),
+    ("", "heating"),
+    ("", "loss"),
+    ("", "holder"),
+    ("B", "depth"),
+];
+
+fn factor((group, property): &(&str, &str)) -> String {
+    let group_line = if group.is_empty() { String::new() } else { format!("group = \"{group}\"\n") };
+    let name = format!("f_{group}_{}", property.replace('.', "_"));
+    format!(
+        "[[factor]]\nname = \"{name}\"\nproperty = \"{property}\"\n{group_line}small = [0.9, 1.1]\nlarge = [0.8, 1.2]\n"
+    )
+}
+
+/// The case of a text with every factor that it has a property for.
+fn case(text: &str) -> Case {
+    let files = BTreeMap::from([("materials/chain.toml".to_owned(), CHAIN.to_owned())]);
+    let top = "initial_temperature = \"300 K\"\nduration = \"30 s\"\n";
+    let load = |factors: &str| Case::from_toml(&format!("{top}{text}{RESOLUTION}\n{factors}"), "short", &files);
+    load("").unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let mut factors = String::new();
+    for one in FACTORS.iter().map(factor) {
+        if load(&format!("{factors}{one}")).is_ok() {
+            factors += &one;
+        }
+    }
+    load(&factors).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// All numbers of traces, and how members arrived.
+fn numbers(traces: &Traces) -> (Vec<f64>, &[Arrival]) {
+    let heats = traces.balances.iter().flat_map(|b| {
+        let faces =
+            [b.hot_in_j_m2, b.hot_out_j_m2, b.back_in_j_m2, b.back_out_j_m2, b.holder_in_j_m2, b.holder_out_j_m2];
+        let gas = [
+            b.solid_lost_kg_m2,
+            b.gas_in_kg_m2,
+            b.gas_out_kg_m2,
+            b.gas_stored_kg_m2,
+            b.gas_heat_j_m2,
+            b.reaction_gain_j_m2,
+        ];
+        faces.into_iter().chain([b.stored_j_m2]).chain(gas)
+    });
+    let extremes = traces.extremes_k.iter().flat_map(|&(low, high)| [low, high]);
+    let all = traces.temperatures_k.iter().chain(&traces.gauges).copied().chain(heats).chain(extremes);
+    (all.collect(), &traces.arrivals)
+}
+
+/// Members of each march.
+const MEMBERS: usize = 4;
+/// Steps of a dispatch: few, so that the state is saved and loaded between them.
+const STRIDE: u32 = 7;
+/// Threads of a member in cooperative kernels: twelve cells are four blocks of three, and one thread has none.
+const THREADS: u32 = 5;
+/// Numbers of a cooperative kernel in double precision and of the processor, as a share of one more: rounding of systems
+/// that are eliminated in another order.
+const ROUNDING: f64 = 1e-9;
+
+/// The cases as what mutants are held against, one thread a member; in single precision, where the branches are the same
+/// but for tiny results that are flushed to zero, three of them.
+pub(super) fn targets(device: &Device, precision: Precision) -> Vec<Target> {
+    let few = [0, 2, 4].map(|place| CASES[place].0);
+    let chosen = CASES.iter().filter(|(name, _)| precision == Precision::F64 || few.contains(name));
+    chosen.map(|case| in_precision(device, case, precision, 1)).collect()
+}
+
+/// Two cases whose members are carried by workgroups, of gas that flows at once and by Darcy's law.
+pub(super) fn cooperative_targets(device: &Device) -> Vec<Target> {
+    let gas = CASES.iter().filter(|(name, _)| [CASES[2].0, CASES[4].0].contains(name));
+    gas.map(|case| in_precision(device, case, Precision::F64, THREADS)).collect()
+}
+
+fn in_precision(device: &Device, (name, text): &(&str, &str), precision: Precision, lanes: u32) -> Target {
+    match precision {
+        Precision::F32 => target::<f32>(device, name, text, precision, lanes),
+        Precision::F64 => target::<f64>(device, name, text, precision, lanes),
+    }
+}
+
+fn target<W: Word>(device: &Device, name: &str, text: &str, precision: Precision, lanes: u32) -> Target {
+    let case = case(text);
+    let width = case.factors.len();
+    let sampling = Sampling { kind: SamplingKind::Uniform, seed: 2026 };
+    let drawn = Ensemble::sample(&case.factors, Bounds::Large, &sampling, MEMBERS);
+    let mut plan = Plan::new(&case);
+    // A factor more, which scales nothing, holds the number of the mutant.
+    plan.factors += 1;
+    let column = plan.factors;
+    let texels = precision == Precision::F32;
+    let kernel = shader::kernel(&plan, precision, texels, lanes, shader::MARCH);
+    let sound = "    stand(thread);\n";
+    assert!(kernel.contains(sound), "the entry point of the march");
+    let mutant = mutants::VARIABLE;
+    let kernel = kernel.replacen(sound, &format!("    {mutant} = u32(column({column}u));\n{sound}"), 1);
+    let kernel = device.kernel(format!("{kernel}var<private> {mutant}: u32;\n")).expect("the kernel compiles");
+    let ensemble = move |mutant: u32| {
+        let members = (0..MEMBERS).flat_map(|member| [drawn.member(member), vec![mutant.into()]].concat());
+        Ensemble::at(width + 1, members.collect())
+    };
+    let expected = Reference(precision).march(&plan, &ensemble(0), 0..MEMBERS).expect("the processor marches");
+    let mut device = device.clone();
+    // On a software device dispatches are as long as they may be.
+    device.is_software = false;
+    let agrees = move |pipeline: &wgpu::ComputePipeline, mutant: u32| {
+        let (inner, text) = (pipeline.clone(), String::new());
+        let timed = Some((MEMBERS as u32, STRIDE));
+        let mut pipeline = Pipeline { inner, text, cells: plan.cells(), lanes, tells: false, texels, timed };
+        let carried = (0..MEMBERS).map(|member| Carried { member, along: None }).collect();
+        let batch = Batch::begin::<W>(&device, &mut pipeline, &plan, &ensemble(mutant), carried).expect("it begins");
+        let Ok((traces, _)) = batch.finish::<W>(&device, &plan) else { return false };
+        let traces = read_out(traces, &plan, 1);
+        let ((found, arrived), (expected, due)) = (numbers(&traces), numbers(&expected));
+        let alike = |(a, b): (&f64, &f64)| {
+            if lanes == 1 { a.to_bits() == b.to_bits() } else { (a - b).abs() <= ROUNDING * (1.0 + b.abs()) }
+        };
+        arrived == due && found.len() == expected.len() && found.iter().zip(&expected).all(alike)
+    };
+    let name = format!("{name} in {precision:?} on {lanes} threads");
+    Target { name, entry: "march", kernel, agrees: Box::new(agrees) }
+}
+
+#[test]
+fn short_marches_on_the_device_equal_the_processor_bit_for_bit_or_but_for_rounding_where_threads_share_a_member() {
+    let device = super::device(true);
+    let alone = [Precision::F32, Precision::F64].map(|precision| targets(&device, precision));
+    for target in alone.into_iter().flatten().chain(cooperative_targets(&device)) {
+        let pipeline = device.pipeline(&target.kernel, target.entry).expect("the driver compiles it");
+        assert!((target.agrees)(&pipeline, 0), "{}", target.name);
+    }
+}
