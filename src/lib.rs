@@ -75,6 +75,7 @@ pub mod march;
 #[expect(unreachable_pub, reason = "public with the feature `internals`")]
 mod physics;
 #[cfg(feature = "internals")]
+#[expect(missing_docs, reason = "not part of the public interface")]
 pub mod physics;
 pub mod pilot;
 pub mod plan;

@@ -139,7 +139,7 @@ fn sensitivities_and_estimates_find_the_depth_of_a_sensor_from_its_nominal_value
     let mut point = nominal(&case);
     point[depth] = truth;
     let traces = Cpu::new(Precision::F64).march(&plan, &Ensemble::at(point.len(), point), 0..1).expect("it marches");
-    let (times_s, temperatures_k) = (plan.instants_s.clone(), traces.trace(0, sensor).to_vec());
+    let (times_s, temperatures_k) = (plan.instants_s().to_vec(), traces.trace(0, sensor).to_vec());
     let sigma_k = vec![2.0; times_s.len()];
     let observation = Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None };
     let case = changed(&case, |case| case.observations = vec![observation]);

@@ -29,7 +29,7 @@ fn trace_k(case: &Case) -> (Vec<f64>, Vec<f64>) {
     let plan = Plan::new(case);
     let traces = Cpu::new(Precision::F64).march(&plan, &Ensemble::nominal(case.factors()), 0..1);
     let traces = traces.expect("the processor does not fail");
-    (plan.instants_s, traces.trace(0, 0).to_vec())
+    (plan.instants_s().to_vec(), traces.trace(0, 0).to_vec())
 }
 
 /// A decimal with two places, as a file would hold it.
@@ -100,10 +100,10 @@ fn a_face_that_jumps_reads_what_it_jumps_from_until_then_on_adapted_steps() {
         let nominal = Ensemble::nominal(case.factors());
         let traces = march_both(&mut Cpu::new(Precision::F64), &plan, &nominal, 0..1);
         let traces = traces.expect("the processor does not fail");
-        for (&instant_s, reading_k) in plan.instants_s.iter().zip(traces.trace(0, 0)) {
+        for (&instant_s, reading_k) in plan.instants_s().iter().zip(traces.trace(0, 0)) {
             let off_k = (reading_k - schedule.after(instant_s)).abs();
             assert!(off_k < 1e-5, "{reading_k} K at {instant_s} s, {off_k} K off, for a jump at {jump_s} s");
         }
-        assert!(plan.reached.expect("an adapted plan has an estimate").nominal_k < 0.05, "jump at {jump_s} s");
+        assert!(plan.reached().expect("an adapted plan has an estimate").nominal_k < 0.05, "jump at {jump_s} s");
     }
 }

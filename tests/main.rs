@@ -22,6 +22,7 @@ mod reduction; // which factors are left to estimate, beside what the paper left
 mod report; // the page in a browser: no error, every chart drawn, no request, no sideways scroll
 mod serialised; // cases and answers as JSON, and the fingerprint of a case
 mod session; // sessions of the library beside the command; progress, cancellation, refused options
+#[expect(dead_code, reason = "the tests inside the library use the rest")]
 mod support; // tolerances with their reasons, cases, devices
 mod tangents; // derivatives that a march tells, against differences
 mod tidy; // the tree's own rules, read from its sources

@@ -71,17 +71,18 @@ fn a_flux_and_a_driver_with_noise_take_the_work_of_smooth_ones_and_meet_a_march_
 
         let step_s = 1.0 / RATE_HZ;
         let growth = Growth::Stated { first_step_s: step_s, share: 0.0, largest_step_s: step_s };
-        let every_row = Discretisation { pace: Pace { growth, slices: Vec::new() }, ..plan.discretisation.refined(2) };
+        let every_row =
+            Discretisation { pace: Pace { growth, slices: Vec::new() }, ..plan.discretisation().refined(2) };
         let every_row = plan.recut(&noisy, every_row);
-        assert_eq!(every_row.coarse.as_ref().expect("a plan has both").steps(), 20_000, "a step a row");
+        assert_eq!(every_row.coarse().expect("a plan has both").steps(), 20_000, "a step a row");
         let truth = marched(&every_row, &noisy);
         let tolerance_k = noisy.resolution().tolerance_k.expect("the case states none of its own");
         let off_k = apart_k(&marched(&plan, &noisy), &truth);
         assert!(off_k < tolerance_k, "{id}: {off_k} K off, tolerance {tolerance_k} K");
 
         // Read at the ends of its steps, as if nothing were between them, the schedule is another one.
-        let values = plan.times_s.iter().map(|&time_s| driver(&noisy).after(time_s)).collect::<Vec<_>>();
-        let read = driven(&noisy, schedule(&plan.times_s, &values));
+        let values = plan.times_s().iter().map(|&time_s| driver(&noisy).after(time_s)).collect::<Vec<_>>();
+        let read = driven(&noisy, schedule(plan.times_s(), &values));
         let apart_k = apart_k(&marched(&plan.driven(read.exposure()), &noisy), &truth);
         assert!(apart_k > 2.0 * tolerance_k, "{id}: only {apart_k} K off where rows between steps are left out");
     }
@@ -121,8 +122,8 @@ fn a_sensor_on_a_held_face_reads_every_row_of_its_schedule_and_its_derivatives_s
     let nominal = Ensemble::nominal(noisy.factors());
     let factors: Vec<usize> = (0..noisy.factors().len()).collect();
     let told = Cpu::new(Precision::F64).tangents(&plan, &nominal, &factors).expect("marches").expect("derivatives");
-    let last = plan.instants_s.len() - 1;
-    for (&instant_s, &reading_k) in plan.instants_s[..last].iter().zip(told.trace(0, face)) {
+    let last = plan.instants_s().len() - 1;
+    for (&instant_s, &reading_k) in plan.instants_s()[..last].iter().zip(told.trace(0, face)) {
         assert_eq!(reading_k, driver(&noisy).after(instant_s), "at {instant_s} s");
     }
     for factor in 0..factors.len() {

@@ -349,7 +349,7 @@ fn the_tolerance_of_a_session_takes_the_place_of_the_case_s_own() {
     let finer = Options::default().backend(Kind::Cpu).tolerance_k(0.01);
     let finer = Session::open(case("slab"), &finer).expect("the processor marches");
     let own = open(case("slab"));
-    let reached = finer.plan().reached.as_ref().expect("an adapted plan");
+    let reached = finer.plan().reached().expect("an adapted plan");
     assert_eq!(reached.tolerance_k, 0.01);
     assert!(reached.nominal_k <= 0.01, "{reached:?}");
     let work = |session: &Session| session.plan().cells() * session.plan().steps();

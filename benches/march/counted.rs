@@ -66,7 +66,7 @@ impl Display for Work {
 }
 
 fn march<const GAS: bool>(plan: &Plan, column: impl Fn(u32) -> Counted + Copy) {
-    let mut member = Member::<Counted, GAS>::start(plan, &plan.rows(), column);
+    let mut member = Member::<Counted, GAS>::start(plan, plan.rows(), column);
     for turn in 0..=plan.steps() {
         member.advance(turn, |_| ());
     }

@@ -31,7 +31,7 @@ fn main() {
             "factors": case.factors().iter().map(|factor| &factor.name).collect::<Vec<_>>(),
             "sensor_names": case.sensors().iter().map(|sensor| &sensor.name).collect::<Vec<_>>(),
             "instants_s": plan.instants_s(),
-            "marches": std::iter::once(&plan).chain(plan.coarse().as_deref()).map(march).collect::<Vec<_>>(),
+            "marches": std::iter::once(&plan).chain(plan.coarse()).map(march).collect::<Vec<_>>(),
         })
     );
 }

@@ -2,7 +2,6 @@
 //!
 //! A [`Case`] that exists can be marched: [`CaseBuilder::build`] is the one way to make it, and finds every fault. A file
 //! is read into a builder, its faults found at their lines and columns.
-#![warn(missing_docs)]
 
 pub mod air;
 mod builder;

@@ -50,7 +50,6 @@ fn verdict(found: &[(Adapter, Result<SelfTests, String>)]) -> String {
 fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String {
     let mut text = format!("processor: {} threads, f64 and f32 in lanes\n", rayon::current_num_threads());
     for (adapter, tests) in found {
-        let limits = &adapter.limits;
         // Writing to a string cannot fail.
         let _ = write!(
             text,
@@ -59,8 +58,8 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
             adapter.kind,
             adapter.driver,
             if adapter.has_f64 { "yes" } else { "no" },
-            limits.max_storage_buffer_binding_size >> 20,
-            limits.max_buffer_size >> 20,
+            adapter.binding_bytes() >> 20,
+            adapter.buffer_bytes() >> 20,
         );
         match tests {
             Ok(tests) => {
@@ -105,8 +104,8 @@ fn as_values(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> Stri
                 "kind": adapter.kind,
                 "driver": adapter.driver,
                 "f64": adapter.has_f64,
-                "binding_bytes": adapter.limits.max_storage_buffer_binding_size,
-                "buffer_bytes": adapter.limits.max_buffer_size,
+                "binding_bytes": adapter.binding_bytes(),
+                "buffer_bytes": adapter.buffer_bytes(),
                 "self_tests": tests,
             })
         })

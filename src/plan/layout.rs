@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+#[cfg(feature = "gpu")]
 /// The layout of a row on a device: its name there, its scalar, which is `real` or `u32`, and its fields in order.
 pub struct RowLayout {
     pub name: &'static str,
@@ -31,9 +32,11 @@ macro_rules! rows {
             pub struct $name<S> { $($(#[$doc])* pub $field: S),+ }
 
             impl<S: Copy> $name<S> {
+                #[cfg(feature = "gpu")]
                 /// The fields, as a kernel names them.
                 pub const FIELDS: &'static [&'static str] = &[$(stringify!($field)),+];
 
+                #[cfg(feature = "gpu")]
                 /// Append the fields in order.
                 pub fn flatten(&self, into: &mut Vec<S>) {
                     into.extend([$(self.$field),+]);
@@ -43,6 +46,7 @@ macro_rules! rows {
             rows!(@map $scalar $name $($field),+);
         )+
 
+        #[cfg(feature = "gpu")]
         /// The layout of every row.
         pub const ROWS: &[RowLayout] = &[$(RowLayout {
             name: stringify!($name),

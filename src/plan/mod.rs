@@ -14,6 +14,7 @@ mod internals;
 #[expect(unreachable_pub, reason = "public with the feature `internals`")]
 pub(crate) mod layout;
 #[cfg(feature = "internals")]
+#[expect(missing_docs, reason = "not part of the public interface")]
 pub mod layout;
 #[cfg(not(feature = "internals"))]
 #[expect(unreachable_pub, reason = "public with the feature `internals`")]

@@ -81,7 +81,6 @@ fn errors(kernels: &Kernels) -> BTreeMap<String, Vec<String>> {
     let kernels = report["kernels"].as_array().expect("the page reports kernels");
     let found = |kernel: &Value| {
         let (name, errors) = (&kernel["name"], &kernel["errors"]);
-        println!("{}: {errors}, {} ms, pipeline {} ms", name, kernel["module_ms"], kernel["pipeline_ms"]);
         let errors = errors.as_array().into_iter().flatten().map(ToString::to_string).collect();
         (name.as_str().unwrap_or_default().to_owned(), errors)
     };

@@ -16,11 +16,14 @@ const REMEDY: &str = "install a Vulkan driver: a vendor's for its hardware, or t
 /// A device as its driver describes it.
 #[derive(Clone, Debug)]
 pub struct Adapter {
+    /// As its driver names it.
     pub name: String,
+    /// The driver and its version.
     pub driver: String,
     /// `discrete`, `integrated`, `virtual`, `software` or `other`.
     pub kind: &'static str,
-    pub limits: wgpu::Limits,
+    pub(crate) limits: wgpu::Limits,
+    /// Whether its shaders have f64.
     pub has_f64: bool,
     inner: wgpu::Adapter,
 }
@@ -29,6 +32,16 @@ impl Adapter {
     /// A software rasteriser runs on the processor that the vectorised path uses better.
     pub fn is_software(&self) -> bool {
         self.kind == "software"
+    }
+
+    /// The most bytes of one binding.
+    pub fn binding_bytes(&self) -> u64 {
+        self.limits.max_storage_buffer_binding_size
+    }
+
+    /// The most bytes of one buffer.
+    pub fn buffer_bytes(&self) -> u64 {
+        self.limits.max_buffer_size
     }
 }
 
@@ -96,18 +109,21 @@ pub fn find(name: Option<&str>) -> Result<Adapter, MarchError> {
 /// A device ready to march; a clone is another handle of it.
 #[derive(Clone)]
 pub struct Device {
+    /// As its driver names it.
     pub name: String,
+    /// Whether it runs on the processor.
     pub is_software: bool,
-    pub limits: wgpu::Limits,
+    pub(crate) limits: wgpu::Limits,
+    /// Whether its shaders have f64.
     pub has_f64: bool,
     checks: bool,
     cache: Option<Cache>,
-    pub device: wgpu::Device,
-    pub queue: wgpu::Queue,
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
 }
 
 /// Bytes on their way down.
-pub struct Landing {
+pub(crate) struct Landing {
     buffer: wgpu::Buffer,
     submitted: wgpu::SubmissionIndex,
     mapped: mpsc::Receiver<Result<(), wgpu::BufferAsyncError>>,
@@ -154,12 +170,12 @@ impl Device {
     ///
     /// # Errors
     /// When the device is lost.
-    pub fn wait(&self) -> Result<(), MarchError> {
+    pub(crate) fn wait(&self) -> Result<(), MarchError> {
         self.device.poll(wgpu::PollType::wait_indefinitely()).map(drop).map_err(|error| self.error(error))
     }
 
     /// An error of this device.
-    pub fn error(&self, message: impl ToString) -> MarchError {
+    pub(crate) fn error(&self, message: impl ToString) -> MarchError {
         MarchError::Device { device: self.name.clone(), message: message.to_string() }
     }
 
@@ -167,7 +183,7 @@ impl Device {
     ///
     /// # Errors
     /// When the text does not compile, with the compiler's excerpt.
-    pub fn kernel(&self, text: String) -> Result<Kernel, MarchError> {
+    pub(crate) fn kernel(&self, text: String) -> Result<Kernel, MarchError> {
         Kernel::of(text).map_err(|why| self.error(why))
     }
 
@@ -175,7 +191,7 @@ impl Device {
     ///
     /// # Errors
     /// When the kernel has no such entry point, or the driver refuses it.
-    pub fn pipeline(&self, kernel: &Kernel, entry: &str) -> Result<wgpu::ComputePipeline, MarchError> {
+    pub(crate) fn pipeline(&self, kernel: &Kernel, entry: &str) -> Result<wgpu::ComputePipeline, MarchError> {
         let compiled = spirv::compile(kernel, entry, self.checks).map_err(|why| self.error(why))?;
         let entry_of = |&(binding, ty): &(u32, wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
             binding,
@@ -208,7 +224,7 @@ impl Device {
     }
 
     /// A storage buffer that holds `rows`.
-    pub fn upload<T: Pod>(&self, label: &str, rows: &[T]) -> wgpu::Buffer {
+    pub(crate) fn upload<T: Pod>(&self, label: &str, rows: &[T]) -> wgpu::Buffer {
         let bytes: &[u8] = bytemuck::cast_slice(rows);
         let buffer = self.storage(label, bytes.len() as u64);
         self.queue.write_buffer(&buffer, 0, bytes);
@@ -216,7 +232,7 @@ impl Device {
     }
 
     /// A storage buffer of zeros.
-    pub fn storage(&self, label: &str, bytes: u64) -> wgpu::Buffer {
+    pub(crate) fn storage(&self, label: &str, bytes: u64) -> wgpu::Buffer {
         self.buffer(label, bytes, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC)
     }
 
@@ -224,7 +240,7 @@ impl Device {
     ///
     /// # Errors
     /// When the device has not as much room in one.
-    pub fn uniform<T: Pod>(&self, label: &'static str, rows: &[T]) -> Result<wgpu::Buffer, MarchError> {
+    pub(crate) fn uniform<T: Pod>(&self, label: &'static str, rows: &[T]) -> Result<wgpu::Buffer, MarchError> {
         let bytes: &[u8] = bytemuck::cast_slice(rows);
         let (needed, limit) = (bytes.len() as u64, self.limits.max_uniform_buffer_binding_size);
         if needed > limit {
@@ -246,14 +262,14 @@ impl Device {
 
     /// Whether so many words are better read as texels: a software device fetches four of them for all its lanes at once, but
     /// picks words up from storage lane by lane. Hardware has caches for both.
-    pub fn reads_texels(&self, words: usize) -> bool {
+    pub(crate) fn reads_texels(&self, words: usize) -> bool {
         let rows = words.div_ceil(ABREAST).div_ceil(shader::TEXELS_ABREAST as usize);
         self.is_software && rows <= self.limits.max_texture_dimension_2d as usize
     }
 
     /// Texels that hold `words`, four each; a row of zeros, where there are none. A storage image, as a texture that is
     /// sampled has levels, which a software device looks up for every lane: a fifth more of the whole march.
-    pub fn texels(&self, label: &str, words: &[f32]) -> wgpu::TextureView {
+    pub(crate) fn texels(&self, label: &str, words: &[f32]) -> wgpu::TextureView {
         let texels = words.len().div_ceil(ABREAST).max(1) as u32;
         let width = shader::TEXELS_ABREAST;
         let size = wgpu::Extent3d { width, height: texels.div_ceil(width), depth_or_array_layers: 1 };
@@ -276,7 +292,7 @@ impl Device {
     }
 
     /// Have the bytes of a buffer from `start` on copied down, once all that is submitted is done.
-    pub fn land(&self, buffer: &wgpu::Buffer, start: u64, bytes: u64) -> Landing {
+    pub(crate) fn land(&self, buffer: &wgpu::Buffer, start: u64, bytes: u64) -> Landing {
         let landing = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("landing"),
             size: bytes,
@@ -298,7 +314,7 @@ impl Device {
     ///
     /// # Errors
     /// When the device is lost.
-    pub fn landed<T: Pod>(&self, landing: Landing) -> Result<Vec<T>, MarchError> {
+    pub(crate) fn landed<T: Pod>(&self, landing: Landing) -> Result<Vec<T>, MarchError> {
         let Landing { buffer, submitted, mapped } = landing;
         let until = wgpu::PollType::Wait { submission_index: Some(submitted), timeout: None };
         self.device.poll(until).map_err(|error| self.error(error))?;
@@ -310,7 +326,7 @@ impl Device {
     }
 
     /// What a kernel binds, each at its number.
-    pub fn bind<'a>(
+    pub(crate) fn bind<'a>(
         &self,
         pipeline: &wgpu::ComputePipeline,
         bound: impl IntoIterator<Item = (u32, wgpu::BindingResource<'a>)>,
@@ -325,7 +341,7 @@ impl Device {
     ///
     /// # Errors
     /// As [`pipeline`](Self::pipeline), or when the device is lost.
-    pub fn probe<'a, T: Pod>(
+    pub(crate) fn probe<'a, T: Pod>(
         &self,
         kernel: &Kernel,
         entry: &str,
@@ -340,7 +356,7 @@ impl Device {
     ///
     /// # Errors
     /// When the device is lost.
-    pub fn run<'a, T: Pod>(
+    pub(crate) fn run<'a, T: Pod>(
         &self,
         pipeline: &wgpu::ComputePipeline,
         groups: u32,

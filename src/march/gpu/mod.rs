@@ -20,8 +20,10 @@ mod gather;
 mod lanes;
 mod layout;
 pub mod self_tests;
-pub mod shader;
-pub mod spirv;
+#[expect(unreachable_pub, reason = "public in this folder")]
+pub(crate) mod shader;
+#[expect(unreachable_pub, reason = "public in this folder")]
+mod spirv;
 mod state;
 #[cfg(test)]
 mod tests;

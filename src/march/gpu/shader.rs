@@ -80,6 +80,7 @@ pub fn head(precision: Precision) -> String {
         + &constants.collect::<String>()
 }
 
+#[cfg(test)]
 /// The text of a kernel that has room for a plan.
 pub fn kernel(plan: &Plan, precision: Precision, texels: bool, lanes: u32, entry: (&str, &str)) -> String {
     columns(plan, lanes) + &of_any_length(plan, precision, texels, lanes, entry)
