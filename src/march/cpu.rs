@@ -15,7 +15,7 @@ use simdeez::engines::scalar::Scalar;
 use simdeez::prelude::Simd;
 use std::ops::Range;
 
-/// A group of lanes takes as long as this many members one by one (see benches/README.md), so that up to as many a thread
+/// A group of lanes takes as long as this many members one by one (see benches/LOG.md), so that up to as many a thread
 /// go alone.
 const ALONE: usize = 2;
 /// Eight directions in which derivatives in f32 are taken at once.
@@ -187,7 +187,7 @@ fn along_lanes<S: Abreast>(precision: Precision, plan: &Plan, points: &Ensemble,
     match precision {
         Precision::F64 => carry_along::<S, Dual<f64, S::Directions>>(plan, &plan.rows, points, factors),
         // On the processor f32 is for comparison with devices: vectors for its derivatives would be an eighth of the time
-        // that the crate takes to compile, for nobody's estimate (benches/README.md).
+        // that the crate takes to compile, for nobody's estimate (benches/LOG.md).
         Precision::F32 => {
             let rows = plan.rows.map(|x| x as f32);
             carry_along::<Scalar, Dual<f32, SingleDirections>>(plan, &rows, points, factors)

@@ -174,7 +174,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
 
 impl<R: Real> Nodes<'_, R> {
     /// One of them at a stage. A device looks properties up here, as columns of its own are what a march costs it; a processor has them in its
-    /// cache, and not the registers for all of it at once (benches/README.md).
+    /// cache, and not the registers for all of it at once (benches/LOG.md).
     #[inline(always)]
     pub(super) fn node<const GAS: bool>(&self, i: usize, stage: usize) -> Node<R> {
         let zero = R::constant(0.0);

@@ -104,7 +104,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             reactant = reactant.max(zero);
             before = done.high;
-            // Two reactions in five wait for heat or have nothing left (benches/README.md), which is known without their rate.
+            // Two reactions in five wait for heat or have nothing left (benches/LOG.md), which is known without their rate.
             let live = (R::of(reaction.idle) - steepness).reached(zero) * reactant.reached(R::constant(LEAST_LEFT));
             if !live.any() {
                 fed = zero;

@@ -17,7 +17,7 @@ use super::Real;
 /// What is nearer zero than this is zero in f32, in K, Pa or W/m². Ahead of a front the unknowns fall off by powers until
 /// they are subnormal, which some devices flush and others carry; a rounding that this turns, far below
 /// anything that matters, grows with the front into a last bit. Two words of f32 tell a temperature to about as much; and where what is kept of it was
-/// as small as 1e-25, more products of two such were subnormal, and took a processor a tenth of the time of all derivatives (benches/README.md). In f64 nothing is left of a number so small
+/// as small as 1e-25, more products of two such were subnormal, and took a processor a tenth of the time of all derivatives (benches/LOG.md). In f64 nothing is left of a number so small
 /// when it meets a temperature.
 pub(super) const LEAST: f64 = 1e-12;
 

@@ -71,7 +71,7 @@ struct Span {
 
 impl Span {
     /// Those of a layup. A front is the blunter the further it has come, and what lies deep shows less at any sensor: spacings grow as the root of
-    /// the way that it has gone, counted from three tenths of the whole way before the hot face (benches/README.md has what was tried).
+    /// the way that it has gone, counted from three tenths of the whole way before the hot face (benches/LOG.md has what was tried).
     fn all(case: &Case) -> Vec<Self> {
         let roots = diffusion_roots(case);
         let (mut way, mut top_m) = (AHEAD * roots.iter().sum::<f64>(), case.layup.origin_m);

@@ -321,7 +321,7 @@ impl Plan {
         if self.has_gauges { layout::GAUGES } else { 0 }
     }
 
-    /// The same for members of which nobody asks for gauges: to find fronts in every cell at every instant took 7 % of a march (benches/README.md).
+    /// The same for members of which nobody asks for gauges: to find fronts in every cell at every instant took 7 % of a march (benches/LOG.md).
     #[must_use]
     pub fn without_gauges(self) -> Self {
         let coarse = self.coarse.map(|coarse| Box::new(coarse.without_gauges()));

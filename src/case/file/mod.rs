@@ -1,7 +1,7 @@
 //! A case as written, turned into a case that holds.
 //!
 //! The file is TOML, read by hand rather than derived: every value keeps its line and column, an unknown key is a
-//! fault, and reading goes on past a fault so that all of them are told at once. `cases/README.md` is the reference
+//! fault, and reading goes on past a fault so that all of them are told at once. `docs/reference/case-file.md` is the reference
 //! of its keys.
 
 mod decomposition;
