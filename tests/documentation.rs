@@ -9,7 +9,7 @@
 //!   `exit=2` states another exit code than 0; a `long` block runs only if `BONDLINE_ALL` is set.
 //! - `toml`, `csv`: `file=PATH` writes the block into the folder, `append=PATH` adds it to a file there; `case` is a whole case, loaded at the end of the page;
 //!   `into=PATH` takes the place of the same keys and tables of that case, which must then load.
-//! - `sh`: commands for a reader that are not run here.
+//! - `sh`: commands that are not run here, of cargo or of scripts that exist.
 //!
 //! The crate `trycmd` runs such pages too, but would show placeholders where a reader expects times, and writes no files
 //! out of blocks.
@@ -20,7 +20,7 @@ use std::fs;
 use std::process::Command;
 
 /// Languages of blocks that are for reading only.
-const READ_ONLY: &[&str] = &["text", "sh", "rust", "json"];
+const READ_ONLY: &[&str] = &["text", "rust"];
 
 struct Block {
     language: String,
@@ -185,6 +185,13 @@ fn merged(case: &str, fragment: &str) -> String {
     format!("{}\n{kept}\n{}\n", before.join("\n"), after.join("\n"))
 }
 
+/// The commands of a block that are neither cargo nor a script of the repository.
+fn missing_scripts(block: &str) -> impl Iterator<Item = &str> {
+    let commands = block.lines().filter(|line| !line.starts_with('#'));
+    let commands = commands.filter_map(|line| line.split_whitespace().find(|word| !word.contains('=')));
+    commands.filter(|command| *command != "cargo" && !root().join(command).is_file())
+}
+
 /// Go through a page; with `BONDLINE_BLESS` its output is renewed.
 fn complaints(page: &str) -> Vec<String> {
     let source = text(page);
@@ -231,6 +238,7 @@ fn complaints(page: &str) -> Vec<String> {
                 let case = merged(&text(&format!("{from}/case.toml")), &block.body);
                 cases.push((place, scratch.write(&format!("{folder}/case.toml"), case)));
             }
+            "sh" => complaints.extend(missing_scripts(&block.body).map(|word| format!("{place}: no script {word}"))),
             other if READ_ONLY.contains(&other) => {}
             other => complaints.push(format!("{place}: a block of \"{other}\" that nothing checks")),
         }
@@ -284,6 +292,8 @@ fn a_block_that_nothing_checks_and_a_case_that_does_not_load_are_caught() {
         of("```console long\n$ true\n```\n```{note}\nread\n```\n```toml case\na = 1\n```\n"),
         ["console", "toml"]
     );
+    let block = "# a comment\nA=1 cargo test\nscripts/test.sh --all\nscripts/none.sh\n";
+    assert_eq!(missing_scripts(block).collect::<Vec<_>>(), ["scripts/none.sh"]);
     let case = text("cases/slab/case.toml");
     let fragment = "duration = \"7 s\"\n[back_face]\nkind = \"insulated\"\n";
     let together = merged(&case, fragment);
