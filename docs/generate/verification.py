@@ -135,6 +135,9 @@ observations of the LCAT cases are synthetic. Predictions for real hardware need
         table = f"```{{csv-table}}\n:file: verification/{name}\n:header-rows: 1\n```\n"
         page += f"\n## {title}\n\n{text}\n{count}\n\n{table}"
     (DOCS / "verification.md").write_text(page)
+    if passed < len(rows):
+        failed = "".join(f"  {row['group']}: {row['case']}, {row['quantity']}\n" for row in rows if not row["pass"])
+        sys.exit(f"{len(rows) - passed} of {len(rows)} rows fail:\n{failed}")
 
 
 main()
