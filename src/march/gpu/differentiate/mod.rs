@@ -86,17 +86,18 @@ fn variables(told: &mut Module, module: &Module, changing: &HashSet<Place>) -> H
     let mut kept = HashMap::new();
     let bound = module.global_variables.iter().filter_map(|(_, variable)| variable.binding);
     let mut free = bound.map(|bound| bound.binding + 1).max().unwrap_or(0);
-    for (handle, variable) in module.global_variables.iter() {
-        let place = Place::Global(handle);
-        if changing.contains(&place) {
-            let binding = variable.binding.map(|bound| {
-                free += 1;
-                ResourceBinding { binding: free - 1, ..bound }
-            });
-            let name = changed(variable.name.as_ref());
-            let change = GlobalVariable { name, binding, init: None, ..variable.clone() };
-            kept.insert(place, told.global_variables.append(change, Span::UNDEFINED));
-        }
+    let is_changing = |(handle, _): &(_, &GlobalVariable)| changing.contains(&Place::Global(*handle));
+    let mut changed_variables: Vec<_> = module.global_variables.iter().filter(is_changing).collect();
+    // Changes are bound in the order of what they belong to; naga orders variables by which function names them first.
+    changed_variables.sort_by_key(|(_, variable)| variable.binding.map(|bound| bound.binding));
+    for (handle, variable) in changed_variables {
+        let binding = variable.binding.map(|bound| {
+            free += 1;
+            ResourceBinding { binding: free - 1, ..bound }
+        });
+        let name = changed(variable.name.as_ref());
+        let change = GlobalVariable { name, binding, init: None, ..variable.clone() };
+        kept.insert(Place::Global(handle), told.global_variables.append(change, Span::UNDEFINED));
     }
     for (handle, function) in module.functions.iter() {
         let place = Place::Result(handle);
