@@ -54,7 +54,7 @@
 //! - [`plan`]: the bridge; cells, steps and rows of numbers
 //! - [`pilot`]: cells and steps for an error that was asked for
 //! - [`ensemble`]: which variations to march, and how they are drawn
-//! - [`physics`]: how one member moves by one step, each file with a twin in WGSL
+//! - `physics`, which is private: how one member moves by one step, each file with a twin in WGSL
 //! - [`march`]: who carries an ensemble, the processor or a device
 //! - [`traces`]: what comes back
 //! - [`fit`]: least squares between bounds, and what data determine

@@ -41,7 +41,7 @@ GROUPS = {
     "twins": (
         "CPU against GPU",
         "Every backend against the CPU in double precision. On a device that rounds as IEEE 754 says, GPU and CPU results\n"
-        "of the same precision are bit-identical (src/march/gpu/tests, tests/parity.rs).",
+        "of the same precision are bit-identical (src/march/gpu/tests, tests/inside/parity.rs).",
     ),
 }
 
