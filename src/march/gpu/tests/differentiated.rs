@@ -186,3 +186,21 @@ fn what_the_direction_cannot_reach_has_no_change() {
     let changes: Vec<&str> = names.filter(|name| name.ends_with("_change")).collect();
     assert_eq!(changes, ["held_change", "inputs_change", "outputs_change", "hold_change"]);
 }
+
+#[test]
+fn changes_are_bound_in_the_order_of_their_buffers_whichever_is_used_first() {
+    let text = "
+        fn keep_first() { outputs[1] = 1.0; }
+        @group(0) @binding(4) var<storage, read_write> outputs: array<f32>;
+        @group(0) @binding(2) var<storage, read> inputs: array<f32>;
+        @compute @workgroup_size(1) fn probe() { keep_first(); outputs[0] = inputs[0]; }";
+    let sound = Kernel::of(text.to_owned()).expect("the text is sound");
+    let kernel = sound.differentiated("inputs").expect("there is a rule for each");
+    let bound = kernel.module.global_variables.iter().filter_map(|(_, variable)| {
+        Some((variable.name.clone().filter(|name| name.ends_with("_change"))?, variable.binding?.binding))
+    });
+    let due = [("inputs_change", 5), ("outputs_change", 6)].map(|(name, binding)| (name.to_owned(), binding));
+    assert_eq!(bound.collect::<Vec<_>>(), due);
+    let first = sound.module.global_variables.iter().next().and_then(|(_, variable)| variable.name.as_deref());
+    assert_eq!(first, Some("outputs"), "naga lists what is used first");
+}

@@ -4,7 +4,7 @@
 
 use super::super::spirv::Kernel;
 use naga::{
-    Arena, BinaryOperator, Block, Expression, Function, GlobalVariable, Handle, Literal, MathFunction, Range,
+    Arena, BinaryOperator, Block, Expression, Function, GlobalVariable, Handle, Literal, MathFunction, Module, Range,
     ScalarKind, Span, Statement, SwitchCase, Type, TypeInner, UnaryOperator,
 };
 use std::collections::{HashMap, HashSet};
@@ -73,7 +73,7 @@ pub(super) fn mutants(kernel: &Kernel) -> Vec<Mutant> {
         let start = module.functions.get_span(handle).to_range().map_or(0, |range| range.start);
         let &(_, file) = parts.iter().rev().find(|(begin, _)| *begin <= start).expect("the first begins at zero");
         let name = function.name.clone().unwrap_or_default();
-        let fixed = initial(function);
+        let fixed: HashSet<_> = initial(function).union(&thresholds(&kernel.module, function)).copied().collect();
         let is_reached = reached.contains(&handle);
         let mut push = |expression: Option<Handle<Expression>>, change: Change| {
             let range = expression.and_then(|expression| function.expressions.get_span(expression).to_range());
@@ -90,6 +90,13 @@ pub(super) fn mutants(kernel: &Kernel) -> Vec<Mutant> {
                 continue;
             };
             let is_real = scalar.kind == ScalarKind::Float;
+            let is_zero = |operand: &Handle<Expression>| {
+                matches!(function.expressions[*operand], Expression::Literal(Literal::U32(0)))
+            };
+            // Nothing added or taken is the same.
+            if matches!(kind, Expression::Binary { right, .. } if is_zero(right)) && !is_comparison(kind) {
+                continue;
+            }
             for change in changes(kind, is_real) {
                 push(Some(expression), change);
             }
@@ -150,6 +157,52 @@ fn changes(expression: &Expression, is_real: bool) -> Vec<Change> {
         Expression::Literal(Literal::F64(value)) if *value != 0.0 => vec![Change::Nudge],
         _ => vec![],
     }
+}
+
+/// Constants that do nothing but bound or mark a number: a millionth of one decides nothing, but for numbers within it.
+/// Their comparisons, minima and maxima are mutated.
+fn thresholds(module: &Module, function: &Function) -> HashSet<Handle<Expression>> {
+    fn used(module: &Module, block: &Block, elsewhere: &mut Vec<Handle<Expression>>) {
+        for statement in block.iter() {
+            match statement {
+                Statement::Call { function, arguments, .. } => {
+                    let is_mark = module.functions[*function].name.as_deref() == Some("reached");
+                    elsewhere.extend(arguments.iter().filter(|_| !is_mark));
+                }
+                Statement::Store { value, .. } => elsewhere.push(*value),
+                Statement::Return { value } => elsewhere.extend(*value),
+                Statement::Block(block) => used(module, block, elsewhere),
+                Statement::If { accept, reject, .. } => {
+                    [accept, reject].into_iter().for_each(|block| used(module, block, elsewhere));
+                }
+                Statement::Switch { cases, .. } => cases.iter().for_each(|case| used(module, &case.body, elsewhere)),
+                Statement::Loop { body, continuing, .. } => {
+                    [body, continuing].into_iter().for_each(|block| used(module, block, elsewhere));
+                }
+                _ => {}
+            }
+        }
+    }
+    let mut elsewhere = vec![];
+    used(module, &function.body, &mut elsewhere);
+    for (_, expression) in function.expressions.iter() {
+        let is_bound = matches!(
+            expression,
+            Expression::Math { fun: MathFunction::Min | MathFunction::Max | MathFunction::Clamp, .. }
+        );
+        if !is_bound && !is_comparison(expression) {
+            operands(&mut expression.clone(), &mut |operand| {
+                elsewhere.push(operand);
+                operand
+            });
+        }
+    }
+    let constants = function.expressions.iter().filter(|(_, kind)| matches!(kind, Expression::Literal(_)));
+    constants.map(|(literal, _)| literal).filter(|literal| !elsewhere.contains(literal)).collect()
+}
+
+fn is_comparison(expression: &Expression) -> bool {
+    matches!(expression, Expression::Binary { .. }) && changes(expression, false) == [Change::Negate]
 }
 
 /// The expressions that initialise local variables, which are constants.

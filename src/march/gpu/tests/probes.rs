@@ -21,7 +21,7 @@ use crate::plan::Plan;
 use crate::plan::layout::{Bead, Drive, Face, Reaction, Sensor, TABLE_NODES};
 use bytemuck::{Pod, Zeroable};
 
-const SAMPLES: usize = 4096;
+const SAMPLES: usize = 16_384;
 /// Cells of the systems that the tridiagonal twins solve.
 const CELLS: usize = 24;
 /// Columns of the tables: eight properties and their rises.
