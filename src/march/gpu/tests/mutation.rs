@@ -46,6 +46,10 @@ const IDLE_FUNCTIONS: &[(&str, &str)] = &[
 /// Mutants that go unnoticed, by how their keys begin, and why.
 const UNNOTICED: &[(&str, &str)] = &[
     ("compensated keep: Operator(Divide)", "one is as good a divisor as a factor"),
+    (
+        "conducting surface: Operator(Add) `face *",
+        "the last ply of the cases weighs what the hot face is made of alike",
+    ),
     ("conducting through: Operator(Add)", "nothing flows through a held face as through an open one"),
     ("decomposition mean_decay:", "the first terms of the series are below the rounding of its sum"),
     ("exponential power_of_e: Nudge `", "a millionth of the last term is below the rounding of f32"),
@@ -53,6 +57,10 @@ const UNNOTICED: &[(&str, &str)] = &[
     ("flowing flow: Operator(Add) `end_cell() - first_cell()", "passes on over cells above the block, alike"),
     ("flowing passing:", "of the block at the back, behind which nothing flows"),
     ("gas midway:", "the storage of a middle is not read"),
+    (
+        "gauges gauges: Extreme(Min) `max`",
+        "counts while a front passes from the second ply into a third of the same material",
+    ),
     ("gauges gauges: Nudge `real(", "a mark that conversion falls below, but for a millionth of it"),
     ("member length_s: Operator(Add)", "the length after the last step is not used"),
     ("member start: Nudge `1e9`", "colder than any temperature is warm enough"),
