@@ -122,6 +122,7 @@ impl March for Cpu {
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
+        plan.check_consistency().map_err(MarchError::InconsistentPlan)?;
         let records = if members.len() <= ALONE * self.threads {
             one_by_one(self.precision, plan, ensemble, members)
         } else {
@@ -131,6 +132,7 @@ impl March for Cpu {
     }
 
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
+        plan.check_consistency().map_err(MarchError::InconsistentPlan)?;
         let records = self.vectors.tangents(self.precision, plan, points, factors);
         Ok(Some(read_out(records, plan, 1 + factors.len())))
     }

@@ -90,6 +90,9 @@ pub enum MarchError {
         /// Their bytes.
         needed: u64,
     },
+    /// The rows of the plan do not fit together, so a device may not read them.
+    #[error(transparent)]
+    InconsistentPlan(crate::plan::InconsistentPlan),
     /// The driver reports an error.
     #[error("device {device:?}: {message}")]
     Device {

@@ -6,6 +6,7 @@
 
 mod clock;
 mod columns;
+mod consistency;
 mod forcing;
 mod grid;
 #[cfg(feature = "internals")]
@@ -32,6 +33,7 @@ use crate::case::{Case, Conductivity, Emissivity, Face, Material, OpenFace, OutO
 use crate::traces::Gauge;
 pub use clock::{Clock, GRADING, Growth, Pace, Slice};
 use columns::{column, conductions};
+pub use consistency::InconsistentPlan;
 use forcing::Forcing;
 pub use grid::Density;
 use grid::Grid;

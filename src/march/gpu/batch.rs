@@ -83,7 +83,7 @@ impl Batch {
     /// Upload, submit every dispatch, and have copied down what they leave.
     ///
     /// # Errors
-    /// When the device has no room for rows of the plan.
+    /// When the rows of the plan do not fit together, or the device has no room for them.
     pub(super) fn begin<W: Word>(
         device: &Device,
         pipeline: &mut Pipeline,
@@ -91,6 +91,7 @@ impl Batch {
         ensemble: &Ensemble,
         carried: Vec<Carried>,
     ) -> Result<Self, MarchError> {
+        plan.check_consistency().map_err(MarchError::InconsistentPlan)?;
         let count = carried.len();
         let bytes = (size_of::<W>() * count) as u64;
         let run = device.uniform("run", &[Run::zeroed()])?;

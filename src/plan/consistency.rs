@@ -1,0 +1,179 @@
+//! The checks of a plan before a march: kernels and vector loads read rows without bounds checks, so a missing row
+//! would be a wrong number and not an error.
+
+use super::Plan;
+use super::layout::{ABREAST, FACE_COLUMNS, NO_INSTANT, STATES_MAX, TABLE_NODES};
+
+/// Rows of a plan that do not fit together.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the plan is inconsistent: {rows} has {found}, expected {expected}")]
+pub struct InconsistentPlan {
+    /// Which rows, or which index in them.
+    rows: &'static str,
+    /// Their number, or the index.
+    found: usize,
+    /// The number or the range of indices that the other rows imply.
+    expected: String,
+}
+
+fn count(rows: &'static str, found: usize, expected: usize) -> Result<(), InconsistentPlan> {
+    if found == expected { Ok(()) } else { Err(InconsistentPlan { rows, found, expected: expected.to_string() }) }
+}
+
+/// Every index is below `end`.
+fn below(rows: &'static str, indices: impl IntoIterator<Item = u32>, end: usize) -> Result<(), InconsistentPlan> {
+    match indices.into_iter().map(|index| index as usize).find(|&index| index >= end) {
+        None => Ok(()),
+        Some(found) => Err(InconsistentPlan { rows, found, expected: format!("indices below {end}") }),
+    }
+}
+
+/// At most `most`.
+fn at_most(rows: &'static str, found: usize, most: usize) -> Result<(), InconsistentPlan> {
+    if found <= most { Ok(()) } else { Err(InconsistentPlan { rows, found, expected: format!("at most {most}") }) }
+}
+
+impl Plan {
+    /// Whether the numbers of rows agree with each other and every index lies within the rows that it selects.
+    ///
+    /// # Errors
+    /// The first disagreement.
+    pub(crate) fn check_consistency(&self) -> Result<(), InconsistentPlan> {
+        self.check_counts()?;
+        self.check_plies()?;
+        self.check_factor_columns()?;
+        self.check_sensors()
+    }
+
+    fn check_counts(&self) -> Result<(), InconsistentPlan> {
+        let (rows, plies, steps) = (&self.rows, self.plies.len(), self.steps());
+        let paths = self.paths.len();
+        at_most("the least number of steps", 1, steps)?;
+        at_most("the least number of plies", 1, plies)?;
+        count("ends of steps", self.times_s.len(), steps + 1)?;
+        count("records by step", self.instants.len(), steps + 1)?;
+        below("a record", self.instants.iter().copied().filter(|&record| record != NO_INSTANT), self.records)?;
+        count("rows of the faces' forcing", rows.drives.len(), 4 * (steps + 1))?;
+        count("constants of plies", rows.bulks.len(), plies)?;
+        count("contacts", rows.contacts_m2_k_w.len(), plies - 1)?;
+        count("ranges of temperature", self.allowed_k.len(), plies)?;
+        count("states", rows.substances.len(), self.conductions.len())?;
+        count("reactions", rows.reactions.len(), paths)?;
+        at_most("states of a ply", self.states, STATES_MAX)?;
+        count("sensors", rows.sensors.len(), self.places.len())?;
+        count("weights of sensors by step", rows.beads.len(), steps * self.places.len())
+    }
+
+    fn check_plies(&self) -> Result<(), InconsistentPlan> {
+        let tables = &self.rows.tables;
+        at_most("the faces' table", TABLE_NODES * FACE_COLUMNS, tables.len())?;
+        let (mut cell, mut state, mut reaction) = (0, 0, 0);
+        for ply in &self.plies {
+            count("the first cell of a ply", ply.first_cell as usize, cell)?;
+            at_most("the first cell of a ply", cell + 1, ply.end_cell as usize)?;
+            cell = ply.end_cell as usize;
+            count("the first state of a ply", ply.first_state as usize, state)?;
+            at_most("states of a ply", ply.states as usize, self.states)?;
+            at_most("states of a ply with tables of their own", ply.rows as usize, ply.states as usize)?;
+            count("the first reaction of a ply", ply.first_reaction as usize, reaction)?;
+            at_most("the first reaction of a ply", reaction, ply.end_reaction as usize)?;
+            at_most("the last reaction of a ply", ply.end_reaction as usize, self.paths.len())?;
+            let paths = &self.paths[reaction..ply.end_reaction as usize];
+            below("a state of a reaction", paths.iter().flat_map(|path| [path.source, path.product]), self.states)?;
+            (state, reaction) = (state + ply.states as usize, ply.end_reaction as usize);
+            let columns = ply.columns as usize;
+            count("columns of a ply beyond whole groups", columns % ABREAST, 0)?;
+            at_most("columns of the states of a ply", ply.rows as usize * self.properties(), columns)?;
+            let end = ply.table as usize + self.levels * TABLE_NODES * columns;
+            at_most("the end of a ply's tables", end, self.face_table())?;
+        }
+        count("cells", self.cells(), cell)?;
+        count("states", self.rows.substances.len(), state)?;
+        count("reactions", self.rows.reactions.len(), reaction)
+    }
+
+    fn check_factor_columns(&self) -> Result<(), InconsistentPlan> {
+        let columns = self.factors + 1;
+        let plies = self.plies.iter().flat_map(|ply| {
+            [
+                ply.heat_capacity,
+                ply.density,
+                ply.thickness,
+                ply.kinetics,
+                ply.activation,
+                ply.pyrolysis_heat,
+                ply.char_yield,
+                ply.permeability,
+                ply.holder,
+                ply.contact,
+            ]
+        });
+        below("a factor of a ply", plies, columns)?;
+        let conductivities =
+            self.conductions.iter().flat_map(|row| [row.whole, row.solid, row.gas, row.radiative, row.extinction]);
+        below("a factor of a conductivity", conductivities, columns)?;
+        let faces = self.scalings.iter().flat_map(|row| [row.heating, row.film, row.exchange, row.emissivity]);
+        below("a factor of a face", faces, columns)?;
+        below("a factor of a depth", self.places.iter().map(|place| place.depth), columns)
+    }
+
+    fn check_sensors(&self) -> Result<(), InconsistentPlan> {
+        let (cells, plies) = (self.cells(), self.plies.len());
+        below("the cell of a sensor", self.places.iter().map(|place| place.cell), cells)?;
+        below("the ply of a sensor", self.places.iter().flat_map(|row| [row.ply_above, row.ply_below]), plies)?;
+        for place in self.places.iter().filter(|place| place.depth > 0) {
+            at_most("nodes above a sensor", place.steps_above as usize, place.node_above as usize)?;
+            below("a node below a sensor", [place.node_below + place.steps_below], cells)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Case;
+    use std::path::Path;
+    use std::sync::Arc;
+
+    /// A change of a plan that a device must not read.
+    type Spoil = fn(&mut Plan);
+
+    const SPOILED: &[(&str, Spoil)] = &[
+        ("tables cut short", |plan| plan.rows.tables = plan.rows.tables[8..].into()),
+        ("no tables", |plan| plan.rows.tables = Arc::new([])),
+        ("a table that begins too late", |plan| plan.plies[0].table += plan.rows.tables.len() as u32),
+        ("a cell too few", |plan| drop(plan.rows.cells.pop())),
+        ("a step too few", |plan| drop(plan.rows.lengths_s.pop())),
+        ("forcing cut short", |plan| drop(plan.rows.drives.pop())),
+        ("weights of sensors cut short", |plan| drop(plan.rows.beads.pop())),
+        ("a record too many", |plan| plan.instants[0] = plan.records as u32),
+        ("a contact too many", |plan| plan.rows.contacts_m2_k_w.push(0.0)),
+        ("a state too few", |plan| drop(plan.rows.substances.pop())),
+        ("a reaction without states", |plan| drop(plan.paths.pop())),
+        ("a factor that no member has", |plan| plan.plies[0].density = plan.factors as u32 + 1),
+        ("a factor of a face that no member has", |plan| plan.scalings[1].film = u32::MAX),
+        ("a sensor behind the last cell", |plan| plan.places[0].cell = plan.rows.cells.len() as u32),
+        ("a sensor between other plies", |plan| plan.places[0].ply_below = plan.plies.len() as u32),
+        ("a reaction into another ply's state", |plan| plan.paths[0].product = plan.states as u32),
+    ];
+
+    fn plan(folder: &Path) -> Plan {
+        Plan::new(&Case::load(folder).unwrap_or_else(|error| panic!("{error}")))
+    }
+
+    #[test]
+    fn plans_of_shipped_cases_are_consistent_and_every_spoiled_one_is_refused() {
+        let cases = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/cases"));
+        let folders = cases.read_dir().expect("cases").map(|entry| entry.expect("an entry").path());
+        for folder in folders.filter(|path| path.join("case.toml").exists()) {
+            assert_eq!(plan(&folder).check_consistency(), Ok(()), "{}", folder.display());
+        }
+        let sound = plan(&cases.join("lcat-2259-pyrolysis"));
+        for (name, spoil) in SPOILED {
+            let mut spoiled = sound.clone();
+            spoil(&mut spoiled);
+            assert!(spoiled.check_consistency().is_err(), "{name}");
+        }
+    }
+}
