@@ -1,11 +1,11 @@
-//! Numbers drawn by chance, counter-based: a seed and the number of a stream tell all that comes out of it, and nothing is
-//! remembered between streams. What draws from a stream of its own is the same in any order and on any number of threads.
+//! Counter-based random numbers (ChaCha8). A seed and a stream number determine every draw, and streams share no state,
+//! so results do not depend on evaluation order or on the number of threads.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// The numbers of one stream.
+/// One stream of random numbers.
 pub(crate) struct Numbers(ChaCha8Rng);
 
 impl Numbers {
@@ -20,19 +20,20 @@ impl Numbers {
         self.0.next_u64()
     }
 
-    /// The middle of one of 2⁵³ equal strata: never nought or one, where the inverse of a distribution is not finite.
+    /// Uniform on (0, 1): the midpoint of one of 2⁵³ equal intervals. The ends are excluded because inverse
+    /// distribution functions are infinite there.
     pub(crate) fn unit(&mut self) -> f64 {
         ((self.word() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
-    /// Of mean zero and deviation one.
+    /// Standard normal.
     pub(crate) fn normal(&mut self) -> f64 {
         Normal::standard().inverse_cdf(self.unit())
     }
 
-    /// One of `0..count`, each as likely.
+    /// Uniform index in `0..count`.
     pub(crate) fn below(&mut self, count: usize) -> usize {
-        // Rounding may carry a unit just short of one to the count itself.
+        // Rounding can raise the product to `count`.
         ((self.unit() * count as f64) as usize).min(count - 1)
     }
 }

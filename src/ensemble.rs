@@ -1,4 +1,4 @@
-//! Which variations of a case to march.
+//! Ensembles: the factor values of every member of a sweep.
 
 pub mod marginal;
 pub mod sampling;
@@ -9,7 +9,7 @@ pub use sampling::Sampling;
 use crate::case::{Bounds, Correlation, Factor};
 use sampling::Draw;
 
-/// Members × factors, made row by row when asked for, so that a million members need no memory.
+/// Factor values, member × factor. Rows are generated on request, so a million members need no memory.
 #[derive(Clone, Debug)]
 pub struct Ensemble {
     factors: usize,
@@ -29,24 +29,29 @@ impl Ensemble {
         Self::at(factors.len(), factors.iter().map(|factor| factor.nominal).collect())
     }
 
-    /// Exactly these rows of factor values, row after row. Without factors there is one member, which varies nothing.
+    /// Members with these factor values, row-major (member × factor). Without factors the ensemble has one member.
     ///
     /// # Panics
-    /// When the values are not a whole number of rows.
+    /// When the number of values is not a multiple of `factors`.
     pub fn at(factors: usize, values: Vec<f64>) -> Self {
         let members = values.len().checked_div(factors).unwrap_or(1);
-        assert_eq!(values.len(), members * factors, "values are not whole rows of {factors} factors");
+        assert_eq!(
+            values.len(),
+            members * factors,
+            "{} values do not fill whole rows of {factors} factors",
+            values.len()
+        );
         Self { factors, members, rows: Rows::Given(values) }
     }
 
-    /// Members drawn between the side constraints, as [`Sampling`] says.
+    /// Members sampled between the factor bounds as [`Sampling`] states.
     pub fn sample(factors: &[Factor], bounds: Bounds, sampling: &Sampling, members: usize) -> Self {
         Self { factors: factors.len(), members, rows: Rows::Drawn(Draw::new(factors, bounds, sampling, members)) }
     }
 
-    /// The same members, drawn so that factors go together as a correlation says; rows that were given stay.
+    /// The same sampled members with correlated factors (Gaussian copula). Members with given values do not change.
     ///
-    /// Factors behind those that the correlation knows go with nothing.
+    /// Factors beyond those in the correlation stay independent.
     pub fn correlated(self, correlation: &Correlation) -> Self {
         match self.rows {
             Rows::Drawn(draw) => Self { rows: Rows::Drawn(draw.correlated(correlation)), ..self },
@@ -59,7 +64,7 @@ impl Ensemble {
         self.members
     }
 
-    /// Whether it has no members.
+    /// Whether the ensemble has no members.
     pub fn is_empty(&self) -> bool {
         self.members == 0
     }
@@ -72,7 +77,7 @@ impl Ensemble {
     /// The factor values of one member.
     ///
     /// # Panics
-    /// When there is no such member.
+    /// When `member` is out of range.
     pub fn member(&self, member: usize) -> Vec<f64> {
         assert!(member < self.members, "no member {member} in an ensemble of {}", self.members);
         match &self.rows {
@@ -82,23 +87,23 @@ impl Ensemble {
     }
 }
 
-/// What the members are drawn from.
+/// Sampling method.
 ///
-/// All but `Uniform` follow one distribution, a normal of mean nominal and standard deviation (high − low)/4 that is
-/// cut off at the side constraints: they are two deviations away where the nominal value lies midway, as the paper
-/// has it. A nominal value outside its side constraints counts as the nearer one.
+/// All kinds but `Uniform` draw from a normal distribution with the nominal value as mean and (high − low)/4 as
+/// standard deviation, truncated at the factor bounds. The bounds of a factor with a central nominal value are two
+/// standard deviations away, as in the paper. A nominal value outside the bounds is replaced by the nearer bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SamplingKind {
     /// Independent draws.
     #[default]
     Normal,
-    /// Independent draws, every value between the side constraints equally likely.
+    /// Independent draws, uniform between the bounds.
     Uniform,
-    /// Each factor's distribution is cut into as many equally likely strata as there are members, and each stratum
-    /// holds one member (McKay, Beckman & Conover, Technometrics 21, 1979).
+    /// Latin hypercube: the distribution of each factor is divided into as many equiprobable strata as there are
+    /// members, with one member in each (McKay, Beckman & Conover, Technometrics 21, 1979).
     LatinHypercube,
-    /// A Sobol sequence with hashed Owen scrambling (Burley, J. Comput. Graph. Tech. 9(4), 2020): even coverage of all
-    /// factors together. Every 65,536 members, and every 256 factors, begin a sequence scrambled anew.
+    /// Sobol sequence with hashed Owen scrambling (Burley, J. Comput. Graph. Tech. 9(4), 2020). A new scrambling starts
+    /// every 65,536 members and every 256 factors.
     Sobol,
 }
 
@@ -113,7 +118,7 @@ impl SamplingKind {
         }
     }
 
-    /// The kind of this name.
+    /// The kind with this name; `None` for an unknown name.
     pub fn named(name: &str) -> Option<Self> {
         [Self::Normal, Self::Uniform, Self::LatinHypercube, Self::Sobol].into_iter().find(|kind| kind.name() == name)
     }

@@ -1,9 +1,9 @@
-//! How one factor is distributed.
+//! The marginal distribution of one factor.
 
 use super::SamplingKind;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// The distribution of one factor between its side constraints, whatever it has to do with the others.
+/// The distribution of one factor between its bounds, irrespective of correlation with other factors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Marginal {
     /// The nominal value of the factor.
@@ -12,12 +12,13 @@ pub struct Marginal {
     deviation: f64,
     low: f64,
     high: f64,
-    /// Of the normal distribution: its share below `low`, and its share between `low` and `high`; `None` of the uniform.
+    /// Probabilities of the untruncated normal distribution below `low` and between `low` and `high`; `None` for the
+    /// uniform distribution.
     normal: Option<(f64, f64)>,
 }
 
 impl Marginal {
-    /// Of a factor between these side constraints, as members are drawn by this kind: see [`SamplingKind`].
+    /// Marginal of a factor between these bounds for a sampling kind: see [`SamplingKind`].
     pub fn new(nominal: f64, (low, high): (f64, f64), kind: SamplingKind) -> Self {
         let centre = nominal.max(low).min(high);
         let deviation = (high - low) / 4.0;
@@ -27,7 +28,7 @@ impl Marginal {
         Self { nominal, centre, deviation, low, high, normal }
     }
 
-    /// The value below which a share of all draws lies.
+    /// Quantile: the value with this cumulative probability.
     pub fn value(&self, share: f64) -> f64 {
         let value = match self.normal {
             Some((below, inside)) => {
@@ -35,11 +36,11 @@ impl Marginal {
             }
             None => self.low + share * (self.high - self.low),
         };
-        // Rounding may carry a draw past the bound by a unit in the last place.
+        // Rounding can exceed a bound by one unit in the last place.
         value.max(self.low).min(self.high)
     }
 
-    /// The share of all draws that lie below a value; a half where the factor is fixed.
+    /// Cumulative probability of a value; 0.5 for a fixed factor.
     pub fn share(&self, value: f64) -> f64 {
         if self.is_fixed() {
             return 0.5;
@@ -51,12 +52,12 @@ impl Marginal {
         share.clamp(0.0, 1.0)
     }
 
-    /// Where a value lies between the side constraints: −1 at the low one, 1 at the high one; zero where the factor is fixed.
+    /// Value scaled to −1 at the low bound and 1 at the high bound; zero for a fixed factor.
     pub fn place(&self, value: f64) -> f64 {
         if self.is_fixed() { 0.0 } else { (2.0 * value - self.low - self.high) / (self.high - self.low) }
     }
 
-    /// Whether nothing lies between the side constraints.
+    /// Whether the bounds coincide, so that the factor does not vary.
     pub fn is_fixed(&self) -> bool {
         self.high <= self.low
     }

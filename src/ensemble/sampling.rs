@@ -1,31 +1,30 @@
-//! How the members of an ensemble are drawn.
+//! Sampling of ensemble members.
 //!
-//! Counter-based: nothing is remembered between members. A member's numbers come from the seed, its own number and the
-//! factor alone, so it is the same on every backend, in every batch, and in an ensemble of any size. The Latin
-//! hypercube is the exception that its definition forces: its strata are as many as its members, so a member depends
-//! on the size of the ensemble too.
+//! Sampling is counter-based: a member's factors depend on the seed, its index and the factor index only, so they are
+//! the same on every backend, in every batch and for every ensemble size. The Latin hypercube is the exception: it has
+//! as many strata as members, so a member also depends on the ensemble size.
 
 use super::{Marginal, SamplingKind};
 use crate::case::{Bounds, Correlation, Factor};
 use crate::chance::Numbers;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// How to draw, and from which seed.
+/// Sampling method and seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {
-    /// What the members are drawn from.
+    /// Sampling method.
     pub kind: SamplingKind,
-    /// Members of one seed are the same on every machine.
+    /// Random seed. The same seed gives the same members on every machine.
     pub seed: u64,
 }
 
-/// All that is needed to make any member.
+/// Generates any member of a sampled ensemble.
 #[derive(Clone, Debug)]
 pub(super) struct Draw {
     sampling: Sampling,
     members: u64,
     marginals: Vec<Marginal>,
-    /// Of the permutations of strata, one a factor.
+    /// Keys of the Latin hypercube's stratum permutations, one per factor.
     keys: Vec<u64>,
     correlation: Correlation,
 }
@@ -33,7 +32,7 @@ pub(super) struct Draw {
 impl Draw {
     pub(super) fn new(factors: &[Factor], bounds: Bounds, sampling: &Sampling, members: usize) -> Self {
         let marginal = |factor: &Factor| Marginal::new(factor.nominal, factor.bounds(bounds), sampling.kind);
-        // No member has this number, so its stream is free for the keys.
+        // No member has this index, so its stream is free for the keys.
         let mut keys = Numbers::of(sampling.seed, u64::MAX);
         let keys = factors.iter().map(|_| keys.word()).collect();
         let marginals = factors.iter().map(marginal).collect();
@@ -62,14 +61,14 @@ impl Draw {
     }
 }
 
-/// Independent shares, made to go together; those that correlate with nothing are left to the bit.
+/// Gaussian copula: correlates independent uniform numbers. Uncorrelated factors keep their values to the last bit.
 fn mix(shares: &mut [f64], correlation: &Correlation) {
     if correlation.is_none() {
         return;
     }
     let scores: Vec<f64> = shares.iter().map(|&share| Normal::standard().inverse_cdf(share)).collect();
     for (share, row) in shares.iter_mut().zip(correlation.rows()) {
-        // A row with nothing before its diagonal is that of a factor that is drawn by itself.
+        // A row with zeros left of the diagonal belongs to an uncorrelated factor.
         if row[..row.len() - 1].iter().any(|&weight| weight != 0.0) {
             let score: f64 = row.iter().zip(&scores).map(|(weight, score)| weight * score).sum();
             *share = Normal::standard().cdf(score);
@@ -77,37 +76,38 @@ fn mix(shares: &mut [f64], correlation: &Correlation) {
     }
 }
 
-/// A number strictly between zero and one: one coordinate of a scrambled Sobol point.
+/// One coordinate of a scrambled Sobol point, in the open interval (0, 1).
 fn sobol(seed: u64, member: u64, factor: u64) -> f64 {
     const MEMBERS: u64 = 1 << 16;
     const FACTORS: u64 = sobol_burley::NUM_DIMENSIONS as u64;
     let scramble = mixed(seed ^ mixed((member / MEMBERS) << 32 | (factor / FACTORS))) as u32;
     let coordinate = sobol_burley::sample((member % MEMBERS) as u32, (factor % FACTORS) as u32, scramble);
-    // The sequence comes as f32 on a lattice of 2^-24 that holds zero; half a step moves it off.
+    // `sobol_burley` returns f32 on a lattice of 2⁻²⁴ that includes zero; half a step shifts the value into the open
+    // interval.
     f64::from(coordinate) + 0.5f64.powi(25)
 }
 
-/// Where a keyed permutation of `0..count` sends an index: a balanced Feistel network over the next even number of
-/// bits, walked until it lands inside (Black & Rogaway, "Ciphers with Arbitrary Finite Domains", 2002). It needs no
-/// table of all members, as shuffling would.
+/// Keyed permutation of `0..count`: a balanced Feistel network over the next even number of bits, iterated until the
+/// result lies in range (cycle walking: Black & Rogaway, "Ciphers with Arbitrary Finite Domains", 2002). Unlike a
+/// shuffle it needs no table of all members.
 fn permuted(index: u64, count: u64, key: u64) -> u64 {
     const ROUNDS: u64 = 8;
     let half = (u64::BITS - (count - 1).leading_zeros()).div_ceil(2).max(1);
     let mask = (1 << half) - 1;
-    let mut place = index;
+    let mut image = index;
     loop {
-        let (mut left, mut right) = (place >> half, place & mask);
+        let (mut left, mut right) = (image >> half, image & mask);
         for round in 0..ROUNDS {
             (left, right) = (right, left ^ (mixed(key.wrapping_add(round) ^ mixed(right)) & mask));
         }
-        place = left << half | right;
-        if place < count {
-            return place;
+        image = left << half | right;
+        if image < count {
+            return image;
         }
     }
 }
 
-/// Every bit of the word spread over every other: the finaliser of SplitMix64 (Steele, Lea & Flood, OOPSLA 2014).
+/// Mixes the bits of a word: the finaliser of SplitMix64 (Steele, Lea & Flood, OOPSLA 2014).
 fn mixed(word: u64) -> u64 {
     let word = word.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_member_is_the_same_in_an_ensemble_of_any_size_but_for_the_hypercube() {
+    fn a_member_does_not_depend_on_ensemble_size_except_in_a_latin_hypercube() {
         for kind in KINDS {
             let same = drawn(kind, 7, 20)[..] == drawn(kind, 7, 300)[..20];
             assert_eq!(same, kind != SamplingKind::LatinHypercube, "{kind:?}");
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn every_draw_lies_within_the_side_constraints_and_a_fixed_factor_stays() {
+    fn every_draw_lies_within_the_bounds_and_a_fixed_factor_stays() {
         for kind in KINDS {
             for row in drawn(kind, 3, 70_000) {
                 for (value, factor) in row.iter().zip(factors()) {
@@ -173,25 +173,25 @@ mod tests {
         }
     }
 
-    /// A standard normal cut off at two deviations has variance 1 − 2·2φ(2)/(2Φ(2) − 1) = 0.7737, that is a
-    /// deviation of 0.8796; a uniform between −2 and 2 has a deviation of 2/√3.
+    /// A standard normal truncated at two standard deviations has variance 1 − 2·2φ(2)/(2Φ(2) − 1) = 0.7737 and
+    /// standard deviation 0.8796; a uniform distribution on (−2, 2) has standard deviation 2/√3.
     #[test]
-    fn mean_and_deviation_are_those_of_the_distribution() {
+    fn sample_mean_and_standard_deviation_match_the_distribution() {
         for (kind, deviation) in KINDS.into_iter().zip([0.8796, 1.1547, 0.8796, 0.8796]) {
             let n = 40_000.0;
             let values: Vec<f64> = drawn(kind, 11, n as usize).iter().map(|row| (row[0] - 1.0) / 0.125).collect();
             let mean = values.iter().sum::<f64>() / n;
             let spread = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt();
-            // Four standard errors of the mean and of the deviation of independent draws.
+            // Four standard errors of the mean and of the standard deviation of independent draws.
             assert!(mean.abs() < 4.0 * deviation / n.sqrt(), "{kind:?}: mean {mean}");
             assert!((spread - deviation).abs() < 4.0 * deviation / (2.0 * n).sqrt(), "{kind:?}: deviation {spread}");
         }
     }
 
     #[test]
-    fn a_nominal_value_off_centre_draws_its_mean_towards_it() {
+    fn an_off_centre_nominal_value_shifts_the_mean_as_a_truncated_normal_does() {
         let mean = drawn(SamplingKind::Sobol, 5, 4096).iter().map(|row| row[2]).sum::<f64>() / 4096.0;
-        // σ = 0.05, nominal 0.92, cut off at −0.4 σ and 3.6 σ: mean 0.92 + σ (φ(0.4) − φ(3.6))/(Φ(3.6) − Φ(−0.4)).
+        // σ = 0.05, nominal 0.92, truncated at −0.4 σ and 3.6 σ: mean 0.92 + σ (φ(0.4) − φ(3.6))/(Φ(3.6) − Φ(−0.4)).
         assert!((mean - (0.92 + 0.05 * (0.368_270 - 0.000_612) / (0.999_841 - 0.344_578))).abs() < 1e-4, "{mean}");
     }
 
@@ -209,16 +209,16 @@ mod tests {
     }
 
     #[test]
-    fn factors_are_drawn_independently_of_each_other() {
+    fn factors_are_independent_without_a_correlation() {
         for kind in KINDS {
             let rows = drawn(kind, 4, 20_000);
             let product: f64 = rows.iter().map(|row| (row[0] - 1.0) / 0.125 * (row[1] - 1.0) / 0.05).sum();
-            // Four standard errors of independent draws; the uniform has a fourth moment of (4/3)².
+            // Four standard errors for independent draws; the uniform distribution has a fourth moment of (4/3)².
             assert!(product.abs() / 20_000.0 < 4.0 * 4.0 / 3.0 / 20_000f64.sqrt(), "{kind:?}: {product}");
         }
     }
 
-    /// The mean of a product of all three varying factors over 4,096 members, against its exact value.
+    /// The mean of a product of two varying factors over 4,096 members, against its exact value.
     #[test]
     fn sobol_and_hypercube_integrate_better_than_independent_draws() {
         let error = |kind| {
@@ -236,37 +236,37 @@ mod tests {
     }
 
     #[test]
-    fn sobol_goes_on_past_its_longest_sequence_and_its_last_dimension() {
+    fn sobol_uses_a_new_scrambling_past_its_longest_sequence_and_last_dimension() {
         let past = |member, factor| sobol(1, member, factor);
         assert_ne!(past(3, 0), past(3 + (1 << 16), 0));
         assert_ne!(past(3, 0), past(3, 256));
     }
 
-    /// Of two normal scores that correlate by r, the shares do by (6/π) asin(r/2), Pearson's relation of both.
+    /// Normal scores with correlation r give uniform numbers with correlation (6/π) asin(r/2) (Pearson).
     #[test]
-    fn factors_go_together_as_asked_and_each_keeps_its_own_distribution() {
+    fn correlated_factors_have_the_requested_correlation_and_keep_their_marginals() {
         let correlation = Correlation::new(4, &[(0, 1, 0.6), (1, 2, -0.5)]).expect("positive definite");
         for kind in KINDS {
             let sampling = Sampling { kind, seed: 6 };
-            let free = Ensemble::sample(&factors(), Bounds::Small, &sampling, 20_000);
-            let tied = free.clone().correlated(&correlation);
+            let independent = Ensemble::sample(&factors(), Bounds::Small, &sampling, 20_000);
+            let correlated = independent.clone().correlated(&correlation);
             let marginals: Vec<Marginal> =
                 factors().iter().map(|factor| Marginal::new(factor.nominal, factor.small, kind)).collect();
             let shares = |row: Vec<f64>| -> Vec<f64> {
                 row.iter().zip(&marginals).map(|(value, marginal)| marginal.share(*value) - 0.5).collect()
             };
-            let rows: Vec<Vec<f64>> = (0..tied.len()).map(|member| shares(tied.member(member))).collect();
+            let rows: Vec<Vec<f64>> = (0..correlated.len()).map(|member| shares(correlated.member(member))).collect();
             let product = |a: usize, b: usize| rows.iter().map(|row| 12.0 * row[a] * row[b]).sum::<f64>() / 20_000.0;
             let expected = |r: f64| 6.0 / std::f64::consts::PI * (r / 2.0).asin();
             for (a, b, r) in [(0, 1, 0.6), (1, 2, -0.5), (0, 2, 0.0)] {
-                // Four standard errors of the product of two independent shares, 1/√n.
+                // Four standard errors of the product of two independent uniform numbers, 1/√n.
                 assert!((product(a, b) - expected(r)).abs() < 4.0 / 20_000f64.sqrt(), "{kind:?}: {a} {b}");
             }
             for factor in 0..3 {
                 let mean: f64 = rows.iter().map(|row| row[factor]).sum::<f64>() / 20_000.0;
                 assert!(mean.abs() < 4.0 / (12.0 * 20_000f64).sqrt() && (product(factor, factor) - 1.0).abs() < 0.03);
             }
-            assert_eq!(tied.member(7)[0], free.member(7)[0], "nothing is before the first");
+            assert_eq!(correlated.member(7)[0], independent.member(7)[0], "the first factor keeps its draws");
         }
     }
 }

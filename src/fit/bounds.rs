@@ -1,4 +1,4 @@
-//! Side constraints: a low and a high bound of each variable, either of which may be infinite.
+//! Bound constraints: a low and a high bound per variable, either of which may be infinite.
 
 use nalgebra::DVector;
 
@@ -7,14 +7,14 @@ pub(super) fn inside(point: &DVector<f64>, bounds: &[(f64, f64)]) -> DVector<f64
     DVector::from_iterator(point.len(), point.iter().zip(bounds).map(|(value, &(low, high))| value.max(low).min(high)))
 }
 
-/// Whether a variable stands on a bound and would have to leave it to lower the objective, whose derivative by the
-/// variable has the sign of `slope`.
+/// Whether a bound is active: the variable lies on it and the objective decreases outwards. `slope` has the sign of the
+/// derivative of the objective by the variable.
 pub(super) fn holds_back(value: f64, slope: f64, (low, high): (f64, f64)) -> bool {
     (value <= low && slope > 0.0) || (value >= high && slope < 0.0)
 }
 
-/// The bound that the way from a point to a target meets first: the variable, its bound, and the share of the way up
-/// to there. `None` where the target lies between all bounds.
+/// The first bound crossed on the line from a point to a target: the variable, its bound, and the fraction of the line
+/// up to it. `None` where the target lies between all bounds.
 pub(super) fn first_met(
     point: &DVector<f64>,
     target: &DVector<f64>,
@@ -41,7 +41,7 @@ mod tests {
     const BOUNDS: [(f64, f64); 3] = [(0.0, 1.0), (0.0, 1.0), (f64::NEG_INFINITY, f64::INFINITY)];
 
     #[test]
-    fn the_bound_met_first_on_the_way_is_the_one_that_bends_the_step() {
+    fn the_first_bound_crossed_limits_the_step() {
         let point = DVector::from_vec(vec![0.5, 0.5, 0.0]);
         assert_eq!(first_met(&point, &DVector::from_vec(vec![2.5, -0.6, 9.0]), &BOUNDS), Some((0, 1.0, 0.25)));
         let met = first_met(&point, &DVector::from_vec(vec![1.1, -0.6, 9.0]), &BOUNDS);
@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn a_variable_on_its_bound_is_held_back_only_from_leaving() {
+    fn a_bound_is_active_only_where_the_objective_decreases_outwards() {
         assert!(holds_back(0.0, 1.0, BOUNDS[0]) && !holds_back(0.0, -1.0, BOUNDS[0]));
         assert!(holds_back(1.0, -1.0, BOUNDS[0]) && !holds_back(1.0, 1.0, BOUNDS[0]));
         assert!(!holds_back(0.5, 1.0, BOUNDS[0]));

@@ -1,4 +1,5 @@
-//! One start on its way down: what it wants to know next, and what it makes of the answer.
+//! The Levenberg-Marquardt iteration from one start, as an ask-tell state machine: it requests evaluations and receives
+//! their results, so that many starts can share one ensemble.
 
 use super::difference::{self, Stencil};
 use super::neighbourhood::Neighbourhood;
@@ -7,28 +8,28 @@ use super::quadratic::lengths;
 use super::{Fit, LeastSquares, Options, Rules, Tangent, Termination, Turn, bounds, termination};
 use nalgebra::{DMatrix, DVector};
 
-/// The share of a step at which the curve of the residuals is felt for.
+/// Fraction of a step at which geodesic acceleration probes the residuals.
 const FEELER: f64 = 0.1;
 
-/// The share of the longest column so far that is remembered from turn to turn. All of it, as in MINPACK, holds a variable
-/// for good that had a vast effect far from the answer (polynomials of a high degree, from ten times away); a tenth
-/// less a turn no longer restrains where the residuals stay large and curved (Brown and Dennis).
+/// Decay of the maximum column norms per accepted point. Without decay, as in MINPACK, a variable that had a very large
+/// effect far from the solution stays damped for good (polynomials of high degree, from ten times away). With a decay
+/// of a tenth the damping becomes too weak where residuals stay large and curved (Brown and Dennis).
 const REMEMBERED: f64 = 0.95;
 
 pub(super) struct Descent<'a> {
     options: &'a Options,
     bounds: &'a [(f64, f64)],
     wish: Wish,
-    /// The point last stepped to, which counts once its derivatives are known, and its residuals where they are.
+    /// The last accepted trial point, whose derivatives are pending, and its residuals where they are known.
     next: DVector<f64>,
     residuals: Option<DVector<f64>>,
-    /// The step that led there.
+    /// The step to it.
     taken: Option<Step>,
-    /// Where it stands; nowhere before the derivatives at the start are known.
+    /// The model at the current point and the trust region; `None` until the derivatives at the start are known.
     here: Option<(Neighbourhood, Pace)>,
-    /// Of each variable the size that a difference is a share of.
+    /// Sizes of the variables to which finite-difference steps are relative.
     sizes: DVector<f64>,
-    /// Of each column of the Jacobian the length: the longest on the way, or as the rules say.
+    /// Scaling: the maximum norm of each Jacobian column so far, or its current norm under the paper's rule.
     longest: DVector<f64>,
     path: Vec<Turn>,
     ladders: usize,
@@ -36,10 +37,10 @@ pub(super) struct Descent<'a> {
     tangents: usize,
 }
 
-/// What is to be known next.
+/// The evaluation that the solver needs next.
 enum Wish {
     Tangent,
-    /// Residuals a share of the way along these steps.
+    /// Residuals part of the way along these steps, for geodesic acceleration.
     Feelers(Vec<Step>),
     /// Residuals at the ends of these steps.
     Trials(Vec<Step>),
@@ -69,12 +70,12 @@ impl<'a> Descent<'a> {
         matches!(self.wish, Wish::Tangent).then_some(self)
     }
 
-    /// The point whose derivatives are wanted.
+    /// The point whose derivatives are requested.
     pub(super) fn next(&self) -> &DVector<f64> {
         &self.next
     }
 
-    /// The points whose residuals are wanted, one a column.
+    /// The points whose residuals are requested, one per column.
     pub(super) fn wanted(&self) -> DMatrix<f64> {
         match (&self.wish, &self.here) {
             (Wish::Tangent, _) => {
@@ -86,8 +87,8 @@ impl<'a> Descent<'a> {
                 points.set_column(0, &self.next);
                 points
             }
-            (Wish::Feelers(steps), Some((near, _))) => {
-                columns(steps.iter().map(|step| near.along(&step.target, FEELER)))
+            (Wish::Feelers(steps), Some((model, _))) => {
+                columns(steps.iter().map(|step| model.along(&step.target, FEELER)))
             }
             (Wish::Trials(steps), _) => columns(steps.iter().map(|step| step.target.clone())),
             _ => DMatrix::zeros(self.next.len(), 0),
@@ -98,13 +99,13 @@ impl<'a> Descent<'a> {
         Stencil::new(&self.next, &self.sizes, self.bounds, self.options.difference_step, self.options.sides)
     }
 
-    /// Takes the derivatives that the problem told.
+    /// Receives the derivatives that the problem supplied.
     pub(super) fn told(&mut self, tangent: Tangent, problem: &impl LeastSquares) {
         self.tangents += 1;
         self.arrive(tangent, problem);
     }
 
-    /// Takes the residuals at the points that were wanted.
+    /// Receives the residuals at the requested points.
     pub(super) fn computed(&mut self, mut computed: DMatrix<f64>, problem: &impl LeastSquares) {
         self.evaluations += computed.ncols();
         match std::mem::replace(&mut self.wish, Wish::Tangent) {
@@ -118,8 +119,8 @@ impl<'a> Descent<'a> {
             }
             Wish::Feelers(mut steps) => {
                 for (step, residuals) in steps.iter_mut().zip(computed.column_iter()) {
-                    if let Some((near, _)) = &self.here {
-                        step.target = near.bent(step.damping, &step.target, FEELER, &residuals.into_owned());
+                    if let Some((model, _)) = &self.here {
+                        step.target = model.bent(step.damping, &step.target, FEELER, &residuals.into_owned());
                     }
                 }
                 self.wish = Wish::Trials(steps);
@@ -129,11 +130,12 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Stands at the point stepped to, or, where its derivatives are not known, goes back for a shorter step.
+    /// Makes the accepted trial point the current one. Where its derivatives are not finite, returns to the previous
+    /// point for a shorter step.
     fn arrive(&mut self, tangent: Tangent, problem: &impl LeastSquares) {
         let is_finite = tangent.is_finite();
-        if let (false, Some((near, pace)), Some(taken)) = (is_finite, &mut self.here, &self.taken) {
-            pace.after_failure(near, taken, f64::NAN);
+        if let (false, Some((model, pace)), Some(taken)) = (is_finite, &mut self.here, &self.taken) {
+            pace.after_failure(model, taken, f64::NAN);
             return self.plan();
         }
         let lengths = lengths(&tangent.jacobian);
@@ -143,37 +145,37 @@ impl<'a> Descent<'a> {
         };
         let error = self.options.derivative_error;
         let weights = problem.curvature_weights(&tangent.residuals);
-        let second_order = self.here.as_ref().is_none_or(|(near, _)| near.is_second_order());
-        let near =
+        let second_order = self.here.as_ref().is_none_or(|(model, _)| model.is_second_order());
+        let model =
             Neighbourhood::new(self.next.clone(), tangent, (weights, second_order), self.bounds, &self.longest, error);
-        let pace = self.here.take().map_or_else(|| Pace::at_start(&near, &self.options.rules), |(_, pace)| pace);
+        let pace = self.here.take().map_or_else(|| Pace::at_start(&model, &self.options.rules), |(_, pace)| pace);
         let damping = match (&self.taken, pace) {
             (Some(taken), _) => taken.damping,
             (None, Pace::Damping(damping)) => damping,
             (None, Pace::Radius(_)) => 0.0,
         };
-        self.path.push(Turn { point: self.next.clone(), objective: near.objective, damping });
+        self.path.push(Turn { point: self.next.clone(), objective: model.objective, damping });
         let verdict = if is_finite {
-            termination::verdict(&near, &self.path, self.taken.as_ref(), self.options)
+            termination::verdict(&model, &self.path, self.taken.as_ref(), self.options)
         } else {
             Some(Termination::NotFinite)
         };
-        self.here = Some((near, pace));
+        self.here = Some((model, pace));
         match verdict {
             Some(termination) => self.wish = Wish::Nothing(termination),
             None => self.plan(),
         }
     }
 
-    /// Chooses the steps to try from where it stands.
+    /// Chooses the next trial steps.
     fn plan(&mut self) {
-        let Some((near, pace)) = &self.here else { return };
-        let steps = pace.steps(near, self.options);
+        let Some((model, pace)) = &self.here else { return };
+        let steps = pace.steps(model, self.options);
         self.wish = if self.ladders == self.options.patience {
             Wish::Nothing(Termination::OutOfPatience)
-        } else if termination::goes_nowhere(&steps[0], near, self.options) {
+        } else if termination::goes_nowhere(&steps[0], model, self.options) {
             Wish::Nothing(Termination::Stalled)
-        } else if self.options.bends && !near.is_second_order() {
+        } else if self.options.bends && !model.is_second_order() {
             Wish::Feelers(steps)
         } else {
             Wish::Trials(steps)
@@ -181,43 +183,45 @@ impl<'a> Descent<'a> {
         self.ladders += 1;
     }
 
-    /// Takes the best of the steps, or none.
+    /// Accepts one of the trial steps, or none.
     fn judge(&mut self, steps: Vec<Step>, computed: &DMatrix<f64>) {
-        let Some((near, pace)) = &mut self.here else { return };
-        let gains: Vec<f64> = computed.column_iter().map(|column| near.objective - column.norm_squared()).collect();
-        let best = gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        // The longest of those that are nearly as good as the best: in a curved valley the lowest point of a ladder lies
-        // near its foot, and to take that alone is to creep. A comparison with what is no number is false, so a point that
-        // could not be computed is never lower, and the step only shrinks.
-        let good = |place: &usize| gains[*place] >= 0.25 * best && pace.takes(&steps[*place], gains[*place]);
-        match (0..steps.len()).find(good) {
-            Some(place) => {
-                let step = steps[place].clone();
-                pace.after_success(near, &step, gains[place]);
-                near.switch(&step.target, gains[place]);
+        let Some((model, pace)) = &mut self.here else { return };
+        let reductions: Vec<f64> =
+            computed.column_iter().map(|column| model.objective - column.norm_squared()).collect();
+        let best = reductions.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        // The longest of the steps with at least a quarter of the best reduction: in a curved valley the lowest trial
+        // point is that of one of the shortest steps, and accepting only that one makes progress slow. Comparisons with
+        // NaN are false, so a point that could not be computed is never accepted, and the step shrinks.
+        let is_good =
+            |index: &usize| reductions[*index] >= 0.25 * best && pace.takes(&steps[*index], reductions[*index]);
+        match (0..steps.len()).find(is_good) {
+            Some(index) => {
+                let step = steps[index].clone();
+                pace.after_success(model, &step, reductions[index]);
+                model.switch(&step.target, reductions[index]);
                 self.next = step.target.clone();
                 self.sizes.zip_apply(&self.next, |size, value| *size = value.abs().max(*size / 2.0));
-                self.residuals = Some(computed.column(place).into_owned());
+                self.residuals = Some(computed.column(index).into_owned());
                 self.taken = Some(step);
                 self.wish = Wish::Tangent;
             }
             None => {
                 let last = steps.len() - 1;
-                pace.after_failure(near, &steps[last], gains[last]);
-                near.switch(&steps[last].target, gains[last]);
+                pace.after_failure(model, &steps[last], reductions[last]);
+                model.switch(&steps[last].target, reductions[last]);
                 self.plan();
             }
         }
     }
 
     pub(super) fn end(self) -> Fit {
-        let Wish::Nothing(termination) = self.wish else { unreachable!("a descent ends when it wants nothing more") };
-        let (near, _) = self.here.expect("every descent that ended stood somewhere");
+        let Wish::Nothing(termination) = self.wish else { unreachable!("the solver ends after it has terminated") };
+        let (model, _) = self.here.expect("a terminated solver has a current point");
         Fit {
-            point: near.point,
-            objective: near.objective,
-            residuals: near.tangent.residuals,
-            jacobian: near.tangent.jacobian,
+            point: model.point,
+            objective: model.objective,
+            residuals: model.tangent.residuals,
+            jacobian: model.tangent.jacobian,
             path: self.path,
             evaluations: self.evaluations,
             tangents: self.tangents,

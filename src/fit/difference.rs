@@ -1,18 +1,18 @@
-//! Derivatives by differences that stay between the bounds.
+//! Finite-difference derivatives with all stencil points between the bounds.
 
 use super::{LeastSquares, Sides, Tangent};
 use nalgebra::{DMatrix, DVector, DVectorView};
 
-/// Residuals and their derivatives at a point, from one stencil computed together: the point and two points a variable,
-/// central differences (the paper's Eqs 6 and 14), and three-point ones to one side where a bound leaves no room on the
-/// other. Both are of second order in the step.
+/// Residuals and Jacobian at a point from one stencil in one batch: central differences with two points per variable
+/// (the paper's Eqs 6 and 14), and one-sided three-point differences where a bound leaves no room on the other side.
+/// Both are of second order in the step.
 ///
-/// The step of a variable is its share `step`, or `step` itself where the variable is zero. Where one of its two
-/// points could not be computed, the other alone gives a first-order difference; where neither could, its column is
-/// NaN. A variable without room on either side has a column of zeros.
+/// `step` is relative to the variable, or absolute where the variable is zero. Where one of the two points cannot be
+/// computed, the other gives a first-order difference; where neither can, the column is NaN. A variable without room on
+/// either side has a column of zeros.
 ///
 /// # Errors
-/// Those of the problem.
+/// Errors of the problem.
 pub fn difference<P: LeastSquares>(problem: &mut P, point: &DVector<f64>, step: f64) -> Result<Tangent, P::Error> {
     let stencil = Stencil::new(point, &sizes(point), problem.bounds(), step, Sides::Both);
     let mut points = stencil.points().insert_column(0, 0.0);
@@ -22,21 +22,21 @@ pub fn difference<P: LeastSquares>(problem: &mut P, point: &DVector<f64>, step: 
     Ok(stencil.tangent(residuals, &computed.columns(1, computed.ncols() - 1).into_owned()))
 }
 
-/// The sizes of variables of which nothing but a point is known; one where it is zero.
+/// Sizes of variables at a start: the absolute value, or one for zero.
 pub(super) fn sizes(point: &DVector<f64>) -> DVector<f64> {
     point.map(|value| if value == 0.0 { 1.0 } else { value.abs() })
 }
 
-/// The points about a point of which differences are made.
+/// Stencil of finite differences about a point.
 pub(super) struct Stencil {
     point: DVector<f64>,
-    /// How far from a variable its points lie, one or two of them; none of one that is held.
+    /// Offsets of the one or two stencil points of each variable; none for a variable that is held.
     offsets: Vec<Vec<f64>>,
 }
 
 impl Stencil {
-    /// The step of a variable is a share of its size, which is not always that of its value: one that happens to pass zero
-    /// has the size that it had before.
+    /// The step of a variable is `step` times its size. The size can differ from the absolute value: a variable that
+    /// passes zero keeps part of its previous size.
     pub(super) fn new(
         point: &DVector<f64>,
         sizes: &DVector<f64>,
@@ -47,18 +47,18 @@ impl Stencil {
         let offsets = point.iter().zip(sizes).zip(bounds).map(|((&value, &size), &bounds)| {
             let step = step * size;
             let offsets = match sides {
-                // One that is held wants no points: a profile of many of them would march a third for nothing.
+                // A held variable needs no points: in a profile of many fits they would be a third of all points.
                 _ if bounds.0 == bounds.1 => Vec::new(),
                 Sides::Both => offsets(value, step, bounds).to_vec(),
                 Sides::One => vec![offset(value, step, bounds)],
             };
-            // What is added to the variable is not quite what arrives.
+            // The offset after rounding of the sum.
             offsets.into_iter().map(|offset| (value + offset) - value).collect()
         });
         Self { point: point.clone(), offsets: offsets.collect() }
     }
 
-    /// Its points but for the one in the middle, variable after variable.
+    /// The stencil points without the central one, variable after variable.
     pub(super) fn points(&self) -> DMatrix<f64> {
         let moved =
             self.offsets.iter().enumerate().flat_map(|(j, offsets)| offsets.iter().map(move |offset| (j, offset)));
@@ -72,7 +72,7 @@ impl Stencil {
         if columns.is_empty() { DMatrix::zeros(self.point.len(), 0) } else { DMatrix::from_columns(&columns) }
     }
 
-    /// The derivatives from the residuals in the middle and those at its [`points`](Self::points).
+    /// The tangent from the residuals at the central point and those at the stencil [`points`](Self::points).
     pub(super) fn tangent(&self, residuals: DVector<f64>, computed: &DMatrix<f64>) -> Tangent {
         let mut jacobian = DMatrix::zeros(residuals.len(), self.point.len());
         let mut columns = computed.column_iter();
@@ -85,7 +85,7 @@ impl Stencil {
                         _ if a == b => continue,
                         (true, false) => (at_a - &residuals) / a,
                         (false, true) => (at_b - &residuals) / b,
-                        // The slope at the middle of the parabola through the three points.
+                        // Slope at the centre of the parabola through the three points.
                         _ => ((at_b - &residuals) * (a / b) - (at_a - &residuals) * (b / a)) / (a - b),
                     }
                 }
@@ -101,13 +101,13 @@ impl Stencil {
     }
 }
 
-/// How far from a variable its one point lies: upwards, but for a variable with less room there than down.
+/// Offset of a one-sided difference: upwards, unless there is too little room there and more below.
 fn offset(value: f64, step: f64, (low, high): (f64, f64)) -> f64 {
     let (down, up) = (value - low, high - value);
     if up >= step || up >= down { step.min(up) } else { -step.min(down) }
 }
 
-/// How far from a variable its two points lie, so that neither leaves the bounds.
+/// Offsets of a two-point difference between the bounds.
 fn offsets(value: f64, step: f64, (low, high): (f64, f64)) -> [f64; 2] {
     let (down, up) = (value - low, high - value);
     if down >= step && up >= step {
@@ -125,7 +125,7 @@ fn offsets(value: f64, step: f64, (low, high): (f64, f64)) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// Residuals x³ and x y: no number where x is above its limit.
+    /// Residuals x³ and x y; NaN where x is above the limit.
     struct Cubic {
         bounds: [(f64, f64); 2],
         limit: f64,
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_that_could_not_be_computed_leaves_the_difference_to_the_other() {
+    fn where_one_point_fails_the_other_gives_a_first_order_difference() {
         assert!((slope(2.0, (-9.0, 9.0), 2.0, 1e-6).0 - 12.0).abs() < 1e-4);
         let mut problem = Cubic { bounds: [(2.0, 9.0), (-9.0, 9.0)], limit: 2.0, met: Vec::new() };
         let Ok(tangent) = difference(&mut problem, &DVector::from_vec(vec![2.0, 3.0]), 0.01);

@@ -1,58 +1,57 @@
-//! How well variables are determined by a weighted Jacobian.
+//! Identifiability of variables from a weighted Jacobian.
 //!
 //! The covariance of the estimates is `s² (JᵀJ)⁻¹ = s² V Σ⁻² Vᵀ` with `J = U Σ Vᵀ` (Beck & Arnold, *Parameter
-//! Estimation in Engineering and Science*, 1977). The columns of J are brought to unit length first, so that nothing
-//! here depends on the units of the variables but the standard errors themselves.
+//! Estimation in Engineering and Science*, 1977). The columns of J are scaled to unit norm first, so only the standard
+//! errors depend on the units of the variables.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Directions whose singular value is below this share of the largest are not determined: derivatives are rarely
-/// better known than to seven digits, and the rest of a weaker direction is their error.
+/// Singular values below this fraction of the largest count as zero: derivatives are rarely accurate to more than seven
+/// digits, and weaker directions consist of their error.
 pub const RANK_TOLERANCE: f64 = 1e-7;
 
-/// A share in an undetermined direction below this is the error of the derivatives, not a share.
+/// Components of undetermined directions below this come from the error of the derivatives.
 const PARTICIPATION: f64 = 1e-5;
 
-/// What a Jacobian says about the variables, at its own point and to first order.
+/// Covariance, correlation and rank of the variables at a point, to first order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Certainty {
-    /// Lengths of the Jacobian's columns.
+    /// Norms of the Jacobian's columns.
     pub lengths: Vec<f64>,
     /// One standard deviation of each estimate, in the unit of its variable; infinite where it is not determined.
     pub standard_errors: Vec<f64>,
-    /// Correlation of the estimates. Along an undetermined direction it is that direction's: of two variables that act
-    /// through their product alone, −1.
+    /// Correlation of the estimates. An undetermined direction dominates it: two variables that act only through their
+    /// product have −1.
     pub correlation: DMatrix<f64>,
     /// Cosines of the angles between the columns of the Jacobian.
     pub alignment: DMatrix<f64>,
-    /// Largest over smallest singular value of the Jacobian with columns of unit length.
+    /// Ratio of the largest to the smallest singular value of the Jacobian with unit columns.
     pub condition_number: f64,
-    /// Number of directions that are determined.
+    /// Number of determined directions.
     pub rank: usize,
-    /// The direction in which the residuals say least, of unit length, in variables that are scaled by `lengths`.
+    /// Unit vector of the smallest singular value, in variables scaled by `column_norms`.
     pub weakest: DVector<f64>,
-    /// `s² (JᵀJ)⁺`: the covariance over the directions that are determined, as if the others were held.
+    /// `s² (JᵀJ)⁺`: covariance over the determined directions, with the others held.
     pub covariance: DMatrix<f64>,
 }
 
-/// What a Jacobian (residual × variable, weighted like the residuals) says about its variables.
+/// Covariance summary of a Jacobian (residual × variable, weighted like the residuals).
 ///
 /// `variance` is that of the residuals: one where they were divided by their true standard deviations, else
-/// [`residual_variance`](super::interval::residual_variance). A Jacobian with numbers that are not finite determines
-/// nothing.
+/// [`residual_variance`](super::interval::residual_variance). A Jacobian that is not finite determines nothing.
 pub fn certainty(jacobian: &DMatrix<f64>, variance: f64) -> Certainty {
     let n = jacobian.ncols();
     let lengths: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
     if n == 0 || lengths.iter().any(|length| !length.is_finite()) {
         return nothing(lengths);
     }
-    // Rows of zeros make up for missing ones, so that there are as many singular values as variables.
+    // Zero rows are appended so that there are as many singular values as variables.
     let mut scaled = DMatrix::zeros(jacobian.nrows().max(n), n);
     for j in (0..n).filter(|&j| lengths[j] > 0.0) {
         scaled.view_mut((0, j), (jacobian.nrows(), 1)).copy_from(&(jacobian.column(j) / lengths[j]));
     }
-    // R has the singular values and right vectors of the whole in a few rows. The limit is one that no matrix of this
-    // size should meet; without it one that does would hang.
+    // R has the singular values and right singular vectors of J in fewer rows. No matrix of this size should reach the
+    // iteration limit; without it a failure to converge would not return.
     let decomposed = scaled.qr().r().try_svd(false, true, f64::EPSILON, 10_000);
     let Some((values, directions)) = decomposed.and_then(|svd| Some((svd.singular_values, svd.v_t?))) else {
         return nothing(lengths);
@@ -61,7 +60,8 @@ pub fn certainty(jacobian: &DMatrix<f64>, variance: f64) -> Certainty {
     let largest = values.iter().copied().fold(0.0, f64::max);
     let floor = RANK_TOLERANCE * largest;
     let rank = values.iter().filter(|&&value| value > floor).count();
-    // Σ⁻² with the undetermined directions held at the floor: they dominate the correlations without being infinite.
+    // Σ⁻² with singular values of undetermined directions raised to the floor: they dominate the correlations and stay
+    // finite.
     let spread = |i: usize, j: usize| -> f64 {
         let along = |k: usize| directions[(k, i)] * directions[(k, j)] / values[k].max(floor).powi(2);
         (0..n).filter(|_| floor > 0.0).map(along).sum()
@@ -94,7 +94,7 @@ pub fn certainty(jacobian: &DMatrix<f64>, variance: f64) -> Certainty {
     }
 }
 
-/// Where nothing could be said.
+/// The summary where no variable is determined.
 fn nothing(lengths: Vec<f64>) -> Certainty {
     let n = lengths.len();
     Certainty {
@@ -126,7 +126,7 @@ fn alignment(jacobian: &DMatrix<f64>, lengths: &[f64]) -> DMatrix<f64> {
 mod tests {
     use super::*;
 
-    /// A straight line through five points at −2 … 2: offset and slope are independent, with known errors.
+    /// Straight line through five points at −2 … 2: independent offset and slope with known standard errors.
     #[test]
     fn offset_and_slope_of_a_centred_line_have_their_textbook_errors() {
         let jacobian = DMatrix::from_fn(5, 2, |i, j| if j == 0 { 1.0 } else { i as f64 - 2.0 });
@@ -138,7 +138,7 @@ mod tests {
         assert_eq!(found.rank, 2);
     }
 
-    /// With abscissae 1 … 5 the estimates of offset and slope have correlation −x̄/√(mean x²) = −3/√11.
+    /// With abscissae 1 … 5 the correlation of offset and slope is −x̄/√(mean x²) = −3/√11.
     #[test]
     fn correlation_of_estimates_opposes_the_alignment_of_two_columns() {
         let jacobian = DMatrix::from_fn(5, 2, |i, j| if j == 0 { 1.0 } else { i as f64 + 1.0 });
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn two_factors_that_act_through_their_product_alone_are_named_and_the_third_is_not_blamed() {
+    fn two_factors_that_act_only_through_their_product_are_undetermined_and_the_third_is_determined() {
         let noise = |i: usize, j: usize| 1e-10 * ((i * 7 + j * 3) % 5) as f64;
         let jacobian = DMatrix::from_fn(40, 3, |i, j| {
             let t = i as f64 / 40.0;
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_factor_without_effect_is_not_determined_and_spoils_no_other() {
+    fn a_factor_without_effect_is_undetermined_and_does_not_affect_the_others() {
         let jacobian = DMatrix::from_row_slice(3, 2, &[1.0, 0.0, 2.0, 0.0, 2.0, 0.0]);
         let found = certainty(&jacobian, 9.0);
         assert_eq!(found.standard_errors, [1.0, f64::INFINITY]);
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn fewer_residuals_than_variables_and_no_numbers_determine_nothing_they_cannot() {
+    fn too_few_residuals_and_nan_reduce_the_rank() {
         assert_eq!(certainty(&DMatrix::from_row_slice(1, 2, &[1.0, 1.0]), 1.0).rank, 1);
         assert_eq!(certainty(&DMatrix::from_row_slice(2, 1, &[1.0, f64::NAN]), 1.0).rank, 0);
         assert_eq!(certainty(&DMatrix::zeros(3, 0), 1.0).rank, 0);

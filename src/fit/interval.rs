@@ -1,33 +1,33 @@
-//! From residuals to confidence intervals, when the residuals follow each other.
+//! Residual variance, autocorrelation and the factors of confidence intervals.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// `s² = S/(n − p)`: the variance of the residuals of a fit of `variables` to `samples`; infinite where no sample is
-/// left over.
+/// Residual variance `s² = S/(n − p)` of a fit of `variables` to `samples`; infinite without degrees of
+/// degrees_of_freedom.
 pub fn residual_variance(objective: f64, samples: usize, variables: usize) -> f64 {
     if samples > variables { objective / (samples - variables) as f64 } else { f64::INFINITY }
 }
 
-/// Lag-one autocorrelation of residuals, `Σ rᵢ rᵢ₊₁ / Σ rᵢ²`, the sums running over each trace by itself. The mean is
-/// not taken off: a bias of the prediction is the most persistent residual there is. Zero where there are none.
+/// Lag-one autocorrelation of residuals, `Σ rᵢ rᵢ₊₁ / Σ rᵢ²`, with sums within each trace. The mean is not subtracted,
+/// so a bias of the prediction counts as autocorrelation. Zero without residuals.
 pub fn lag_one(traces: &[Vec<f64>]) -> f64 {
     let products: f64 = traces.iter().flat_map(|trace| trace.windows(2)).map(|pair| pair[0] * pair[1]).sum();
     let squares: f64 = traces.iter().flatten().map(|residual| residual.powi(2)).sum();
     if squares > 0.0 { products / squares } else { 0.0 }
 }
 
-/// Half the width of a 95 % interval of a normal distribution, in standard deviations.
+/// Half-width of a 95 % interval of the normal distribution, in standard deviations.
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
-/// Half the width of a 95 % confidence interval in standard errors: Student's t at 97.5 %; infinite without degrees of
-/// freedom, and where it would be above a million.
-pub fn student_95(freedom: f64) -> f64 {
+/// Half-width of a 95 % confidence interval in standard errors: Student's t at 97.5 %. Infinite without degrees of
+/// degrees_of_freedom, and where it would exceed a million.
+pub fn student_95(degrees_of_freedom: f64) -> f64 {
     const LARGEST: f64 = 1e6;
-    let Ok(student) = StudentsT::new(0.0, 1.0, freedom) else { return f64::INFINITY };
+    let Ok(student) = StudentsT::new(0.0, 1.0, degrees_of_freedom) else { return f64::INFINITY };
     if student.cdf(LARGEST) < 0.975 {
         return f64::INFINITY;
     }
-    // By halving, since the inverse that statrs has does not return for some degrees and is wrong above 10⁴ of them.
+    // Bisection: the inverse in statrs does not return for some degrees of degrees_of_freedom and is wrong above 10⁴.
     let (mut low, mut high) = (0.0, LARGEST);
     while high - low > 1e-10 * high {
         let middle = (low + high) / 2.0;
@@ -41,17 +41,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn students_factors_are_those_of_the_tables() {
+    fn student_t_factors_match_the_tables() {
         // Two-sided 5 % points: 1, 5, 10, 30 and 120 degrees.
-        for (freedom, factor) in [(1.0, 12.706), (5.0, 2.571), (10.0, 2.228), (30.0, 2.042), (120.0, 1.980)] {
-            assert!((student_95(freedom) - factor).abs() < 6e-4, "{freedom}: {}", student_95(freedom));
+        for (degrees_of_freedom, factor) in [(1.0, 12.706), (5.0, 2.571), (10.0, 2.228), (30.0, 2.042), (120.0, 1.980)]
+        {
+            assert!(
+                (student_95(degrees_of_freedom) - factor).abs() < 6e-4,
+                "{degrees_of_freedom}: {}",
+                student_95(degrees_of_freedom)
+            );
         }
         assert!((student_95(1e6) - 1.959_966).abs() < 1e-5);
         assert_eq!([0.01, 0.0, -3.0].map(student_95), [f64::INFINITY; 3]);
     }
 
     #[test]
-    fn residuals_that_follow_each_other_correlate_and_those_that_alternate_oppose() {
+    fn constant_residuals_correlate_positively_and_alternating_ones_negatively() {
         let steady = vec![vec![2.0; 50], vec![-1.0; 50]];
         assert!(lag_one(&steady) > 0.97);
         let alternating = vec![(0..100).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect()];
@@ -66,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn a_variance_counts_the_samples_that_the_variables_leave() {
+    fn residual_variance_divides_by_the_degrees_of_freedom() {
         assert_eq!(residual_variance(12.0, 8, 2), 2.0);
         assert_eq!(residual_variance(12.0, 2, 2), f64::INFINITY);
     }

@@ -1,14 +1,17 @@
-//! The posterior of variables to first order: covariance of least squares with priors, under a noise model and with numerical error.
+//! The linearised posterior of the variables: covariance of least squares with priors, for a noise model and with
+//! numerical error.
 //!
-//! What is minimised is `|r|²/c + |priors|²`. Its Hessian is `2H`, `H = JᵀJ/c + Λ`, and errors e of the data and errors of the priors
-//! move the minimum by `H⁻¹ (Jᵀe/c + …)`. So a number that changes by g with the variables has the variance
+//! The objective is `|r|²/c + |priors|²`. Its Hessian is `2H`, `H = JᵀJ/c + Λ`, and errors e of the data and errors of
+//! the priors move the minimum by `H⁻¹ (Jᵀe/c + …)`. A quantity with gradient g in the variables therefore has the
+//! variance
 //!
 //! ```text
 //! uᵀ (JᵀΣJ s²/c² + Λ) u + (uᵀ Jᵀd/c)²,   u = H⁻¹ g
 //! ```
 //!
-//! The first term is the sandwich covariance under the noise model; the last one is the numerical error d of the prediction, propagated as
-//! an error of the data is. Its size is known and its remainder after extrapolation is not, so that it counts as one standard deviation.
+//! The first term is the sandwich covariance for the noise model. The last term is the numerical error d of the
+//! prediction, propagated like an error of the data. The size of d is known and its remainder after extrapolation is
+//! not, so it counts as one standard deviation.
 
 use super::identify::{Certainty, certainty};
 use super::interval::NORMAL_95;
@@ -16,14 +19,15 @@ use super::noise_model::{NoiseProcess, NoiseSums};
 use super::prior::Prior;
 use nalgebra::{DMatrix, DVector};
 
-/// Rounds of the search for the scale, and the change of one at which it has settled. Where priors alone decide, it need not settle.
+/// Maximum iterations for the objective scale, and the relative change at which it has converged. Where priors alone
+/// determine the variables, the iteration need not converge.
 const ROUNDS: usize = 40;
 const SETTLED: f64 = 1e-4;
 
-/// Data and priors to first order.
+/// The posterior of data and priors to first order.
 #[derive(Clone, Debug)]
 pub struct LinearizedPosterior {
-    /// Of the Hessian: the covariance that the objective has by itself, correlations and determined directions.
+    /// Inverse Hessian of the objective, with its correlations and determined directions.
     pub certainty: Certainty,
     noise: NoiseProcess,
     sums: NoiseSums,
@@ -35,8 +39,8 @@ pub struct LinearizedPosterior {
 }
 
 impl LinearizedPosterior {
-    /// From derivatives of the data, straightened where the loss was robust; the priors; c; the noise model; and the numerical error of each
-    /// residual.
+    /// From the Jacobian of the data (of the untransformed residuals where the loss is robust), the priors, c, the
+    /// noise model, and the numerical error of each residual.
     pub fn new(
         data: &DMatrix<f64>,
         priors: &[Prior],
@@ -47,8 +51,8 @@ impl LinearizedPosterior {
         let (samples, variables) = data.shape();
         let mut stacked = data.clone().resize_vertically(samples + priors.len(), 0.0) / scale.sqrt();
         let mut precision = DVector::zeros(variables);
-        for (place, prior) in priors.iter().enumerate() {
-            stacked[(samples + place, prior.variable)] = 1.0 / prior.deviation;
+        for (index, prior) in priors.iter().enumerate() {
+            stacked[(samples + index, prior.variable)] = 1.0 / prior.deviation;
             precision[prior.variable] += prior.deviation.powi(-2);
         }
         Self {
@@ -61,8 +65,8 @@ impl LinearizedPosterior {
         }
     }
 
-    /// The ratio of the variances of the intervals to those of the objective by itself, averaged over the variables. Not a number where
-    /// nothing is determined.
+    /// Ratio of the interval variance to the variance of the objective alone, averaged over the variables. NaN where no
+    /// variable is determined.
     fn width_ratio(&self) -> f64 {
         let determined = (0..self.precision.len()).filter(|&j| self.certainty.standard_errors[j].is_finite());
         let ratios: Vec<f64> = determined
@@ -71,8 +75,8 @@ impl LinearizedPosterior {
         ratios.iter().sum::<f64>() / ratios.len() as f64
     }
 
-    /// The scale c with which the objective of data and priors is by itself as wide as the intervals are, so that estimate, profile and
-    /// posterior are of one objective. Not normal where the data leave nothing to judge by.
+    /// The scale c for which the objective of data and priors alone is as wide as the intervals, so that estimate,
+    /// profile and posterior share one objective. Not normal where the data leave no degrees of freedom.
     pub fn objective_scale(
         data: &DMatrix<f64>,
         priors: &[Prior],
@@ -80,7 +84,7 @@ impl LinearizedPosterior {
         numerical_error: &DVector<f64>,
     ) -> f64 {
         let mut scale = Self::new(data, &[], 1.0, noise, numerical_error).width_ratio();
-        // Without priors the ratio falls as the scale rises, so that the first is the last.
+        // Without priors the ratio is inversely proportional to the scale, so the first value is exact.
         for _ in 0..if priors.is_empty() { 0 } else { ROUNDS } {
             if !scale.is_normal() {
                 break;
@@ -94,39 +98,39 @@ impl LinearizedPosterior {
         scale
     }
 
-    /// Half the width of the 95 % interval of a number that changes by `gradient` with the variables.
+    /// Half-width of the 95 % interval of a quantity with this gradient in the variables.
     pub fn half_width(&self, gradient: &DVector<f64>) -> f64 {
         let moved = &self.certainty.covariance * gradient;
-        let of_priors = moved.component_mul(&moved).dot(&self.precision);
-        let of_noise = self.noise.half_width(&self.sums, &(&moved / self.scale), of_priors);
-        of_noise.hypot(NORMAL_95 * moved.dot(&self.numerical))
+        let prior_variance = moved.component_mul(&moved).dot(&self.precision);
+        let noise_half_width = self.noise.half_width(&self.sums, &(&moved / self.scale), prior_variance);
+        noise_half_width.hypot(NORMAL_95 * moved.dot(&self.numerical))
     }
 
-    /// Half-widths of the variables' 95 % intervals; infinite where they are not determined.
+    /// Half-widths of the variables' 95 % intervals; infinite for undetermined variables.
     pub fn half_widths(&self) -> Vec<f64> {
-        let of = |j: usize| {
+        let half_width = |j: usize| {
             if self.certainty.standard_errors[j].is_finite() { self.half_width(&self.unit(j)) } else { f64::INFINITY }
         };
-        (0..self.precision.len()).map(of).collect()
+        (0..self.precision.len()).map(half_width).collect()
     }
 
-    /// Standard deviations of the normal distributions that have these intervals.
+    /// Standard deviations of normal distributions with these intervals.
     pub fn standard_errors(&self) -> Vec<f64> {
         self.half_widths().into_iter().map(|half| half / NORMAL_95).collect()
     }
 
-    /// By how much the numerical error moves each variable.
+    /// Shift of each variable due to the numerical error.
     pub fn numerical_errors(&self) -> Vec<f64> {
         (&self.certainty.covariance * &self.numerical).iter().map(|moved| moved.abs()).collect()
     }
 
-    /// As [`NoiseProcess::strength`], of data without priors.
+    /// [`NoiseProcess::noise_inflation`] of data without priors.
     pub fn strength(&self) -> (f64, f64) {
         let unscaled = &self.certainty.covariance / self.scale;
         self.noise.strength(&self.sums, &unscaled, self.certainty.rank)
     }
 
-    fn unit(&self, place: usize) -> DVector<f64> {
-        DVector::from_fn(self.precision.len(), |j, _| if j == place { 1.0 } else { 0.0 })
+    fn unit(&self, index: usize) -> DVector<f64> {
+        DVector::from_fn(self.precision.len(), |j, _| if j == index { 1.0 } else { 0.0 })
     }
 }

@@ -1,41 +1,41 @@
-//! Robust losses: samples that lie far off count for less than their squares.
+//! Robust loss functions: outliers count for less than their squares.
 //!
-//! A loss ρ(r) takes the place of r², and is minimised as the square of a bent residual, `r̃ = sign(r) √ρ(r)`. So a
-//! robust problem is a least-squares problem like any other: differences, damping and endings are as they were, and S is
-//! `Σ ρ(r)` exactly. (Weights that are renewed from turn to turn approach the same minimum, but S then changes its meaning
-//! on the way, and no gain can be told from it.)
+//! A loss ρ(r) replaces r² and is minimised as the square of a transformed residual, `r̃ = sign(r) √ρ(r)`. A robust
+//! problem is thus an ordinary least-squares problem with the same finite differences, damping and termination, and S
+//! is exactly `Σ ρ(r)`. (Iteratively reweighted least squares approach the same minimum, but S changes its meaning
+//! between iterations, so reductions cannot be compared.)
 //!
-//! Squares of the derivatives of bent residuals are too large a curvature of S where many residuals are far off: a loss
-//! that grows like |r| has none there. The minimiser is given the [weights](LeastSquares::curvature_weights) of the true
-//! curvature too, and takes the one of the two models that foretold its last step better. The weights are those of Triggs
-//! et al. (*Bundle adjustment*, 2000) and Ceres Solver; without the other model they leave no curvature where all residuals
-//! are far off, and take more iterations than they save. Residuals reweighted by ψ/r have twice the curvature of bent
-//! ones, and are slower still.
+//! The squared derivatives of transformed residuals overestimate the curvature of S where many residuals are large, as
+//! a loss that grows like |r| has none there. So the problem also supplies the
+//! [weights](LeastSquares::curvature_weights) of the true curvature, and the minimiser uses whichever of the two models
+//! predicted its last step better. The weights are those of Triggs et al. (*Bundle adjustment*, 2000) and Ceres Solver.
+//! Used alone they leave no curvature where all residuals are large, and cost more iterations than they save. Residuals
+//! reweighted by ψ/r have twice the curvature of transformed ones and are slower still.
 //!
-//! What is bent is not to be judged as if it were straight. The residuals and derivatives of a robust fit are
-//! [straightened](Loss::straightened), and the [variance](Loss::variance) that goes with them has the efficiency in it
-//! that the loss costs.
+//! Transformed residuals must not be used for statistics. Residuals and derivatives of a robust fit are first
+//! [transformed back](RobustLoss::untransformed), and their [variance](RobustLoss::variance) includes the loss of
+//! efficiency.
 
 use super::{LeastSquares, Tangent};
 use nalgebra::{DMatrix, DVector};
 
-/// How residuals count that are far off. The robust ones are r² near zero and grow like |r| beyond `width`, which is in
-/// standard deviations where residuals are.
+/// A loss function. The robust ones are r² near zero and grow like |r| beyond `width`, which is in standard deviations
+/// if the residuals are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Loss {
     /// r²: least squares.
     #[default]
     Squares,
-    /// `2 w² (√(1 + (r/w)²) − 1)`: smooth, and damps a little everywhere.
+    /// `2 w² (√(1 + (r/w)²) − 1)`: smooth, and weaker than r² everywhere.
     SoftL1 {
-        /// Where it bends from r² to |r|, in standard deviations.
+        /// Transition from r² to |r|, in standard deviations.
         width: f64,
     },
     /// r² up to the width, `2 w |r| − w²` beyond (Huber, Ann. Math. Stat. 35, 1964). A width of 1.345 keeps 95 % of the
     /// efficiency where residuals are normal.
     Huber {
-        /// Where it turns from r² to |r|, in standard deviations.
+        /// Transition from r² to |r|, in standard deviations.
         width: f64,
     },
 }
@@ -55,18 +55,18 @@ impl Loss {
         }
     }
 
-    /// r of a bent residual.
-    fn straight(self, bent: f64) -> f64 {
+    /// The residual of a transformed one.
+    fn straight(self, transformed: f64) -> f64 {
         match self {
-            Self::SoftL1 { width } => bent * 1f64.hypot(bent / (2.0 * width)),
-            Self::Huber { width } if bent.abs() > width => {
-                ((bent * bent + width * width) / (2.0 * width)).copysign(bent)
+            Self::SoftL1 { width } => transformed * 1f64.hypot(transformed / (2.0 * width)),
+            Self::Huber { width } if transformed.abs() > width => {
+                ((transformed * transformed + width * width) / (2.0 * width)).copysign(transformed)
             }
-            Self::Huber { .. } | Self::Squares => bent,
+            Self::Huber { .. } | Self::Squares => transformed,
         }
     }
 
-    /// ψ: half the slope of ρ, which is how far a residual pulls.
+    /// ψ, half the derivative of ρ: the influence function.
     fn influence(self, r: f64) -> f64 {
         match self {
             Self::Squares => r,
@@ -75,7 +75,7 @@ impl Loss {
         }
     }
 
-    /// The slope of ψ.
+    /// ψ′.
     fn stiffness(self, r: f64) -> f64 {
         match self {
             Self::Squares => 1.0,
@@ -89,51 +89,51 @@ impl Loss {
         if r == 0.0 { 1.0 } else { self.influence(r) / self.bent(r) }
     }
 
-    /// `ψ′/(dr̃/dr)²`, the weight of a bent residual in the curvature of the loss: the second derivative of r̃² is twice
-    /// `(dr̃/dr)² + r̃ d²r̃/dr²`, of which least squares see the first term alone. Both losses are convex, so it is not
-    /// below zero.
+    /// `ψ′/(dr̃/dr)²`, the weight of a transformed residual in the curvature of the loss: the second derivative of r̃²
+    /// is twice `(dr̃/dr)² + r̃ d²r̃/dr²`, and Gauss-Newton uses the first term alone. Both losses are convex, so the
+    /// weight is not negative.
     fn curvature_weight(self, r: f64) -> f64 {
         self.stiffness(r) / self.slope(r).powi(2)
     }
 
-    /// Residuals and derivatives of the problem itself from those of a [`Robust`] one, at the end of a fit.
-    pub fn straightened(self, bent: &DVector<f64>, jacobian: &DMatrix<f64>) -> Tangent {
-        let residuals = bent.map(|bent| self.straight(bent));
+    /// Residuals and derivatives of the original problem from those of a [`RobustProblem`], after a fit.
+    pub fn straightened(self, transformed: &DVector<f64>, jacobian: &DMatrix<f64>) -> Tangent {
+        let residuals = transformed.map(|transformed| self.straight(transformed));
         let jacobian =
             DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| jacobian[(i, j)] / self.slope(residuals[i]));
         Tangent { residuals, jacobian }
     }
 
-    /// Straightened residuals of a robust fit as least squares would need them to move as far: `κ ψ(r)/(mean ψ′)` with
-    /// `κ = 1 + (p/n) var ψ′/(mean ψ′)²` (Huber, *Robust Statistics*, 1981, section 7.6), after a fit of `variables`. Where all residuals
-    /// are small they are the residuals. Infinite where every one counts as far off.
+    /// Pseudo-residuals, with which least squares would have the same covariance: `κ ψ(r)/(mean ψ′)` with
+    /// `κ = 1 + (p/n) var ψ′/(mean ψ′)²` (Huber, *Robust Statistics*, 1981, section 7.6), after a fit of `variables`.
+    /// They equal the residuals where all of these are small, and are infinite where ψ′ is zero for every residual.
     pub fn pseudo_residuals(self, residuals: &DVector<f64>, variables: f64) -> DVector<f64> {
-        let stiffness = residuals.map(|r| self.stiffness(r));
-        let mean = stiffness.mean();
+        let slopes = residuals.map(|r| self.stiffness(r));
+        let mean = slopes.mean();
         if mean <= 0.0 {
             return residuals.map(|_| f64::INFINITY);
         }
-        let kappa = 1.0 + variables / residuals.len() as f64 * stiffness.variance() / mean.powi(2);
+        let kappa = 1.0 + variables / residuals.len() as f64 * slopes.variance() / mean.powi(2);
         residuals.map(|r| kappa * self.influence(r) / mean)
     }
 
-    /// The variance to judge straightened derivatives by ([`certainty`](super::certainty)) after a robust fit of so many
-    /// variables: that of the [pseudo-residuals](Self::pseudo_residuals). Infinite where no sample is left over, or every one
-    /// counts as far off.
+    /// Residual variance for the [`covariance_summary`](super::covariance_summary) of a robust fit of `variables`, from
+    /// untransformed derivatives: that of the [pseudo-residuals](Self::pseudo_residuals). Infinite without degrees of
+    /// freedom, and where ψ′ is zero for every residual.
     pub fn variance(self, residuals: &DVector<f64>, variables: f64) -> f64 {
         let n = residuals.len() as f64;
         let squares = self.pseudo_residuals(residuals, variables).norm_squared();
         if n > variables && squares.is_finite() { squares / (n - variables) } else { f64::INFINITY }
     }
 
-    /// By how much `Σ ρ(r)` is softer than a parabola of straightened derivatives: its mean stiffness (Schrader & Hettmansperger,
-    /// Biometrika 67, 1980).
+    /// Mean ψ′: the curvature of `Σ ρ(r)` relative to that of the sum of squares of untransformed residuals (Schrader &
+    /// Hettmansperger, Biometrika 67, 1980).
     pub fn mean_stiffness(self, residuals: &DVector<f64>) -> f64 {
         residuals.map(|r| self.stiffness(r)).mean()
     }
 }
 
-/// Its name, with a width where it has one: `huber=1.345`.
+/// Name and, for robust losses, width: `huber=1.345`.
 impl std::fmt::Display for Loss {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -144,11 +144,11 @@ impl std::fmt::Display for Loss {
     }
 }
 
-/// A problem whose residuals count by a loss.
+/// A least-squares problem with a loss function on its residuals.
 pub struct Robust<P> {
     /// The problem.
     pub problem: P,
-    /// How its residuals count.
+    /// The loss function.
     pub loss: Loss,
 }
 
@@ -164,18 +164,18 @@ impl<P: LeastSquares> LeastSquares for Robust<P> {
     }
 
     fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, P::Error> {
-        let bend = |mut tangent: Tangent| {
+        let transform = |mut tangent: Tangent| {
             for (mut row, &r) in tangent.jacobian.row_iter_mut().zip(tangent.residuals.iter()) {
                 row *= self.loss.slope(r);
             }
             tangent.residuals.apply(|r| *r = self.loss.bent(*r));
             tangent
         };
-        Ok(self.problem.tangents(points)?.map(|tangents| tangents.into_iter().map(bend).collect()))
+        Ok(self.problem.tangents(points)?.map(|tangents| tangents.into_iter().map(transform).collect()))
     }
 
     fn curvature_weights(&self, residuals: &DVector<f64>) -> Option<DVector<f64>> {
-        let weight = |bent| self.loss.curvature_weight(self.loss.straight(bent));
+        let weight = |transformed| self.loss.curvature_weight(self.loss.straight(transformed));
         (self.loss != Loss::Squares).then(|| residuals.map(weight))
     }
 }
@@ -187,12 +187,12 @@ mod tests {
     const LOSSES: [Loss; 2] = [Loss::SoftL1 { width: 1.5 }, Loss::Huber { width: 1.345 }];
 
     #[test]
-    fn a_bent_residual_is_straightened_to_what_it_was_and_its_square_is_the_loss() {
+    fn transformed_residuals_invert_exactly_and_their_squares_are_the_loss() {
         for loss in LOSSES {
             for r in [-40.0, -1.5, -1.0, -1e-9, 0.0, 0.3, 1.4, 7.0] {
                 assert!((loss.straight(loss.bent(r)) - r).abs() <= 1e-14 * r.abs());
-                let rise = (loss.bent(r + 1e-6) - loss.bent(r - 1e-6)) / 2e-6;
-                assert!((loss.slope(r) - rise).abs() < 1e-6, "{loss:?} at {r}");
+                let difference = (loss.bent(r + 1e-6) - loss.bent(r - 1e-6)) / 2e-6;
+                assert!((loss.slope(r) - difference).abs() < 1e-6, "{loss:?} at {r}");
             }
         }
         assert!((LOSSES[0].bent(2.0).powi(2) - 2.0 * 2.25 * ((1.0f64 + 4.0 / 2.25).sqrt() - 1.0)).abs() < 1e-14);
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn the_weight_of_a_residual_is_the_curvature_of_its_loss_over_that_of_its_bent_square() {
+    fn curvature_weight_is_the_ratio_of_the_curvatures_of_the_loss_and_of_gauss_newton() {
         for loss in LOSSES {
             for r in [-40.0f64, -1.6, -0.3, 1e-3, 1.2, 7.0] {
                 let (h, square) = (1e-4 * r.abs().max(1.0), |r| loss.bent(r).powi(2));
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn where_all_residuals_are_small_the_variance_is_that_of_least_squares() {
+    fn with_small_residuals_the_variance_is_that_of_least_squares() {
         let small = DVector::from_fn(10, |i, _| 1e-4 * (i as f64 - 4.5));
         for loss in LOSSES {
             assert!((loss.variance(&small, 2.0) / (small.norm_squared() / 8.0) - 1.0).abs() < 1e-6);

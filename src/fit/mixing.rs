@@ -1,61 +1,66 @@
-//! Whether walkers have been everywhere often enough: autocorrelation, and how far walkers differ.
+//! Convergence of MCMC chains: autocorrelation time, effective sample size and R-hat.
 
-/// What the trail of one variable says of a walk.
+/// Convergence diagnostics of one variable's chains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Mixing {
-    /// Integrated autocorrelation time: so many moves of a walker are worth one draw.
+    /// Integrated autocorrelation time τ, iterations: τ iterations of a chain are worth one independent draw.
     pub autocorrelation_moves: f64,
-    /// Draws of the walkers together that are worth as much as independent ones.
+    /// Effective sample size of all chains together.
     pub effective_draws: f64,
-    /// The ratio of all values' deviation to those within halves of walkers' trails.
+    /// Split R-hat: the ratio of the standard deviation of all values to that within half chains.
     pub r_hat: f64,
 }
 
-/// Moves that the window of an autocorrelation spans, in autocorrelation times: further out chance outweighs what is left
-/// (Sokal, *Monte Carlo Methods in Statistical Mechanics*, 1996).
+/// Window of the autocorrelation sum, in autocorrelation times: noise dominates at longer lags (Sokal, *Monte Carlo
+/// Methods in Statistical Mechanics*, 1996).
 const WINDOW: f64 = 5.0;
 
 impl Mixing {
-    /// R-hat above which walkers have not been everywhere. A trail that is n moves long and known to have come to rest has
-    /// a mean that is off by √(τ/n) deviations, and so an R-hat of √(1 + τ/n): 1.1 of its halves says that each is five
-    /// autocorrelation times long. The 1.01 asked of a few long chains (Vehtari et al., Bayesian Anal. 16, 2021) would have
-    /// each of thousands of walkers alone draw what they are there to draw together.
+    /// R-hat above which chains count as not converged. A stationary chain of n iterations has a mean with an error of
+    /// √(τ/n) standard deviations, and so an R-hat of √(1 + τ/n): 1.1 for half chains means that each is five
+    /// autocorrelation times long. The usual limit of 1.01 is for a few long chains (Vehtari et al., Bayesian Anal. 16,
+    /// 2021); here thousands of chains draw the sample together, and each would have to be as long as one that draws it
+    /// alone.
     pub const R_HAT: f64 = 1.1;
 
-    /// Of a trail, move × walker.
+    /// Diagnostics of one variable's chains, iteration × walker.
     ///
     /// # Panics
-    /// When the trail is not a whole number of moves.
-    pub fn of(trail: &[f64], walkers: usize) -> Self {
-        assert!(walkers > 0 && trail.len().is_multiple_of(walkers), "a trail of moves of {walkers} walkers");
-        let autocorrelation_moves = autocorrelation_moves(trail, walkers);
+    /// When the length is not a multiple of the number of walkers.
+    pub fn of(chains: &[f64], walkers: usize) -> Self {
+        assert!(
+            walkers > 0 && chains.len().is_multiple_of(walkers),
+            "{} values are not whole iterations of {walkers} walkers",
+            chains.len()
+        );
+        let autocorrelation_moves = autocorrelation_moves(chains, walkers);
         Self {
             autocorrelation_moves,
-            effective_draws: trail.len() as f64 / autocorrelation_moves,
-            r_hat: split_r_hat(trail, walkers),
+            effective_draws: chains.len() as f64 / autocorrelation_moves,
+            r_hat: split_r_hat(chains, walkers),
         }
     }
 }
 
-/// `τ = 1 + 2 Σ ρₘ`, where ρₘ is the correlation of all walkers' values with those of m moves later, about the mean of all:
-/// walkers that do not meet never forget where they are. The sum ends at the first m that is five times what it has come to,
-/// or with the trail. Infinite where nothing moved.
-fn autocorrelation_moves(trail: &[f64], walkers: usize) -> f64 {
-    let moves = trail.len() / walkers;
-    let mean = trail.iter().sum::<f64>() / trail.len() as f64;
-    let off: Vec<f64> = trail.iter().map(|value| value - mean).collect();
+/// `τ = 1 + 2 Σ ρₘ`, where ρₘ is the correlation at lag m over all walkers, about the common mean: chains that stay
+/// apart keep a high correlation. The sum ends at the first lag of five times its value, or with the chain. Infinite
+/// where no value changed.
+fn autocorrelation_moves(chains: &[f64], walkers: usize) -> f64 {
+    let iterations = chains.len() / walkers;
+    let mean = chains.iter().sum::<f64>() / chains.len() as f64;
+    let centred: Vec<f64> = chains.iter().map(|value| value - mean).collect();
     let covariance = |lag: usize| {
-        let pairs = off.len() - lag * walkers;
-        let later = &off[lag * walkers..];
-        off[..pairs].iter().zip(later).map(|(a, b)| a * b).sum::<f64>() / pairs as f64
+        let pairs = centred.len() - lag * walkers;
+        let later = &centred[lag * walkers..];
+        centred[..pairs].iter().zip(later).map(|(a, b)| a * b).sum::<f64>() / pairs as f64
     };
     let variance = covariance(0);
-    if moves == 0 || variance <= 0.0 {
+    if iterations == 0 || variance <= 0.0 {
         return f64::INFINITY;
     }
     let mut time = 1.0;
-    for lag in 1..moves {
+    for lag in 1..iterations {
         time += 2.0 * covariance(lag) / variance;
         if lag as f64 >= WINDOW * time {
             break;
@@ -64,18 +69,18 @@ fn autocorrelation_moves(trail: &[f64], walkers: usize) -> f64 {
     time.max(1.0)
 }
 
-/// Gelman and Rubin's ratio (Stat. Sci. 7, 1992) of the two halves of each walker's trail: a walker that stays apart makes
-/// it rise, and so does one that is still on its way. Infinite where nothing moved or there is nothing to halve.
-fn split_r_hat(trail: &[f64], walkers: usize) -> f64 {
-    let length = trail.len() / walkers / 2;
+/// Gelman and Rubin's ratio (Stat. Sci. 7, 1992) of the two halves of each chain: it rises for chains that stay apart
+/// and for chains that still drift. Infinite where no value changed, or with fewer than four iterations.
+fn split_r_hat(chains: &[f64], walkers: usize) -> f64 {
+    let length = chains.len() / walkers / 2;
     if length < 2 {
         return f64::INFINITY;
     }
     let n = length as f64;
-    // The last two of each, as an odd move out is the oldest.
-    let kept = &trail[trail.len() - 2 * length * walkers..];
+    // The last iterations: with an odd number the oldest is left out.
+    let halves = &chains[chains.len() - 2 * length * walkers..];
     let (mut means, mut within) = (Vec::with_capacity(2 * walkers), 0.0);
-    for half in kept.chunks(length * walkers) {
+    for half in halves.chunks(length * walkers) {
         for walker in 0..walkers {
             let values = half[walker..].iter().step_by(walkers);
             let mean = values.clone().sum::<f64>() / n;
@@ -83,10 +88,10 @@ fn split_r_hat(trail: &[f64], walkers: usize) -> f64 {
             means.push(mean);
         }
     }
-    let chains = means.len() as f64;
-    let mean = means.iter().sum::<f64>() / chains;
-    let between = means.iter().map(|other| (other - mean).powi(2)).sum::<f64>() / (chains - 1.0);
-    let within = within / chains;
+    let half_chains = means.len() as f64;
+    let mean = means.iter().sum::<f64>() / half_chains;
+    let between = means.iter().map(|other| (other - mean).powi(2)).sum::<f64>() / (half_chains - 1.0);
+    let within = within / half_chains;
     if within > 0.0 { ((n - 1.0) / n + between / within).sqrt() } else { f64::INFINITY }
 }
 
@@ -97,39 +102,39 @@ mod tests {
 
     const WALKERS: usize = 200;
 
-    /// Autoregressions side by side, of variance one, about a centre each.
-    fn trail(moves: usize, autocorrelation: f64, centre: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    /// Independent first-order autoregressions of unit variance, each about its own centre.
+    fn chains(iterations: usize, autocorrelation: f64, centre: impl Fn(usize, usize) -> f64) -> Vec<f64> {
         let mut numbers = Numbers::of(1, 0);
-        let mut now: Vec<f64> = (0..WALKERS).map(|_| numbers.normal()).collect();
-        let mut trail = Vec::new();
-        for turn in 0..moves {
-            for (walker, value) in now.iter_mut().enumerate() {
+        let mut values: Vec<f64> = (0..WALKERS).map(|_| numbers.normal()).collect();
+        let mut chains = Vec::new();
+        for iteration in 0..iterations {
+            for (walker, value) in values.iter_mut().enumerate() {
                 *value = autocorrelation * *value + (1.0 - autocorrelation.powi(2)).sqrt() * numbers.normal();
-                trail.push(*value + centre(turn, walker));
+                chains.push(*value + centre(iteration, walker));
             }
         }
-        trail
+        chains
     }
 
     /// τ = (1 + φ)/(1 − φ) of a first-order autoregression: 1, 3, 19.
     #[test]
-    fn the_autocorrelation_time_of_an_autoregression_is_the_known_one() {
+    fn the_autocorrelation_time_of_a_first_order_autoregression_is_exact() {
         for (autocorrelation, exact) in [(0.0, 1.0), (0.5, 3.0), (0.9, 19.0)] {
-            let found = Mixing::of(&trail(500, autocorrelation, |_, _| 0.0), WALKERS);
+            let found = Mixing::of(&chains(500, autocorrelation, |_, _| 0.0), WALKERS);
             assert!((found.autocorrelation_moves / exact - 1.0).abs() < 0.05, "{exact}: {found:?}");
             assert!((found.effective_draws * found.autocorrelation_moves / 1e5 - 1.0).abs() < 1e-12);
-            // Each half's mean is off by τ/250 of the variance.
+            // The squared error of each half's mean is τ/250 of the variance.
             assert!((found.r_hat - (1.0 + exact / 250.0).sqrt()).abs() < 0.01, "{exact}: {found:?}");
         }
     }
 
     #[test]
-    fn walkers_that_stay_apart_and_walkers_on_their_way_are_told() {
-        let apart = Mixing::of(&trail(500, 0.5, |_, walker| if walker < 20 { 6.0 } else { 0.0 }), WALKERS);
+    fn chains_that_stay_apart_or_drift_or_stand_still_are_detected() {
+        let apart = Mixing::of(&chains(500, 0.5, |_, walker| if walker < 20 { 6.0 } else { 0.0 }), WALKERS);
         assert!(apart.r_hat > 1.5 && apart.autocorrelation_moves > 100.0, "{apart:?}");
-        let coming = Mixing::of(&trail(500, 0.5, |turn, _| 0.01 * turn as f64), WALKERS);
-        assert!(coming.r_hat > 1.2, "{coming:?}");
-        let still = Mixing::of(&vec![1.0; 40 * WALKERS], WALKERS);
-        assert_eq!((still.r_hat, still.effective_draws), (f64::INFINITY, 0.0));
+        let drifting = Mixing::of(&chains(500, 0.5, |iteration, _| 0.01 * iteration as f64), WALKERS);
+        assert!(drifting.r_hat > 1.2, "{drifting:?}");
+        let constant = Mixing::of(&vec![1.0; 40 * WALKERS], WALKERS);
+        assert_eq!((constant.r_hat, constant.effective_draws), (f64::INFINITY, 0.0));
     }
 }

@@ -1,42 +1,43 @@
-//! Least squares between side constraints: Levenberg-Marquardt as the paper has it (Eqs 3 to 12), made not to stall.
+//! Nonlinear least squares between bounds: the paper's Levenberg-Marquardt method (Eqs 3 to 12), with a trust region
+//! and an active set against stalling.
 //!
-//! Sought is the point `P`, between bounds, at which `S(P) = rᵀr` is least. About a point the residuals are taken as
-//! straight, `r + J ΔP`, and the step solves
+//! The solver minimises `S(P) = rᵀr` over `P` between bounds. Near a point the residuals are linearised, `r + J ΔP`,
+//! and the step solves
 //!
 //! ```text
 //! (JᵀJ + μΩ) ΔP = −Jᵀr,   Ω = diag(JᵀJ)
 //! ```
 //!
-//! which is the least-squares solution of the augmented system
+//! This is the least-squares solution of the augmented system
 //!
 //! ```text
 //! [   J   ]        [ r ]
 //! [ √(μΩ) ] ΔP = − [ 0 ]
 //! ```
 //!
-//! and is found as such, by orthogonal factors: normal equations would square the condition number, and the problems
-//! here are ill-conditioned before that.
+//! which is solved by orthogonal factorisation: normal equations would square the condition number of problems that are
+//! already ill-conditioned.
 //!
-//! **Bounds** belong to the system that is solved, by an active set: a step is not cut off at them afterwards, so none
-//! stalls there, and a variable stands on its bound exactly. Reflective methods (Coleman & Li, SIAM J. Optim. 6, 1996;
-//! SciPy's `trf`) keep strictly inside instead and scale steps by the distance to the bounds: they slow down where the
-//! answer lies on one, never say that it does, and pay with a scaling that bends every step near a bound. They are made for
-//! thousands of variables, among which searching for active ones is dear; here there are a dozen, and a search costs less
-//! than the residuals of one sample.
+//! **Bounds** are part of the linear subproblem, by an active set. Steps are not truncated at bounds afterwards, so the
+//! iteration does not stall, and a variable can lie exactly on its bound. Reflective methods (Coleman & Li, SIAM J.
+//! Optim. 6, 1996; SciPy's `trf`) stay strictly inside and scale steps by the distance to the bounds: they converge
+//! slowly to a solution on a bound, never report the bound as active, and distort every step near a bound. They are
+//! made for thousands of variables, where an active-set search is expensive. Here there are about a dozen variables,
+//! and the search costs less than the residuals of one sample.
 //!
-//! **Damping** follows from a radius within which straight residuals have proved good (Moré 1978): the ratio of what a
-//! step gained to what it promised lengthens or shortens it. The paper's rules, μ tenfold after a failure and a tenth
-//! after a success, are an option ([`Rules::Paper`]); where a valley is narrow they take many turns to reach a μ that a
-//! radius gives at once, and at a start that is far off they can leap out of the valley. Ω is, column by column, the
-//! longest that was met, forgotten slowly, so that a variable whose effect fades on the way is not let loose at once.
+//! **Damping** follows from a trust-region radius (Moré 1978): the ratio of actual to predicted reduction lengthens or
+//! shortens it. The paper's rule, μ tenfold after a failure and a tenth after a success, is an option
+//! ([`DampingStrategy::Paper`]). In a narrow valley it needs many iterations to reach the μ that a radius gives at
+//! once, and from a distant start its steps can leave the valley. Each entry of Ω is the largest column norm so far,
+//! with a slow decay, so that a variable that loses its effect during the iteration is not undamped at once.
 //!
-//! A device carries many points in the time of one, so a ladder of radii is tried at once ([`Options::trials`]), and many
-//! starts go down side by side ([`minimize_all`]): each turn of all of them is one or two ensembles. A point that cannot be
-//! computed shortens the step; only a start that cannot be computed ends a run.
+//! A device evaluates many points in the time of one. So several radii are tried at once ([`Options::trials`]), and
+//! many starts run together ([`minimize_all`]): one iteration of all of them takes one or two ensembles. A trial point
+//! that cannot be computed shortens the step; only a start that cannot be computed ends a run.
 //!
 //! Sources: Levenberg, Q. Appl. Math. 2 (1944); Marquardt, J. SIAM 11 (1963); Moré, Lect. Notes Math. 630 (1978);
-//! Transtrum & Sethna, arXiv:1201.5885 (2012), of acceleration; Nocedal & Wright, *Numerical Optimization* (2006);
-//! Özışık & Orlande, *Inverse Heat Transfer* (2000).
+//! Transtrum & Sethna, arXiv:1201.5885 (2012), for geodesic acceleration; Nocedal & Wright, *Numerical Optimization*
+//! (2006); Özışık & Orlande, *Inverse Heat Transfer* (2000).
 
 mod bounds;
 mod descent;
@@ -69,35 +70,35 @@ pub use walk::{Walk, walk};
 use descent::Descent;
 use nalgebra::{DMatrix, DVector};
 
-/// A sum of squares to be made least. Cheapest to ask about many points at once: a difference stencil and a ladder of
-/// trials are all just points.
+/// A bounded least-squares problem. Evaluations come in batches: the points of a finite-difference stencil and the
+/// trial points of an iteration are columns of one matrix.
 pub trait LeastSquares {
-    /// Why residuals could not be computed.
+    /// Error of an evaluation.
     type Error;
 
-    /// Low and high side constraint of every variable; infinite where there is none.
+    /// Low and high bound of every variable; infinite where there is none.
     fn bounds(&self) -> &[(f64, f64)];
 
-    /// Residuals at many points: each column of `points` is a point, and the same column of the answer its residuals,
-    /// weighted (divided by their standard deviations) where that is wanted. A column with a NaN is a point at which
-    /// nothing could be computed; it is not an error.
+    /// Residuals at many points: column j of the result belongs to column j of `points`. Residuals are divided by their
+    /// standard deviations where weights are wanted. A column with a NaN marks a point that cannot be computed; that is
+    /// not an error.
     ///
     /// # Errors
-    /// When nothing at all can be computed.
+    /// When the evaluation as a whole fails.
     fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, Self::Error>;
 
-    /// Residuals and their derivatives at many points, one a column, where the problem knows them; `None` has them found
-    /// by differences of [`residuals`](Self::residuals).
+    /// Residuals and Jacobians at many points, one point per column, where the problem supplies derivatives. With
+    /// `None` they come from finite differences of [`residuals`](Self::residuals).
     ///
     /// # Errors
-    /// When nothing at all can be computed.
+    /// When the evaluation as a whole fails.
     fn tangents(&mut self, _points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, Self::Error> {
         Ok(None)
     }
 
-    /// The weight of each row of the Jacobian J in the curvature of S at these residuals: half of the second derivative
-    /// of S is `Jᵀ W J` with W diagonal, but for the second derivatives of the model. `None` where every weight is one,
-    /// as in a plain sum of squares. Weights lie between zero and one.
+    /// Weight of each row of the Jacobian J in the curvature of S at these residuals: half of the Hessian of S is
+    /// `Jᵀ W J` with W diagonal, without the second derivatives of the prediction. `None` where every weight is one, as
+    /// in a plain sum of squares. Weights lie between zero and one.
     fn curvature_weights(&self, _residuals: &DVector<f64>) -> Option<DVector<f64>> {
         None
     }
@@ -123,82 +124,82 @@ impl<P: LeastSquares> LeastSquares for &mut P {
     }
 }
 
-/// The residuals at a point and how they change about it.
+/// Residuals at a point and their derivatives.
 #[derive(Clone, Debug)]
 pub struct Tangent {
-    /// One a residual.
+    /// The residuals.
     pub residuals: DVector<f64>,
     /// Residual × variable: `∂rᵢ/∂Pⱼ`.
     pub jacobian: DMatrix<f64>,
 }
 
 impl Tangent {
-    /// Whether residuals and derivatives are numbers, and their squares too.
+    /// Whether the squared norms of residuals and derivatives are finite.
     fn is_finite(&self) -> bool {
         self.residuals.norm_squared().is_finite() && self.jacobian.norm_squared().is_finite()
     }
 }
 
-/// By what rules the damping goes, and a run ends.
+/// How the damping is controlled, and which tolerances end a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rules {
-    /// Damping from a radius that follows the gain of each step; ends by the tolerances of [`Options`].
+    /// Damping from a trust-region radius that follows the reduction of each step; the tolerances of [`Options`] apply.
     Radius,
-    /// The paper's, to the letter but for the bounds: one trial a turn, μ tenfold after a failure and a tenth after a
-    /// success, Ω of the point alone. Its tolerances are in the units of residuals and variables.
+    /// The paper's rule with bounds added: one trial per iteration, μ tenfold after a failure and a tenth after a
+    /// success, Ω of the current point alone. The tolerances have the units of residuals and variables.
     Paper {
-        /// μ of the first turn.
+        /// Initial μ.
         damping: f64,
-        /// ε₁: done when a turn changed S by less.
+        /// ε₁: converged when an iteration changes S by less.
         tolerance_objective: f64,
-        /// ε₂: done when the length of `Jᵀr` is less, variables on their bounds not counting.
+        /// ε₂: converged when `|Jᵀr|` is less, variables at active bounds excluded.
         tolerance_slope: f64,
-        /// ε₃: done when a step is shorter.
+        /// ε₃: converged when a step is shorter.
         tolerance_step: f64,
     },
 }
 
-/// Where the points of a difference lie.
+/// Finite-difference scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
-    /// One on either side: an error of second order in the step, for two points a variable.
+    /// Central: second order in the step, two points per variable.
     Both,
-    /// One on the side with more room: of first order, for one point a variable. Where points are dear, not where they
-    /// are carried side by side.
+    /// One-sided, towards the more distant bound: first order, one point per variable. For problems that are evaluated
+    /// one point at a time.
     One,
 }
 
-/// How to minimise. The tolerances here do not depend on the units of residuals or variables.
+/// Options of a minimisation. The tolerances do not depend on the units of residuals or variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// How a step is found and accepted.
+    /// How steps are damped and accepted.
     pub rules: Rules,
-    /// Steps tried at once under [`Rules::Radius`], each shorter and more damped than the one before. One costs the
-    /// fewest points; several cost the fewest ensembles.
+    /// Trial steps per iteration with [`DampingStrategy::TrustRegion`], each shorter and more damped than the one
+    /// before. One trial needs the fewest points, several need the fewest ensembles.
     pub trials: usize,
-    /// Whether steps are bent along the curve that the residuals take (geodesic acceleration): one point more a trial, in
-    /// an ensemble of its own. Worth it in long narrow valleys. Steps of a model with
-    /// [weights](LeastSquares::curvature_weights) stay straight.
+    /// Whether steps are corrected for the second derivative of the residuals along them (geodesic acceleration): one
+    /// extra point per trial, in an ensemble of its own. Useful in long narrow valleys. Not used while the model has
+    /// [curvature weights](LeastSquares::curvature_weights).
     pub bends: bool,
-    /// Ladders of trials at most.
+    /// Maximum number of iterations, accepted or not.
     pub patience: usize,
-    /// The paper's ε₁ as a share: done when the last step promised and gained no more than this share of S, or the
-    /// undamped step promises no more.
+    /// ε₁ of the paper, relative to S: converged when neither the predicted nor the actual reduction of the last step
+    /// is larger, or when the predicted reduction of the undamped step is not.
     pub tolerance_reduction: f64,
-    /// The paper's ε₂ as a cosine: done when the angle between the residuals and every column of the Jacobian is that
-    /// near to a right one. Variables that a bound holds back do not count.
+    /// ε₂ of the paper as a cosine: converged when no cosine of the angle between the residuals and a column of the
+    /// Jacobian is larger. Variables at active bounds are excluded.
     pub tolerance_gradient: f64,
-    /// The paper's ε₃ as a share: done when the undamped step is no longer than this share of the point's distance from
-    /// zero, every variable measured by its effect.
+    /// ε₃ of the paper, relative: converged when the undamped step is no longer than this fraction of the point's
+    /// distance from zero, both in variables scaled by their column norms.
     pub tolerance_step: f64,
-    /// Central or one-sided differences, where the problem has no derivatives.
+    /// Finite-difference scheme where the problem supplies no derivatives.
     pub sides: Sides,
-    /// Step of a difference relative to the variable, or to half of what it was relative to a turn before, as a variable may
-    /// pass zero; at a start of zero it is the step itself. Large enough that the residuals change by much more than their
-    /// own error.
+    /// Finite-difference step relative to the size of the variable. The size is the absolute value, but at least half
+    /// of the size at the previous accepted point, as a variable can pass zero; it is one at a start of zero. Choose a
+    /// step that changes the residuals by much more than their own error.
     pub difference_step: f64,
-    /// Relative error of the derivatives, told or by differences. Directions in which the Jacobian, its columns brought to
-    /// unit length, is weaker than this are damped away rather than followed wherever the error points.
+    /// Relative error of the derivatives, supplied or by finite differences. The step is damped in directions in which
+    /// the Jacobian with unit columns is weaker than this, as they are dominated by the error.
     pub derivative_error: f64,
 }
 
@@ -219,54 +220,54 @@ impl Default for Options {
     }
 }
 
-/// Where a minimisation ended and how it got there.
+/// Result of a minimisation.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// The variables where it ended.
+    /// The variables at the end.
     pub point: DVector<f64>,
     /// S, the sum of squared residuals.
     pub objective: f64,
-    /// The residuals there.
+    /// The residuals at the point.
     pub residuals: DVector<f64>,
     /// Residual × variable, at the point.
     pub jacobian: DMatrix<f64>,
-    /// The points visited, the start first; S falls from each to the next.
+    /// The accepted points, the start first; S decreases from each to the next.
     pub path: Vec<Turn>,
-    /// Points at which residuals were computed, those of differences among them.
+    /// Number of points at which residuals were computed, finite differences included.
     pub evaluations: usize,
-    /// Points at which the problem told its derivatives.
+    /// Number of points at which the problem supplied derivatives.
     pub tangents: usize,
-    /// Which criterion ended it.
+    /// The criterion that ended the run.
     pub termination: Termination,
 }
 
-/// One point visited.
+/// An accepted point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turn {
     /// The variables.
     pub point: DVector<f64>,
-    /// S there.
+    /// S at the point.
     pub objective: f64,
-    /// μ of the step that led there; at the start, zero or the paper's first.
+    /// μ of the step to this point; at the start zero, or the initial μ of the paper's rule.
     pub damping: f64,
 }
 
-/// Finds the point between the bounds at which the sum of squares is least, from a start, which is moved between the
-/// bounds where it lies outside. How it ended is a value in the [`Fit`], never an error.
+/// Minimises the sum of squares between the bounds from one start. A start outside the bounds is moved to the nearest
+/// point between them. Every kind of termination is a value in the [`Fit`], never an error.
 ///
 /// # Errors
-/// Those of the problem.
+/// Errors of the problem.
 pub fn minimize<P: LeastSquares>(problem: &mut P, start: &DVector<f64>, options: &Options) -> Result<Fit, P::Error> {
     let starts = DMatrix::from_column_slice(start.len(), 1, start.as_slice());
     let mut fits = minimize_all(problem, &starts, options)?;
-    Ok(fits.pop().expect("a fit a start"))
+    Ok(fits.pop().expect("one fit per start"))
 }
 
-/// [`minimize`] from many starts, one a column, side by side: what all of them want to know next is one ensemble. One fit
-/// a start, in their order; none depends on the others.
+/// [`minimize`] from many starts, one per column, whose evaluations share ensembles. The fits are in the order of the
+/// starts; none depends on the others.
 ///
 /// # Errors
-/// Those of the problem.
+/// Errors of the problem.
 pub fn minimize_all<P: LeastSquares>(
     problem: &mut P,
     starts: &DMatrix<f64>,
@@ -276,42 +277,42 @@ pub fn minimize_all<P: LeastSquares>(
     minimize_within(problem, starts, &bounds, options)
 }
 
-/// [`minimize_all`] with bounds of its own for each start, in the place of the problem's: a variable whose bounds are
-/// equal is held there while the others are sought, which makes a profile of many points.
+/// [`minimize_all`] with separate bounds for each start in place of the problem's. A variable with equal bounds is held
+/// there, as in a profile likelihood.
 ///
 /// # Errors
-/// Those of the problem.
+/// Errors of the problem.
 pub fn minimize_within<P: LeastSquares>(
     problem: &mut P,
     starts: &DMatrix<f64>,
     bounds: &[Vec<(f64, f64)>],
     options: &Options,
 ) -> Result<Vec<Fit>, P::Error> {
-    let mut descents: Vec<Descent> = starts
+    let mut runs: Vec<Descent> = starts
         .column_iter()
         .zip(bounds)
         .map(|(start, bounds)| Descent::new(&start.into_owned(), bounds, options))
         .collect();
     loop {
-        let mut wanting: Vec<&mut Descent> = descents.iter_mut().filter_map(Descent::wanting_tangent).collect();
-        if !wanting.is_empty() {
-            let at: Vec<DVector<f64>> = wanting.iter().map(|descent| descent.next().clone()).collect();
-            if let Some(tangents) = problem.tangents(&DMatrix::from_columns(&at))? {
-                wanting.iter_mut().zip(tangents).for_each(|(descent, tangent)| descent.told(tangent, &*problem));
+        let mut without_tangent: Vec<&mut Descent> = runs.iter_mut().filter_map(Descent::wanting_tangent).collect();
+        if !without_tangent.is_empty() {
+            let points: Vec<DVector<f64>> = without_tangent.iter().map(|run| run.next().clone()).collect();
+            if let Some(tangents) = problem.tangents(&DMatrix::from_columns(&points))? {
+                without_tangent.iter_mut().zip(tangents).for_each(|(run, tangent)| run.told(tangent, &*problem));
             }
         }
 
-        let wanted: Vec<DMatrix<f64>> = descents.iter().map(Descent::wanted).collect();
-        let columns: Vec<_> = wanted.iter().flat_map(|points| points.column_iter()).collect();
+        let requested: Vec<DMatrix<f64>> = runs.iter().map(Descent::wanted).collect();
+        let columns: Vec<_> = requested.iter().flat_map(|points| points.column_iter()).collect();
         if columns.is_empty() {
             break;
         }
         let computed = problem.residuals(&DMatrix::from_columns(&columns))?;
         let mut first = 0;
-        for (descent, points) in descents.iter_mut().zip(&wanted).filter(|(_, points)| points.ncols() > 0) {
-            descent.computed(computed.columns(first, points.ncols()).into_owned(), &*problem);
+        for (run, points) in runs.iter_mut().zip(&requested).filter(|(_, points)| points.ncols() > 0) {
+            run.computed(computed.columns(first, points.ncols()).into_owned(), &*problem);
             first += points.ncols();
         }
     }
-    Ok(descents.into_iter().map(Descent::end).collect())
+    Ok(runs.into_iter().map(Descent::end).collect())
 }

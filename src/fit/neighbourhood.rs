@@ -1,10 +1,10 @@
-//! What is known about a point, and where the damped steps from it lead between the bounds.
+//! Linear model of the residuals at a point, and its damped steps between the bounds.
 
 use super::quadratic::{Quadratic, lengths};
 use super::{Tangent, bounds};
 use nalgebra::{DMatrix, DVector};
 
-/// What is known about a point: the residuals taken as straight, `r + J ΔP`.
+/// Linearised residuals at a point, `r + J ΔP`, with scaling and bounds.
 #[derive(Clone)]
 pub(super) struct Neighbourhood {
     pub point: DVector<f64>,
@@ -13,41 +13,39 @@ pub(super) struct Neighbourhood {
     /// S at the point.
     pub objective: f64,
     model: Quadratic,
-    /// Those of the rows in the curvature of S, where they are not all one; and whether the model has them.
+    /// Curvature weights of the rows where they are not all one, and whether the quadratic model uses them.
     weights: Option<DVector<f64>>,
     second_order: bool,
-    /// Of the derivatives, relative.
+    /// Relative error of the derivatives.
     error: f64,
-    /// The lengths of the Jacobian's columns; one for a column without.
+    /// Norms of the Jacobian's columns; one for a zero column.
     lengths: DVector<f64>,
-    /// √Ω. A column without length would leave its variable undamped; one stands in for it, and keeps the variable where
-    /// it is.
+    /// √Ω. A zero column would leave its variable undamped; a scale of one holds the variable where it is.
     scale: DVector<f64>,
     /// Jᵀr.
     slopes: DVector<f64>,
 }
 
 impl Neighbourhood {
-    /// `longest` is the length of each column of the Jacobian, the longest of those that are to count; `error` that of the
-    /// derivatives, relative.
+    /// `max_column_norms` scale the damping; `derivative_error` is relative.
     pub(super) fn new(
         point: DVector<f64>,
         tangent: Tangent,
         (weights, second_order): (Option<DVector<f64>>, bool),
         bounds: &[(f64, f64)],
-        longest: &DVector<f64>,
-        error: f64,
+        max_column_norms: &DVector<f64>,
+        derivative_error: f64,
     ) -> Self {
         let Tangent { residuals, jacobian } = &tangent;
         let lengths = lengths(jacobian).map(|length| if length > 0.0 { length } else { 1.0 });
         Self {
             objective: residuals.norm_squared(),
             bounds: bounds.to_vec(),
-            model: Quadratic::new(&tangent, weights.as_ref().filter(|_| second_order), &lengths, error),
+            model: Quadratic::new(&tangent, weights.as_ref().filter(|_| second_order), &lengths, derivative_error),
             second_order: second_order && weights.is_some(),
             weights,
-            error,
-            scale: longest.map(|length| if length > 0.0 { length } else { 1.0 }),
+            error: derivative_error,
+            scale: max_column_norms.map(|length| if length > 0.0 { length } else { 1.0 }),
             slopes: jacobian.tr_mul(residuals),
             lengths,
             point,
@@ -55,80 +53,80 @@ impl Neighbourhood {
         }
     }
 
-    /// Whether the model of S has the second derivatives of the loss.
+    /// Whether the quadratic model includes the second derivatives of the loss.
     pub(super) fn is_second_order(&self) -> bool {
         self.second_order
     }
 
-    /// Takes of its two models of S the one that comes nearer to what S gained at a target: without the second derivatives
-    /// of the loss, which is too stiff where many residuals are far off, or with them, which has no curvature left where
-    /// all are (the model switching of Dennis, Gay & Welsch, ACM Trans. Math. Softw. 7, 1981).
-    pub(super) fn switch(&mut self, target: &DVector<f64>, gain: f64) {
+    /// Switches to the quadratic model that predicted the actual reduction at a trial point better: without the second
+    /// derivatives of the loss, which is too stiff where many residuals are large, or with them, which loses its
+    /// curvature where all are (model switching of Dennis, Gay & Welsch, ACM Trans. Math. Softw. 7, 1981).
+    pub(super) fn switch(&mut self, trial_point: &DVector<f64>, reduction: f64) {
         let Some(weights) = &self.weights else { return };
-        let step = target - &self.point;
+        let step = trial_point - &self.point;
         let moved = &self.tangent.jacobian * &step;
         let curvature = [moved.norm_squared(), moved.component_mul(&moved).dot(weights)];
-        let off = curvature.map(|curvature| (-2.0 * self.slopes.dot(&step) - curvature - gain).abs());
-        // A gain that is no number tells neither from the other.
-        let second_order = if self.second_order { off[1] <= off[0] } else { off[1] < off[0] };
-        if gain.is_finite() && second_order != self.second_order {
+        let errors = curvature.map(|curvature| (-2.0 * self.slopes.dot(&step) - curvature - reduction).abs());
+        // A reduction that is not finite favours neither model.
+        let second_order = if self.second_order { errors[1] <= errors[0] } else { errors[1] < errors[0] };
+        if reduction.is_finite() && second_order != self.second_order {
             *self = self.of_order(second_order);
         }
     }
 
-    /// The same with the other model of S.
+    /// The linear model with or without the second derivatives of the loss.
     fn of_order(&self, second_order: bool) -> Self {
         let weights = self.weights.as_ref().filter(|_| second_order);
         let model = Quadratic::new(&self.tangent, weights, &self.lengths, self.error);
         Self { model, second_order, ..self.clone() }
     }
 
-    /// What the undamped step promises and how long it is, at most by either model of S: at a minimum neither promises more.
+    /// Predicted reduction and length of the undamped step, each the larger of the two quadratic models: at a minimum
+    /// both predict none.
     pub(super) fn undamped(&self) -> (f64, f64) {
-        let of = |near: &Self| {
-            let target = near.cautious_target();
-            (near.promise(&target), near.length(&target))
+        let predict = |linear: &Self| {
+            let trial_point = linear.cautious_target();
+            (linear.promise(&trial_point), linear.length(&trial_point))
         };
-        let (promise, length) = of(self);
-        let other = self.weights.as_ref().map(|_| of(&self.of_order(!self.second_order)));
-        other.map_or((promise, length), |other| (promise.max(other.0), length.max(other.1)))
+        let (reduction, length) = predict(self);
+        let other = self.weights.as_ref().map(|_| predict(&self.of_order(!self.second_order)));
+        other.map_or((reduction, length), |other| (reduction.max(other.0), length.max(other.1)))
     }
 
-    /// The variables that no bound holds back.
+    /// The variables without an active bound.
     fn free(&self) -> impl Iterator<Item = usize> {
         (0..self.point.len()).filter(|&j| !bounds::holds_back(self.point[j], self.slopes[j], self.bounds[j]))
     }
 
-    /// Whether the residuals are no larger than what the rounding of the variables makes of them.
+    /// Whether the residuals are at the level of the rounding error of the variables.
     pub(super) fn is_rounding(&self) -> bool {
         self.objective.sqrt() <= f64::EPSILON * self.point.component_mul(&self.lengths).norm()
     }
 
-    /// The largest cosine of the angle between the residuals and a column of the Jacobian, over the variables that no
-    /// bound holds back: zero at a minimum, whatever the units.
+    /// The largest cosine of the angle between the residuals and a column of the Jacobian, over the variables without
+    /// an active bound. Zero at a minimum; independent of units.
     pub(super) fn steepness(&self) -> f64 {
         let norm = self.objective.sqrt();
         self.free().map(|j| self.slopes[j].abs() / (self.lengths[j] * norm)).fold(0.0, f64::max)
     }
 
-    /// The length of `Jᵀr` over the variables that no bound holds back.
+    /// The norm of `Jᵀr` over the variables without an active bound.
     pub(super) fn slope(&self) -> f64 {
         self.free().map(|j| self.slopes[j].powi(2)).sum::<f64>().sqrt()
     }
 
-    /// Where the step of a damping leads: the least of the damped straight problem, `|r + J ΔP|² + μ |√Ω ΔP|²`,
-    /// between the bounds.
+    /// The trial point for a damping: the minimum of `|r + J ΔP|² + μ |√Ω ΔP|²` between the bounds.
     ///
-    /// A step that is merely cut off at the bounds can leave a point that is no lower however small the step, and the
-    /// iteration stalls. So the bounds are part of the problem: a variable whose bound is met is held on it and the
-    /// others are solved for again, and one that the others' new places would draw off its bound is let go (the active
-    /// set method: Nocedal & Wright, *Numerical Optimization*, 2006, section 16.5).
+    /// A step that is truncated at the bounds can fail to lower S at any length, and the iteration stalls. So the
+    /// bounds are part of the subproblem: a variable that meets a bound is held on it and the others are solved for
+    /// again, and a variable whose bound is no longer active is released (active-set method: Nocedal & Wright,
+    /// *Numerical Optimization*, 2006, section 16.5).
     pub(super) fn target(&self, damping: f64) -> DVector<f64> {
         self.reached(damping, 1.0)
     }
 
-    /// Where the undamped step leads when directions that are ten times as strong as the error of the derivatives are
-    /// doubted still: what lies along one may be error for the greater part, and promise a reduction that is not there.
+    /// The trial point of the undamped step, with the damping floor ten times as high: directions near the error level
+    /// of the derivatives consist largely of error, and their predicted reduction is not real.
     fn cautious_target(&self) -> DVector<f64> {
         self.reached(0.0, 10.0)
     }
@@ -137,35 +135,37 @@ impl Neighbourhood {
         let damped =
             (&self.model.floor * caution).zip_map(&self.scale, |floor, scale| floor.hypot(damping.sqrt() * scale));
         let n = self.point.len();
-        let mut target = self.point.clone();
+        let mut trial_point = self.point.clone();
         let mut free = vec![true; n];
-        // Each turn holds a variable or lets one go for a lower place. Rounding might let the two go on for ever.
+        // Each pass holds or releases one variable and lowers the objective. Rounding could make it cycle, hence the
+        // limit.
         for _ in 0..8 * n {
-            let reached = self.solved(&damped, &free, &target);
-            if let Some((met, bound, share)) = bounds::first_met(&target, &reached, &self.bounds) {
-                target += (reached - &target) * share;
-                target[met] = bound;
+            let reached = self.solved(&damped, &free, &trial_point);
+            if let Some((met, bound, share)) = bounds::first_met(&trial_point, &reached, &self.bounds) {
+                trial_point += (reached - &trial_point) * share;
+                trial_point[met] = bound;
                 free[met] = false;
                 continue;
             }
-            target = reached;
-            let slopes = self.slopes_at(&damped, &target);
-            let drawn = |j: &usize| !free[*j] && !bounds::holds_back(target[*j], slopes[*j], self.bounds[*j]);
+            trial_point = reached;
+            let slopes = self.slopes_at(&damped, &trial_point);
+            let is_released =
+                |j: &usize| !free[*j] && !bounds::holds_back(trial_point[*j], slopes[*j], self.bounds[*j]);
             let pull = |j: &usize| slopes[*j].abs() / self.scale[*j];
-            match (0..n).filter(drawn).max_by(|a, b| pull(a).total_cmp(&pull(b))) {
-                Some(drawn) => free[drawn] = true,
+            match (0..n).filter(is_released).max_by(|a, b| pull(a).total_cmp(&pull(b))) {
+                Some(released) => free[released] = true,
                 None => break,
             }
         }
-        bounds::inside(&target, &self.bounds)
+        bounds::inside(&trial_point, &self.bounds)
     }
 
-    /// The least of the damped straight problem over the free variables, the others staying at the target.
-    fn solved(&self, damped: &DVector<f64>, free: &[bool], target: &DVector<f64>) -> DVector<f64> {
-        let moved = DVector::from_fn(free.len(), |j, _| if free[j] { 0.0 } else { target[j] - self.point[j] });
-        let mut solved = target.clone();
-        let right = -(&self.model.right + &self.model.r * moved);
-        if let Some(step) = self.least(damped, free, &right, &self.model.straight) {
+    /// The minimum of the damped linear problem over the free variables, with the others at the trial point.
+    fn solved(&self, damped: &DVector<f64>, free: &[bool], trial_point: &DVector<f64>) -> DVector<f64> {
+        let moved = DVector::from_fn(free.len(), |j, _| if free[j] { 0.0 } else { trial_point[j] - self.point[j] });
+        let mut solved = trial_point.clone();
+        let rhs = -(&self.model.right + &self.model.r * moved);
+        if let Some(step) = self.least(damped, free, &rhs, &self.model.straight) {
             for (step, j) in step.iter().zip((0..free.len()).filter(|&j| free[j])) {
                 solved[j] = self.point[j] + step;
             }
@@ -173,106 +173,107 @@ impl Neighbourhood {
         solved
     }
 
-    /// The least of `|R ΔP − right|² + |damped ΔP|² + 2 straightᵀΔP` over the free variables. `None` where a damping is too
-    /// small to be told from zero, which leaves the factor singular: then there is no step to take.
+    /// The minimum of `|R ΔP − rhs|² + |damped ΔP|² + 2 gᵀΔP` over the free variables, g being `unweighted_gradient`.
+    /// `None` for a damping so small that the factor is singular; then no step is taken.
     fn least(
         &self,
         damped: &DVector<f64>,
         free: &[bool],
-        right: &DVector<f64>,
-        straight: &DVector<f64>,
+        rhs: &DVector<f64>,
+        unweighted_gradient: &DVector<f64>,
     ) -> Option<DVector<f64>> {
-        let places: Vec<usize> = (0..free.len()).filter(|&j| free[j]).collect();
+        let indices: Vec<usize> = (0..free.len()).filter(|&j| free[j]).collect();
         let rows = self.model.r.nrows();
-        let mut augmented = DMatrix::zeros(rows + places.len(), places.len());
-        for (column, &j) in places.iter().enumerate() {
+        let mut augmented = DMatrix::zeros(rows + indices.len(), indices.len());
+        for (column, &j) in indices.iter().enumerate() {
             augmented.view_mut((0, column), (rows, 1)).copy_from(&self.model.r.column(j));
             augmented[(rows + column, column)] = damped[j];
         }
-        let mut projected = DVector::zeros(rows + places.len());
-        projected.rows_mut(0, rows).copy_from(right);
+        let mut projected = DVector::zeros(rows + indices.len());
+        projected.rows_mut(0, rows).copy_from(rhs);
         let qr = augmented.qr();
         qr.q_tr_mul(&mut projected);
-        let (r, mut projected) = (qr.r(), projected.rows(0, places.len()).into_owned());
-        if straight.iter().any(|&pull| pull != 0.0) {
-            let pull = DVector::from_iterator(places.len(), places.iter().map(|&j| straight[j]));
+        let (r, mut projected) = (qr.r(), projected.rows(0, indices.len()).into_owned());
+        if unweighted_gradient.iter().any(|&pull| pull != 0.0) {
+            let pull = DVector::from_iterator(indices.len(), indices.iter().map(|&j| unweighted_gradient[j]));
             projected -= r.tr_solve_upper_triangular(&pull)?;
         }
         r.solve_upper_triangular(&projected)
     }
 
-    /// Half the slopes of the damped straight problem.
-    fn slopes_at(&self, damped: &DVector<f64>, target: &DVector<f64>) -> DVector<f64> {
-        let step = target - &self.point;
+    /// Half the gradient of the damped linear problem.
+    fn slopes_at(&self, damped: &DVector<f64>, trial_point: &DVector<f64>) -> DVector<f64> {
+        let step = trial_point - &self.point;
         let drag = step.component_mul(damped).component_mul(damped);
         &self.slopes + self.model.r.tr_mul(&(&self.model.r * step)) + drag
     }
 
-    /// By how much S would fall at a target if the residuals were straight.
-    pub(super) fn promise(&self, target: &DVector<f64>) -> f64 {
-        let step = target - &self.point;
+    /// Reduction of S at a trial point that the quadratic model predicts.
+    pub(super) fn promise(&self, trial_point: &DVector<f64>) -> f64 {
+        let step = trial_point - &self.point;
         -(2.0 * self.slopes.dot(&step) + (&self.model.r * step).norm_squared())
     }
 
-    /// A step bent along the curve of the residuals, which is known from those a share of the way to its target: half of
-    /// `(JᵀJ + μΩ) a = −Jᵀ r″` is added, r″ being their second derivative along the step. Bound variables stay
-    /// bound. The step stays straight where the residuals on the way are not known, and where `2 |√Ω a|` is more than 0.75
-    /// of its length, as the curve is then known no better than the straight line (Transtrum & Sethna 2012).
+    /// Geodesic acceleration (Transtrum & Sethna 2012): adds half of the solution a of `(JᵀJ + μΩ) a = −Jᵀ r″`, where
+    /// r″ is the second derivative of the residuals along the step, from `probed` residuals at this fraction of the
+    /// step. Variables on bounds stay on them. The step is not changed where the probed residuals are not finite, or
+    /// where `2 |√Ω a|` exceeds 0.75 of the step's length, as second order is then no better than first.
     pub(super) fn bent(
         &self,
         damping: f64,
-        target: &DVector<f64>,
+        trial_point: &DVector<f64>,
         share: f64,
-        on_the_way: &DVector<f64>,
+        probed: &DVector<f64>,
     ) -> DVector<f64> {
-        let step = target - &self.point;
-        let rise = (on_the_way - &self.tangent.residuals) / share;
-        let mut curve = (rise - &self.tangent.jacobian * &step) * (2.0 / share);
-        self.model.qr.q_tr_mul(&mut curve);
-        let is_free = |j: usize| self.bounds[j].0 < target[j] && target[j] < self.bounds[j].1;
+        let step = trial_point - &self.point;
+        let rise = (probed - &self.tangent.residuals) / share;
+        let mut second_derivative = (rise - &self.tangent.jacobian * &step) * (2.0 / share);
+        self.model.qr.q_tr_mul(&mut second_derivative);
+        let is_free = |j: usize| self.bounds[j].0 < trial_point[j] && trial_point[j] < self.bounds[j].1;
         let free: Vec<bool> = (0..step.len()).map(is_free).collect();
-        let right = -curve.rows(0, self.model.r.nrows()).into_owned();
+        let rhs = -second_derivative.rows(0, self.model.r.nrows()).into_owned();
         let damped = self.scale.zip_map(&self.model.floor, |scale, floor| floor.hypot(damping.sqrt() * scale));
-        let Some(found) = self.least(&damped, &free, &right, &DVector::zeros(step.len())) else {
-            return target.clone();
+        let Some(found) = self.least(&damped, &free, &rhs, &DVector::zeros(step.len())) else {
+            return trial_point.clone();
         };
-        let mut bend = DVector::zeros(step.len());
+        let mut acceleration = DVector::zeros(step.len());
         for (found, j) in found.iter().zip((0..free.len()).filter(|&j| free[j])) {
-            bend[j] = *found;
+            acceleration[j] = *found;
         }
-        // No number compares as within, so residuals that are not known leave the step as it is.
-        if 2.0 * self.scaled(&bend) <= 0.75 * self.scaled(&step) {
-            bounds::inside(&(target + bend / 2.0), &self.bounds)
+        // Comparisons with NaN are false, so residuals that are not finite leave the step as it is.
+        if 2.0 * self.scaled(&acceleration) <= 0.75 * self.scaled(&step) {
+            bounds::inside(&(trial_point + acceleration / 2.0), &self.bounds)
         } else {
-            target.clone()
+            trial_point.clone()
         }
     }
 
-    /// The point a share of the way to a target.
-    pub(super) fn along(&self, target: &DVector<f64>, share: f64) -> DVector<f64> {
-        &self.point + (target - &self.point) * share
+    /// The point at this fraction of the step to a trial point.
+    pub(super) fn along(&self, trial_point: &DVector<f64>, share: f64) -> DVector<f64> {
+        &self.point + (trial_point - &self.point) * share
     }
 
-    /// Half the slope of S along the way to a target.
-    pub(super) fn descent(&self, target: &DVector<f64>) -> f64 {
-        self.slopes.dot(&(target - &self.point))
+    /// Half the directional derivative of S along the step to a trial point.
+    pub(super) fn descent(&self, trial_point: &DVector<f64>) -> f64 {
+        self.slopes.dot(&(trial_point - &self.point))
     }
 
     fn scaled(&self, values: &DVector<f64>) -> f64 {
         values.component_mul(&self.scale).norm()
     }
 
-    /// The length of the way to a target, every variable measured by its effect on the residuals.
-    pub(super) fn length(&self, target: &DVector<f64>) -> f64 {
-        self.scaled(&(target - &self.point))
+    /// Length of the step to a trial point, `|√Ω ΔP|`.
+    pub(super) fn length(&self, trial_point: &DVector<f64>) -> f64 {
+        self.scaled(&(trial_point - &self.point))
     }
 
-    /// The point's distance from zero, measured likewise.
+    /// Distance of the point from zero, `|√Ω P|`.
     pub(super) fn distance(&self) -> f64 {
         self.scaled(&self.point)
     }
 
-    /// No step of this damping is longer than one: `|√Ω⁻¹ Jᵀr|`, over the variables that are free to follow it.
+    /// `|√Ω⁻¹ Jᵀr|` over the variables without an active bound; divided by a radius it is the largest damping of that
+    /// radius.
     pub(super) fn pull(&self) -> f64 {
         self.free().map(|j| (self.slopes[j] / self.scale[j]).powi(2)).sum::<f64>().sqrt()
     }
@@ -287,7 +288,7 @@ mod tests {
         Neighbourhood::new(DVector::from_row_slice(point), tangent, (None, false), bounds, &longest, 1e-9)
     }
 
-    /// Residuals x + y − 3 and x − y at (0, 0): undamped, the step leads to (1.5, 1.5).
+    /// Residuals x + y − 3 and x − y at (0, 0): the undamped step leads to (1.5, 1.5).
     fn tangent() -> Tangent {
         Tangent {
             residuals: DVector::from_vec(vec![-3.0, 0.0]),
@@ -310,61 +311,61 @@ mod tests {
     }
 
     #[test]
-    fn a_step_that_meets_a_bound_is_solved_again_along_it() {
-        let near = about(&[0.0; 2], tangent(), &[(-1.0, 0.5), (-9.0, 9.0)]);
-        // On x = 0.5 the least squares of y − 2.5 and 0.5 − y lie at y = 1.5.
-        assert!((near.target(1e-10) - DVector::from_vec(vec![0.5, 1.5])).amax() < 1e-9);
-        assert_eq!(near.target(1e-10)[0], 0.5);
-        let near = about(&[0.0; 2], tangent(), &[(0.0, 0.0), (0.0, 0.0)]);
-        assert_eq!(near.target(1.0), near.point);
+    fn a_step_that_meets_a_bound_is_solved_again_on_the_bound() {
+        let linear = about(&[0.0; 2], tangent(), &[(-1.0, 0.5), (-9.0, 9.0)]);
+        // On x = 0.5 the least squares of y − 2.5 and 0.5 − y are at y = 1.5.
+        assert!((linear.target(1e-10) - DVector::from_vec(vec![0.5, 1.5])).amax() < 1e-9);
+        assert_eq!(linear.target(1e-10)[0], 0.5);
+        let linear = about(&[0.0; 2], tangent(), &[(0.0, 0.0), (0.0, 0.0)]);
+        assert_eq!(linear.target(1.0), linear.point);
     }
 
     #[test]
-    fn a_variable_without_effect_stays_where_it_is() {
+    fn a_variable_without_effect_does_not_move() {
         let tangent = Tangent {
             residuals: DVector::from_vec(vec![1.0, 1.0]),
             jacobian: DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 2.0, 0.0]),
         };
-        let target = about(&[0.0; 2], tangent, &[(-9.0, 9.0); 2]).target(1e-10);
-        assert!((target - DVector::from_vec(vec![-0.6, 0.0])).amax() < 1e-9);
+        let trial_point = about(&[0.0; 2], tangent, &[(-9.0, 9.0); 2]).target(1e-10);
+        assert!((trial_point - DVector::from_vec(vec![-0.6, 0.0])).amax() < 1e-9);
     }
 
-    /// S of a row of weight zero is a straight line, and of one of a quarter a parabola of a quarter of the curvature.
+    /// A row of weight zero makes S linear, one of a quarter a parabola with a quarter of the curvature.
     #[test]
-    fn rows_count_in_the_curvature_by_their_weights_and_in_the_slope_in_full() {
+    fn weights_scale_the_curvature_of_rows_but_not_their_gradient() {
         let jacobian = DMatrix::from_row_slice(3, 2, &[1.0, 2.0, 0.3, -1.0, 2.0, 0.5]);
         let tangent = Tangent { residuals: DVector::from_vec(vec![1.0, -2.0, 0.5]), jacobian: jacobian.clone() };
         let weights = DVector::from_vec(vec![1.0, 0.25, 0.0]);
         let lengths = lengths(&jacobian);
         let bounds = [(f64::NEG_INFINITY, f64::INFINITY); 2];
         let start = DVector::zeros(2);
-        let near = Neighbourhood::new(start, tangent.clone(), (Some(weights.clone()), true), &bounds, &lengths, 1e-9);
+        let linear = Neighbourhood::new(start, tangent.clone(), (Some(weights.clone()), true), &bounds, &lengths, 1e-9);
         let squares = jacobian.tr_mul(&DMatrix::from_diagonal(&weights)) * &jacobian;
-        let step = near.target(0.0);
+        let step = linear.target(0.0);
         assert!((squares * step + jacobian.tr_mul(&tangent.residuals)).amax() < 1e-12);
     }
 
     #[test]
-    fn the_model_that_foretold_a_gain_better_is_taken() {
+    fn the_model_with_the_better_predicted_reduction_is_chosen() {
         let weights = DVector::from_vec(vec![0.0, 1.0]);
         let lengths = lengths(&tangent().jacobian);
         let bounds = [(-9.0, 9.0); 2];
-        let mut near =
+        let mut linear =
             Neighbourhood::new(DVector::zeros(2), tangent(), (Some(weights), false), &bounds, &lengths, 1e-9);
-        // Along (1, 1) S of straight residuals gains 12 − 4, and without the curvature of the first 12.
-        let target = DVector::from_vec(vec![1.0, 1.0]);
-        assert!((near.promise(&target) - 8.0).abs() < 1e-12);
-        near.switch(&target, f64::NAN);
-        near.switch(&target, 9.0);
-        assert!(!near.is_second_order());
-        near.switch(&target, 11.0);
-        assert!(near.is_second_order() && (near.promise(&target) - 12.0).abs() < 1e-12);
+        // Along (1, 1) the linear residuals give a reduction of 12 − 4, and 12 without the curvature of the first.
+        let trial_point = DVector::from_vec(vec![1.0, 1.0]);
+        assert!((linear.promise(&trial_point) - 8.0).abs() < 1e-12);
+        linear.switch(&trial_point, f64::NAN);
+        linear.switch(&trial_point, 9.0);
+        assert!(!linear.is_second_order());
+        linear.switch(&trial_point, 11.0);
+        assert!(linear.is_second_order() && (linear.promise(&trial_point) - 12.0).abs() < 1e-12);
     }
 
     #[test]
-    fn the_promise_of_a_straight_problem_is_kept() {
-        let near = about(&[0.0; 2], tangent(), &[(-9.0, 9.0); 2]);
-        assert!((near.promise(&near.target(1e-10)) - 9.0).abs() < 1e-12);
-        assert_eq!(near.objective, 9.0);
+    fn the_predicted_reduction_of_a_linear_problem_is_exact() {
+        let linear = about(&[0.0; 2], tangent(), &[(-9.0, 9.0); 2]);
+        assert!((linear.promise(&linear.target(1e-10)) - 9.0).abs() < 1e-12);
+        assert_eq!(linear.objective, 9.0);
     }
 }

@@ -1,84 +1,88 @@
-//! The noise model of residuals that follow one another, estimated with the variables by restricted likelihood.
+//! Noise model of autocorrelated residuals, estimated together with the variables by restricted likelihood.
 //!
-//! The noise of each trace, in units of the stated deviations, is a stationary process of variance `s²` and correlation
+//! The noise of each trace, in units of the stated standard deviations, is a stationary process of variance `s²` and
+//! correlation
 //!
 //! ```text
 //! (1 − η) exp(−|Δt|/τ) + η [Δt = 0]
 //! ```
 //!
-//! an Ornstein-Uhlenbeck process with a share η of white noise; `s²`, τ and η are common to all traces. White noise alone is the
-//! model η = 1. The white share is needed: slow errors below white reading noise have a small lag-one correlation, and of
-//! them a purely exponential model covers 45 to 85 % where 95 % are stated.
+//! an Ornstein-Uhlenbeck process with a fraction η of white noise; `s²`, τ and η are common to all traces. η = 1 is
+//! white noise alone. The white fraction is needed: slow errors below white reading noise have a small lag-one
+//! correlation, and a purely exponential model of them covers 45 to 85 % where 95 % are stated.
 //!
-//! A fit removes from the residuals what its variables can imitate, which is the slow part of the noise. The restricted
-//! likelihood (REML: Patterson & Thompson, Biometrika 58, 1971) is that of the data without the directions of the Jacobian X, so
-//! it is not biased by the fit. With `s²` integrated over its prior 1/s², and P projecting off X,
+//! A fit removes from the residuals the part that its variables can imitate, which is the slow part of the noise. The
+//! restricted likelihood (REML: Patterson & Thompson, Biometrika 58, 1971) is that of the data projected off the
+//! columns of the Jacobian X, so the fit does not bias it. With `s²` integrated over its prior 1/s², and P the
+//! projection off X,
 //!
 //! ```text
 //! L(τ, η) = |Σ|^(−1/2) |XᵀΣ⁻¹X|^(−1/2) (rᵀPr)^(−(n − p)/2),   s² = rᵀPr/(n − p)
 //! ```
 //!
-//! The likelihood of τ is flat over decades where a trace is a few τ long, so no single value of it can be inserted: intervals are
-//! quantiles of the mixture over (τ, η), weighted by L and a prior, of Student's t with n − p degrees of freedom. The prior
-//! gives 75 % to white noise, 17 % to the purely exponential process and 8 % to the sum of both with η uniform. τ has Jeffreys'
-//! prior of a first-order autoregression, `dρ/√(1 − ρ²)` with ρ = exp(−Δt/τ), which is proper (Berger & Yang, Econom. Theory 10,
-//! 1994; Berger, De Oliveira & Sansó, J. Am. Stat. Assoc. 96, 2001, derive the exact reference prior of such processes, which it
-//! approaches). The three shares were chosen by coverage: a larger one of the sum makes intervals of independent data of 20 to 60
-//! samples too wide (97 to 99 %), a smaller one those of mixed noise too narrow.
+//! Where a trace is only a few τ long, the likelihood of τ is flat over decades, so no single value is inserted:
+//! intervals are quantiles of the mixture over (τ, η) of Student's t with n − p degrees of freedom, weighted by L and a
+//! prior. The prior gives 75 % to white noise, 17 % to the purely exponential process and 8 % to their sum with η
+//! uniform. τ has Jeffreys' prior of a first-order autoregression, `dρ/√(1 − ρ²)` with ρ = exp(−Δt/τ), which is proper
+//! (Berger & Yang, Econom. Theory 10, 1994). It approaches the exact reference prior of such processes (Berger, De
+//! Oliveira & Sansó, J. Am. Stat. Assoc. 96, 2001). The three probabilities were chosen by coverage: a larger one for
+//! the sum makes intervals from 20 to 60 independent samples too wide (97 to 99 %), a smaller one makes those from
+//! mixed noise too narrow.
 //!
-//! The estimates stay those of (weighted) least squares, whose covariance under the model is the sandwich
-//! `(XᵀX)⁻¹ XᵀΣX (XᵀX)⁻¹ s²`. Generalised least squares were not taken: the residuals of real data are model error, and for
-//! a long τ generalised least squares fit the differences of readings and ignore their level.
+//! The estimates remain those of (weighted) least squares, whose covariance for this model is the sandwich
+//! `(XᵀX)⁻¹ XᵀΣX (XᵀX)⁻¹ s²`. Generalised least squares are not used: residuals of real data are model error, and for a
+//! long τ generalised least squares fit the differences of readings and ignore their level.
 
 use super::interval::{NORMAL_95, student_95};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Prior probabilities of white noise and of the purely exponential process; the rest is that of the sum.
+/// Prior probabilities of white noise and of the purely exponential process; the remainder is that of their sum.
 const WHITE: f64 = 0.75;
 const EXPONENTIAL: f64 = 0.17;
-/// White shares of the grid, and the width of the interval of a uniform η that each stands for.
+/// White fractions of the grid, each with the width of the interval of the uniform η that it represents.
 const WHITE_SHARES: [(f64, f64); 8] =
     [(0.0, 0.025), (0.05, 0.075), (0.15, 0.125), (0.3, 0.175), (0.5, 0.2), (0.7, 0.175), (0.85, 0.125), (0.95, 0.1)];
-/// Correlation times of the grid: from this share of the shortest gap between samples, below which noise is white, to so many of the
-/// longest trace, beyond which the process is a random walk; and the ratio of neighbours.
+/// Correlation times of the grid: from this fraction of the shortest gap between samples, below which the noise is
+/// white, to this multiple of the longest trace, above which the process is a random walk; and the ratio of neighbours.
 const SHORTEST: f64 = 0.3;
 const LONGEST: f64 = 10.0;
 const RATIO: f64 = 1.5;
-/// Models that are less probable are left out of mixtures: all of them together move no quantile by a thousandth.
+/// Posterior probability below which a model is left out of mixtures: all such models together change no quantile by a
+/// thousandth.
 const NEGLIGIBLE: f64 = 1e-6;
-/// The least variance of a sample given those before it: readings at the same time would have none.
+/// Minimum conditional variance of a sample: simultaneous readings would have none.
 const LEAST_VARIANCE: f64 = 1e-12;
 
-/// The noise of a fit: every model that is not negligible, with its probability.
+/// The noise of a fit: a mixture of all models with a non-negligible posterior probability.
 #[derive(Clone, Debug)]
 pub struct NoiseProcess {
     models: Vec<OrnsteinUhlenbeck>,
-    /// Degrees of freedom of every variance: n − p.
+    /// Degrees of freedom of each variance: n − p.
     freedom: f64,
     gaps: Vec<Vec<f64>>,
 }
 
-/// One point of the grid.
+/// One model of the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrnsteinUhlenbeck {
     /// τ, in the unit of the abscissae; zero for white noise alone.
     pub correlation_time: f64,
     /// η.
     pub white_share: f64,
-    /// The posterior probability of this point of the grid.
+    /// Posterior probability of this model.
     pub probability: f64,
     /// s².
     pub variance: f64,
 }
 
-/// `XᵀΣX` of unit variance under each model of a [`NoiseProcess`], in their order.
+/// `XᵀΣX` at unit variance for each model of a [`NoiseProcess`], in the same order: the covariance of the score Xᵀr.
 #[derive(Clone, Debug)]
 pub struct NoiseSums(Vec<DMatrix<f64>>);
 
 impl NoiseProcess {
-    /// From residuals, their derivatives by the variables, and the abscissae of each trace, rising; residuals are those of one trace
-    /// after the other.
+    /// Estimates the noise from residuals, their Jacobian, and the increasing abscissae of each trace. The residuals of
+    /// the traces follow one another.
     pub fn estimate(residuals: &DVector<f64>, jacobian: &DMatrix<f64>, traces: &[Vec<f64>]) -> Self {
         let full = traces.iter().filter(|times| !times.is_empty());
         let gaps: Vec<Vec<f64>> = full.map(|times| times.windows(2).map(|pair| pair[1] - pair[0]).collect()).collect();
@@ -87,7 +91,7 @@ impl NoiseProcess {
         let mut columns = basis.insert_column(0, 0.0);
         columns.set_column(0, residuals);
         let grid = if freedom > 0.0 { grid(&gaps) } else { vec![(0.0, 1.0, 1.0)] };
-        let judged: Vec<(f64, OrnsteinUhlenbeck)> = grid
+        let weighed: Vec<(f64, OrnsteinUhlenbeck)> = grid
             .into_iter()
             .filter_map(|(correlation_time, white_share, prior)| {
                 let (log, squares) = restricted(&columns, &gaps, correlation_time, white_share, freedom)?;
@@ -98,11 +102,11 @@ impl NoiseProcess {
                 ))
             })
             .collect();
-        let most = judged.iter().map(|(log, _)| *log).fold(f64::NEG_INFINITY, f64::max);
-        // Without any residual left the likelihood is infinite: exact data say nothing of noise.
-        let weight = |log: f64| if most.is_finite() { (log - most).exp() } else { 0.0 };
-        let sum: f64 = judged.iter().map(|(log, _)| weight(*log)).sum();
-        let models: Vec<OrnsteinUhlenbeck> = judged
+        let largest = weighed.iter().map(|(log, _)| *log).fold(f64::NEG_INFINITY, f64::max);
+        // Zero residuals give an infinite likelihood: exact data carry no information on noise.
+        let weight = |log: f64| if largest.is_finite() { (log - largest).exp() } else { 0.0 };
+        let sum: f64 = weighed.iter().map(|(log, _)| weight(*log)).sum();
+        let models: Vec<OrnsteinUhlenbeck> = weighed
             .into_iter()
             .map(|(log, model)| OrnsteinUhlenbeck { probability: weight(log) / sum, ..model })
             .filter(|model| model.probability > NEGLIGIBLE)
@@ -115,33 +119,33 @@ impl NoiseProcess {
     /// The most probable model.
     pub fn mode(&self) -> OrnsteinUhlenbeck {
         let most = self.models.iter().max_by(|a, b| a.probability.total_cmp(&b.probability));
-        *most.expect("there is one model at least")
+        *most.expect("at least one model")
     }
 
-    /// What of the noise derivatives see, under each model.
+    /// Covariance of the score `XᵀΔr` at unit variance for each model.
     pub fn sums(&self, jacobian: &DMatrix<f64>) -> NoiseSums {
         let white = jacobian.tr_mul(jacobian);
         let mut last: Option<(f64, DMatrix<f64>)> = None;
-        let mut of = |model: &OrnsteinUhlenbeck| {
-            let known = last.take().filter(|(time, _)| *time == model.correlation_time);
+        let mut covariance = |model: &OrnsteinUhlenbeck| {
+            let cached = last.take().filter(|(time, _)| *time == model.correlation_time);
             let (time, correlated) =
-                known.unwrap_or_else(|| (model.correlation_time, self.correlated(jacobian, model.correlation_time)));
+                cached.unwrap_or_else(|| (model.correlation_time, self.correlated(jacobian, model.correlation_time)));
             let sum = &correlated * (1.0 - model.white_share) + &white * model.white_share;
             last = Some((time, correlated));
             sum
         };
-        NoiseSums(self.models.iter().map(&mut of).collect())
+        NoiseSums(self.models.iter().map(&mut covariance).collect())
     }
 
-    /// Half the width of a 95 % interval of a number that changes by `gradient` with `XᵀΔr`, where so much of its variance is not of the
-    /// noise: a quantile of the mixture. Infinite without degrees of freedom.
+    /// Half-width of the 95 % interval of a quantity with this gradient in `XᵀΔr` and with additional normal variance
+    /// `other_variance`: a quantile of the mixture. Infinite without degrees of freedom.
     pub fn half_width(&self, sums: &NoiseSums, gradient: &DVector<f64>, other_variance: f64) -> f64 {
         let t = student_95(self.freedom);
-        // What is not of the noise is normal: its share of the quantile is that of a normal distribution.
+        // The additional variance is normal, so it contributes a normal quantile.
         let other_variance = if other_variance > 0.0 { other_variance * (NORMAL_95 / t).powi(2) } else { 0.0 };
         let deviation = |(model, sum): (&OrnsteinUhlenbeck, &DMatrix<f64>)| {
-            let of_noise = model.variance * gradient.dot(&(sum * gradient)).max(0.0);
-            (model.probability, (of_noise + other_variance).sqrt())
+            let noise_variance = model.variance * gradient.dot(&(sum * gradient)).max(0.0);
+            (model.probability, (noise_variance + other_variance).sqrt())
         };
         let parts: Vec<(f64, f64)> = self.models.iter().zip(&sums.0).map(deviation).collect();
         let least = parts.iter().map(|(_, deviation)| *deviation).fold(f64::INFINITY, f64::min);
@@ -166,19 +170,21 @@ impl NoiseProcess {
         high
     }
 
-    /// How many times as strong the noise is where variables see it than on average, under the most probable model; and the number of
-    /// independent samples that determine the variables as well, averaged over all models. `covariance` is (XᵀX)⁻¹.
+    /// Variance inflation by autocorrelation, and the effective sample size. The first is the ratio of the noise
+    /// variance along the columns of X to its average, for the most probable model; the second is the number of
+    /// independent samples that would determine the variables as well, averaged over all models. `covariance` is
+    /// (XᵀX)⁻¹.
     pub fn strength(&self, sums: &NoiseSums, covariance: &DMatrix<f64>, rank: usize) -> (f64, f64) {
         let samples = self.freedom + rank as f64;
-        let strength = |sum: &DMatrix<f64>| (covariance * sum).trace() / rank.max(1) as f64;
+        let inflation = |sum: &DMatrix<f64>| (covariance * sum).trace() / rank.max(1) as f64;
         let mode = self.mode();
         let each = || self.models.iter().zip(&sums.0);
-        let of_mode = each().find(|(model, _)| **model == mode).map_or(1.0, |(_, sum)| strength(sum));
-        let effective = each().map(|(model, sum)| model.probability * samples / strength(sum).max(1.0)).sum();
-        (of_mode, effective)
+        let mode_inflation = each().find(|(model, _)| **model == mode).map_or(1.0, |(_, sum)| inflation(sum));
+        let effective = each().map(|(model, sum)| model.probability * samples / inflation(sum).max(1.0)).sum();
+        (mode_inflation, effective)
     }
 
-    /// `XᵀΣX` of the exponential process of unit variance.
+    /// `XᵀΣX` of the exponential process at unit variance.
     fn correlated(&self, jacobian: &DMatrix<f64>, correlation_time: f64) -> DMatrix<f64> {
         let mut sum = jacobian.tr_mul(jacobian);
         let mut row = 0;
@@ -197,12 +203,12 @@ impl NoiseProcess {
     }
 }
 
-/// The correlation of two samples of the exponential process.
+/// Correlation of two samples of the exponential process.
 fn kept(gap: f64, correlation_time: f64) -> f64 {
     if correlation_time > 0.0 { (-gap / correlation_time).exp() } else { 0.0 }
 }
 
-/// Correlation times, white shares and their prior probabilities.
+/// The model grid: correlation time, white fraction and prior probability.
 fn grid(gaps: &[Vec<f64>]) -> Vec<(f64, f64, f64)> {
     let all = || gaps.iter().flatten().copied().filter(|gap| *gap > 0.0);
     let shortest = all().fold(f64::INFINITY, f64::min);
@@ -212,7 +218,7 @@ fn grid(gaps: &[Vec<f64>]) -> Vec<(f64, f64, f64)> {
     }
     let steps = ((LONGEST * longest / (SHORTEST * shortest)).ln() / RATIO.ln()).ceil() as i32;
     let times: Vec<f64> = (0..=steps).map(|step| SHORTEST * shortest * RATIO.powi(step)).collect();
-    // Jeffreys' prior by ln τ: the root of the information of all gaps, each ρ² (Δt/τ)²/(1 − ρ²).
+    // Jeffreys' prior in ln τ: the square root of the Fisher information of all gaps, each ρ² (Δt/τ)²/(1 − ρ²).
     let density = |time: &f64| {
         let information = |gap: f64| (gap / time).powi(2) / (2.0 * gap / time).exp_m1();
         all().map(information).sum::<f64>().sqrt()
@@ -221,14 +227,14 @@ fn grid(gaps: &[Vec<f64>]) -> Vec<(f64, f64, f64)> {
     let sum: f64 = densities.iter().sum();
     let models = times.iter().zip(&densities).flat_map(|(&time, density)| {
         WHITE_SHARES.into_iter().map(move |(share, width)| {
-            let of_share = (1.0 - WHITE - EXPONENTIAL) * width + if share == 0.0 { EXPONENTIAL } else { 0.0 };
-            (time, share, of_share * density / sum)
+            let prior = (1.0 - WHITE - EXPONENTIAL) * width + if share == 0.0 { EXPONENTIAL } else { 0.0 };
+            (time, share, prior * density / sum)
         })
     });
     std::iter::once((0.0, 1.0, WHITE)).chain(models).collect()
 }
 
-/// The logarithm of the restricted likelihood, and rᵀPr; the first of the columns is r, the others are a basis of X.
+/// Logarithm of the restricted likelihood, and rᵀPr; the first column is r, the others are a basis of X.
 fn restricted(
     columns: &DMatrix<f64>,
     gaps: &[Vec<f64>],
@@ -239,7 +245,7 @@ fn restricted(
     let mut innovations = DMatrix::zeros(columns.nrows(), columns.ncols());
     let mut log_determinant = 0.0;
     let mut row = 0;
-    // Innovations of a scalar Kalman filter: the same gains for every column, since they do not depend on the data.
+    // Innovations of a scalar Kalman filter, with the same gains for every column, as they do not depend on the data.
     for gaps in gaps {
         let stationary = 1.0 - white_share;
         let mut variance = stationary;
@@ -251,10 +257,11 @@ fn restricted(
             log_determinant += total.ln();
             row += 1;
             let Some(&gap) = gaps.get(step) else { break };
-            let kept = kept(gap, correlation_time);
+            let correlation = kept(gap, correlation_time);
             let gain = variance / total;
-            mean = (mean + innovation * gain) * kept;
-            variance = kept * kept * variance * (1.0 - gain) + stationary * (1.0 - kept * kept);
+            mean = (mean + innovation * gain) * correlation;
+            variance =
+                correlation * correlation * variance * (1.0 - gain) + stationary * (1.0 - correlation * correlation);
         }
     }
     let basis = innovations.columns(1, columns.ncols() - 1);
@@ -262,20 +269,20 @@ fn restricted(
     let with_basis = basis.tr_mul(&innovations.column(0));
     let squares = innovations.column(0).norm_squared() - with_basis.dot(&cholesky.solve(&with_basis));
     let log_basis = 2.0 * cholesky.l().diagonal().iter().map(|entry| entry.ln()).sum::<f64>();
-    // Rounding of a difference of squares.
+    // The difference of squares can round to zero or below.
     let squares = squares.max(1e-14 * innovations.column(0).norm_squared());
     let log_squares = if freedom > 0.0 { freedom * squares.ln() } else { 0.0 };
     Some((-0.5 * (log_determinant + log_basis + log_squares), squares))
 }
 
-/// Orthonormal columns that span the determined directions of a Jacobian.
+/// Orthonormal basis of the determined directions of a Jacobian.
 fn column_basis(jacobian: &DMatrix<f64>) -> DMatrix<f64> {
     let lengths: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
     let used: Vec<usize> = (0..lengths.len()).filter(|&j| lengths[j] > 0.0 && lengths[j].is_finite()).collect();
     let mut scaled = jacobian.select_columns(&used);
-    used.iter().enumerate().for_each(|(place, &j)| scaled.column_mut(place).unscale_mut(lengths[j]));
+    used.iter().enumerate().for_each(|(index, &j)| scaled.column_mut(index).unscale_mut(lengths[j]));
     if used.is_empty() || scaled.nrows() < used.len() {
-        // No more directions than samples: nothing is left over, whatever they are.
+        // With no more samples than columns no degree of freedom is left, whatever the basis.
         return scaled.columns(0, used.len().min(scaled.nrows())).into_owned();
     }
     let decomposed = scaled.clone().qr();

@@ -1,25 +1,25 @@
-//! What is known of variables before there are data, as residuals like those of data: `(P − mean)/deviation`.
+//! Prior distributions of variables, as additional residuals `(P − mean)/deviation`.
 
 use super::{LeastSquares, Tangent};
 use nalgebra::{DMatrix, DVector};
 
-/// What is known of one variable beforehand.
+/// Normal prior distribution of one variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior {
-    /// The variable, by its place.
+    /// Index of the variable.
     pub variable: usize,
-    /// Its most likely value.
+    /// Mean.
     pub mean: f64,
-    /// One standard deviation; above zero.
+    /// Standard deviation; above zero.
     pub deviation: f64,
 }
 
-/// A problem whose last residuals are those of priors. A loss belongs inside, on the data alone: a prior is not doubted
-/// for being far from what the data say.
+/// A least-squares problem with the residuals of priors appended. A loss function belongs inside, on the data alone: a
+/// prior far from the data is not an outlier.
 pub struct WithPriors<P> {
-    /// The problem whose residuals come from data.
+    /// The problem of the data.
     pub problem: P,
-    /// At most one a variable.
+    /// At most one per variable.
     pub priors: Vec<Prior>,
 }
 
@@ -34,7 +34,7 @@ impl<P: LeastSquares> LeastSquares for WithPriors<P> {
         let computed = self.problem.residuals(points)?;
         let rows = computed.nrows();
         Ok(DMatrix::from_fn(rows + self.priors.len(), points.ncols(), |i, column| match i.checked_sub(rows) {
-            Some(place) => self.priors[place].residual(points[(self.priors[place].variable, column)]),
+            Some(index) => self.priors[index].residual(points[(self.priors[index].variable, column)]),
             None => computed[(i, column)],
         }))
     }
@@ -45,9 +45,9 @@ impl<P: LeastSquares> LeastSquares for WithPriors<P> {
             let rows = tangent.residuals.len();
             let mut residuals = tangent.residuals.resize_vertically(rows + self.priors.len(), 0.0);
             let mut jacobian = tangent.jacobian.resize_vertically(rows + self.priors.len(), 0.0);
-            for (place, prior) in self.priors.iter().enumerate() {
-                residuals[rows + place] = prior.residual(point[prior.variable]);
-                jacobian[(rows + place, prior.variable)] = 1.0 / prior.deviation;
+            for (index, prior) in self.priors.iter().enumerate() {
+                residuals[rows + index] = prior.residual(point[prior.variable]);
+                jacobian[(rows + index, prior.variable)] = 1.0 / prior.deviation;
             }
             Tangent { residuals, jacobian }
         };
@@ -61,11 +61,11 @@ impl<P: LeastSquares> LeastSquares for WithPriors<P> {
     }
 }
 
-/// A problem whose residuals count by a weight each, all the same: data by their scatter beside priors at their word.
+/// A least-squares problem with a common weight on all residuals: it sets the weight of data relative to priors.
 pub struct Weighed<P> {
     /// The problem.
     pub problem: P,
-    /// The factor on every residual; above zero.
+    /// Factor on every residual; above zero.
     pub weight: f64,
 }
 
@@ -94,7 +94,7 @@ impl<P: LeastSquares> LeastSquares for Weighed<P> {
 }
 
 impl Prior {
-    /// How far a value of the variable lies from the mean, in standard deviations.
+    /// Distance of a value from the mean, in standard deviations.
     pub fn residual(&self, value: f64) -> f64 {
         (value - self.mean) / self.deviation
     }
@@ -107,7 +107,7 @@ mod tests {
     use nalgebra::DVector;
     use std::convert::Infallible;
 
-    /// One variable, measured many times over.
+    /// One variable, measured repeatedly.
     struct Repeated(Vec<f64>);
 
     impl LeastSquares for Repeated {
@@ -131,7 +131,8 @@ mod tests {
 
     const SAMPLES: usize = 16;
 
-    /// Sixteen readings about 5 and a prior at 6; the fit, and the posterior at a scale of 0.16, the squares of the readings' scatter.
+    /// Sixteen readings about 5 and a prior at 6: the fit, and the posterior at a scale of 0.16, the mean square of the
+    /// readings.
     fn fitted(deviation: f64) -> (Fit, LinearizedPosterior) {
         let readings: Vec<f64> = (0..SAMPLES).map(|i| 5.0 + if i % 2 == 0 { 0.4 } else { -0.4 }).collect();
         let priors = vec![Prior { variable: 0, mean: 6.0, deviation }];
@@ -142,24 +143,24 @@ mod tests {
         let about_mean = DVector::from_iterator(SAMPLES, readings.iter().map(|reading| 5.0 - reading));
         let times = (0..SAMPLES).map(|i| i as f64).collect();
         let noise = NoiseProcess::estimate(&about_mean, &data, &[times]);
-        let known = LinearizedPosterior::new(&data, &priors, 0.16, &noise, &DVector::zeros(SAMPLES));
-        (fit, known)
+        let posterior = LinearizedPosterior::new(&data, &priors, 0.16, &noise, &DVector::zeros(SAMPLES));
+        (fit, posterior)
     }
 
-    /// With residuals of one unit the data weigh 16 and the prior 1/0.25² = 16: the estimate lies halfway.
+    /// With unit residuals the data weigh 16 and the prior 1/0.25² = 16: the estimate lies halfway.
     #[test]
-    fn an_estimate_lies_between_data_and_prior_by_their_weights() {
+    fn an_estimate_is_the_weighted_mean_of_data_and_prior() {
         let (fit, _) = fitted(0.25);
         assert!(fit.termination.converged() && (fit.point[0] - 5.5).abs() < 1e-8, "{}", fit.point);
     }
 
-    /// Of white noise of variance 0.16·16/15 the mean of 16 has a deviation of 0.103.
+    /// For white noise of variance 0.16·16/15 the mean of 16 readings has a standard deviation of 0.103.
     #[test]
-    fn a_prior_is_taken_at_its_word_and_the_data_by_their_scatter() {
-        let (_, known) = fitted(1e-3);
-        assert!((known.standard_errors()[0] / 1e-3 - 1.0).abs() < 0.1, "{:?}", known.standard_errors());
-        let (_, known) = fitted(1e3);
-        let error = known.standard_errors()[0];
+    fn standard_errors_follow_a_narrow_prior_and_otherwise_the_scatter_of_the_data() {
+        let (_, posterior) = fitted(1e-3);
+        assert!((posterior.standard_errors()[0] / 1e-3 - 1.0).abs() < 0.1, "{:?}", posterior.standard_errors());
+        let (_, posterior) = fitted(1e3);
+        let error = posterior.standard_errors()[0];
         assert!((0.1..0.14).contains(&error), "{error} for a mean of 16 readings");
     }
 }

@@ -1,149 +1,157 @@
-//! Which variables can be estimated together.
+//! Selection of a subset of variables that can be estimated together.
 //!
-//! First go the variables that do not matter: what is not known of them moves the residuals hardly at all beside the
-//! others. Of the rest, by backward elimination, one goes as long as a limit is broken: the one that the residuals notice
-//! less of a pair that stands in each other's way. The paper reduces its factors by eye in the same two steps.
+//! First, variables with a small effect are dropped: their prior uncertainty contributes little to the variance of the
+//! residuals. Of the rest, backward elimination drops one variable at a time while a limit is exceeded: of the worst
+//! pair, the one with the smaller effect. The paper reduces its factors by eye in the same two steps.
 
 use super::identify::{Certainty, certainty};
 use nalgebra::DMatrix;
 
-/// How badly determined a set may be.
+/// Limits of an identifiable subset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Of the Jacobian with columns of unit length.
+    /// Largest condition number of the Jacobian with unit columns.
     pub condition_number: f64,
-    /// Of two estimates, disregarding its sign.
+    /// Largest absolute correlation of two estimates.
     pub correlation: f64,
-    /// Of the residuals' variance, which a variable has to make to matter.
+    /// Smallest contribution of a variable to the variance of the residuals, as a fraction.
     pub share: f64,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        // A hundredth of the variance is a tenth of the deviation: without it the spread is half a per cent less.
+        // 1 % of the variance is 10 % of the standard deviation: without that variable the total standard deviation
+        // falls by 0.5 %.
         Self { condition_number: 50.0, correlation: 0.95, share: 0.01 }
     }
 }
 
-/// Variables that can be estimated together, and how the others went.
+/// A subset of variables that can be estimated together, and the variables dropped.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subset {
-    /// Indices of the Jacobian's columns, rising.
+    /// Column indices of the Jacobian, increasing.
     pub kept: Vec<usize>,
-    /// The variables left out, in the order in which they went.
+    /// The variables dropped, in that order.
     pub dropped: Vec<Dropped>,
-    /// Of the variables kept.
+    /// Covariance summary of the selected variables.
     pub certainty: Certainty,
-    /// Of every column, the share that its variable makes of the residuals' variance, were all drawn as they are known
-    /// beforehand, each for itself: to first order. NaN where that variance is none, or not finite.
+    /// Contribution of every variable to the variance of the residuals, as a fraction, to first order and for
+    /// independent priors. NaN where that variance is zero or not finite.
     pub shares: Vec<f64>,
 }
 
-/// A variable left out.
+/// A dropped variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Dropped {
-    /// The place of the variable.
+    /// Index of the variable.
     pub variable: usize,
-    /// Which limit it exceeded.
+    /// The limit that was exceeded.
     pub reason: Reason,
 }
 
-/// Which limit was broken when a variable went; `with` is the variable that stayed in its stead.
+/// Why a variable was dropped; `with` is the index of the variable kept instead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Reason {
-    /// No residual changes with it.
+    /// No residual depends on it.
     NoEffect,
-    /// It makes no more than this share of the residuals' variance.
+    /// It contributes too little to the variance of the residuals.
     Slight {
-        /// Share of the variance of the residuals, 0 to 1.
+        /// Contribution to the variance of the residuals, 0 to 1.
         share: f64,
     },
-    /// The two estimates are correlated too closely.
+    /// The two estimates are too strongly correlated.
     Correlation {
-        /// The place of the variable that stayed.
+        /// Index of the variable kept.
         with: usize,
-        /// Of the two estimates, −1 to 1.
+        /// Correlation of the two estimates, −1 to 1.
         correlation: f64,
     },
-    /// The whole set is too badly conditioned, and these two have the largest part in the weakest direction.
+    /// The set is ill-conditioned, and these two variables have the largest components in the weakest direction.
     Condition {
-        /// The place of the variable that stayed.
+        /// Index of the variable kept.
         with: usize,
-        /// Of the Jacobian whose columns have unit length.
+        /// Condition number of the Jacobian with unit columns.
         condition_number: f64,
     },
-    /// The data say less than is known beforehand.
+    /// The standard error exceeds the prior standard deviation.
     StandardError {
         /// The standard error of the estimate.
         error: f64,
-        /// The width of its bounds.
+        /// The prior standard deviation.
         width: f64,
     },
 }
 
 impl Reason {
-    /// Whether the variable went for itself, and not for what it does beside others.
+    /// Whether the variable was dropped for its small effect, irrespective of the others.
     pub fn is_of_effect(&self) -> bool {
         matches!(self, Self::NoEffect | Self::Slight { .. })
     }
 }
 
-/// Drops the variables that do not matter, then others until the rest keep within the limits and are known better from
-/// the residuals than beforehand.
+/// Selects a subset: drops variables with a small effect, then others until the rest keep the limits and have standard
+/// errors below their prior standard deviations.
 ///
-/// `jacobian` and `variance` are those of [`certainty`]; `widths` is how well each variable is known beforehand, one
-/// standard deviation, infinite where it is not known at all: then none is slight, as the variance knows no end.
-pub fn subset(jacobian: &DMatrix<f64>, variance: f64, widths: &[f64], limits: &Limits) -> Subset {
+/// `jacobian` and `variance` are those of [`covariance_summary`]; `prior_deviations` are the prior standard deviations,
+/// infinite without a prior. With an infinite one no variable has a small effect, as the variance is unbounded.
+pub fn subset(jacobian: &DMatrix<f64>, variance: f64, prior_deviations: &[f64], limits: &Limits) -> Subset {
     let lengths: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
-    let squares: Vec<f64> = lengths.iter().zip(widths).map(|(length, width)| (length * width).powi(2)).collect();
-    let whole: f64 = squares.iter().sum();
-    let shares: Vec<f64> = squares.iter().map(|square| square / whole).collect();
-    let of_effect = |variable: usize| match shares[variable] {
+    let squares: Vec<f64> =
+        lengths.iter().zip(prior_deviations).map(|(length, width)| (length * width).powi(2)).collect();
+    let total: f64 = squares.iter().sum();
+    let shares: Vec<f64> = squares.iter().map(|square| square / total).collect();
+    let small_effect = |variable: usize| match shares[variable] {
         _ if lengths[variable] == 0.0 => Some(Reason::NoEffect),
-        share if share < limits.share && whole.is_finite() => Some(Reason::Slight { share }),
+        share if share < limits.share && total.is_finite() => Some(Reason::Slight { share }),
         _ => None,
     };
-    let mut kept: Vec<usize> = (0..lengths.len()).filter(|&variable| of_effect(variable).is_none()).collect();
-    let gone = (0..lengths.len()).filter_map(|variable| Some(Dropped { variable, reason: of_effect(variable)? }));
-    let mut dropped: Vec<Dropped> = gone.collect();
+    let mut selected: Vec<usize> = (0..lengths.len()).filter(|&variable| small_effect(variable).is_none()).collect();
+    let of_small_effect =
+        (0..lengths.len()).filter_map(|variable| Some(Dropped { variable, reason: small_effect(variable)? }));
+    let mut dropped: Vec<Dropped> = of_small_effect.collect();
     dropped.sort_by(|a, b| squares[a.variable].total_cmp(&squares[b.variable]));
     loop {
-        let certainty = certainty(&jacobian.select_columns(&kept), variance);
-        match worst(&certainty, &kept, widths, limits) {
-            Some((place, reason)) => dropped.push(Dropped { variable: kept.remove(place), reason }),
-            None => return Subset { kept, dropped, certainty, shares },
+        let summary = certainty(&jacobian.select_columns(&selected), variance);
+        match worst(&summary, &selected, prior_deviations, limits) {
+            Some((index, reason)) => dropped.push(Dropped { variable: selected.remove(index), reason }),
+            None => return Subset { kept: selected, dropped, certainty: summary, shares },
         }
     }
 }
 
-/// The place of the variable to drop next, and why.
-fn worst(certainty: &Certainty, kept: &[usize], widths: &[f64], limits: &Limits) -> Option<(usize, Reason)> {
-    let n = kept.len();
+/// Position of the next variable to drop, and the reason.
+fn worst(
+    summary: &Certainty,
+    selected: &[usize],
+    prior_deviations: &[f64],
+    limits: &Limits,
+) -> Option<(usize, Reason)> {
+    let n = selected.len();
     let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (j, i)));
-    let closeness = |&(i, j): &(usize, usize)| certainty.correlation[(i, j)].abs();
+    let closeness = |&(i, j): &(usize, usize)| summary.correlation[(i, j)].abs();
     if let Some(pair) = pairs.max_by(|a, b| closeness(a).total_cmp(&closeness(b)))
         && closeness(&pair) > limits.correlation
     {
-        let (less, more) = by_effect(pair, &certainty.lengths);
-        return Some((less, Reason::Correlation { with: kept[more], correlation: certainty.correlation[pair] }));
+        let (less, more) = by_effect(pair, &summary.lengths);
+        return Some((less, Reason::Correlation { with: selected[more], correlation: summary.correlation[pair] }));
     }
-    if n > 1 && certainty.condition_number > limits.condition_number {
-        let mut places: Vec<usize> = (0..n).collect();
-        places.sort_by(|&a, &b| certainty.weakest[b].abs().total_cmp(&certainty.weakest[a].abs()));
-        let (less, more) = by_effect((places[0], places[1]), &certainty.lengths);
-        let condition_number = certainty.condition_number;
-        return Some((less, Reason::Condition { with: kept[more], condition_number }));
+    if n > 1 && summary.condition_number > limits.condition_number {
+        let mut indices: Vec<usize> = (0..n).collect();
+        indices.sort_by(|&a, &b| summary.weakest[b].abs().total_cmp(&summary.weakest[a].abs()));
+        let (less, more) = by_effect((indices[0], indices[1]), &summary.lengths);
+        let condition_number = summary.condition_number;
+        return Some((less, Reason::Condition { with: selected[more], condition_number }));
     }
-    let excess = |&place: &usize| certainty.standard_errors[place] / widths[kept[place]];
-    let place = (0..n).max_by(|a, b| excess(a).total_cmp(&excess(b))).filter(|place| excess(place) > 1.0)?;
-    let (error, width) = (certainty.standard_errors[place], widths[kept[place]]);
-    Some((place, Reason::StandardError { error, width }))
+    let excess = |&index: &usize| summary.standard_errors[index] / prior_deviations[selected[index]];
+    let index = (0..n).max_by(|a, b| excess(a).total_cmp(&excess(b))).filter(|index| excess(index) > 1.0)?;
+    let (error, width) = (summary.standard_errors[index], prior_deviations[selected[index]]);
+    Some((index, Reason::StandardError { error, width }))
 }
 
-/// Of two variables the one that the residuals notice less, then the other. Lengths within a hundredth count as equal,
-/// since two columns that are the same differ by the error of the derivatives; then the later goes.
+/// Of two variables the one with the smaller effect, then the other. Norms within 1 % count as equal, since identical
+/// columns differ by the error of the derivatives; then the later one is dropped.
 fn by_effect((i, j): (usize, usize), lengths: &[f64]) -> (usize, usize) {
     let (earlier, later) = (i.min(j), i.max(j));
     if lengths[earlier] < 0.99 * lengths[later] { (earlier, later) } else { (later, earlier) }
@@ -153,7 +161,7 @@ fn by_effect((i, j): (usize, usize), lengths: &[f64]) -> (usize, usize) {
 mod tests {
     use super::*;
 
-    /// Columns over 60 instants: two of one shape, one without effect, one that is faint, two that stand alone.
+    /// Columns over 60 instants: two of the same shape, one of zeros, a weak one, and two distinct ones.
     fn jacobian() -> DMatrix<f64> {
         DMatrix::from_fn(60, 6, |i, j| {
             let t = i as f64 / 59.0;
@@ -169,11 +177,11 @@ mod tests {
     }
 
     #[test]
-    fn the_set_is_reduced_to_what_the_data_tell_and_every_loss_has_its_reason() {
+    fn the_set_is_reduced_to_identifiable_variables_with_a_reason_for_each_one_dropped() {
         let found = subset(&jacobian(), 4.0, &[0.05; 6], &Limits::default());
         assert_eq!(found.kept, [0, 1, 5]);
-        let went: Vec<usize> = found.dropped.iter().map(|dropped| dropped.variable).collect();
-        assert_eq!(went, [3, 4, 2]);
+        let dropped: Vec<usize> = found.dropped.iter().map(|dropped| dropped.variable).collect();
+        assert_eq!(dropped, [3, 4, 2]);
         assert_eq!(found.dropped[0].reason, Reason::NoEffect);
         assert!(matches!(found.dropped[1].reason, Reason::Slight { share } if share < 1e-6));
         assert!(
@@ -184,45 +192,49 @@ mod tests {
     }
 
     #[test]
-    fn how_much_a_variable_matters_goes_by_how_little_is_known_of_it() {
-        let of = |widths: &[f64]| subset(&jacobian().select_columns(&[0, 5]), 4.0, widths, &Limits::default());
+    fn the_effect_of_a_variable_is_proportional_to_its_prior_standard_deviation() {
+        let of = |prior_deviations: &[f64]| {
+            subset(&jacobian().select_columns(&[0, 5]), 4.0, prior_deviations, &Limits::default())
+        };
         assert_eq!(of(&[0.05, 0.05]).kept, [0, 1]);
         let known = of(&[0.05, 0.005]);
         assert_eq!(known.kept, [0]);
         assert!(matches!(known.dropped[0].reason, Reason::Slight { share } if share == known.shares[1]), "{known:?}");
     }
 
-    /// The faint one alone makes all of the variance there is, and the data would still know it worse than is known.
+    /// The weak column alone contributes all of the variance, yet its standard error exceeds the prior standard
+    /// deviation.
     #[test]
-    fn a_variable_that_the_data_know_worse_than_is_known_beforehand_is_left_out() {
+    fn a_variable_with_a_standard_error_above_its_prior_standard_deviation_is_dropped() {
         let found = subset(&jacobian().select_columns(&[4]), 4.0, &[0.05], &Limits::default());
         assert!(matches!(found.dropped[0].reason, Reason::StandardError { error, width: 0.05 } if error > 10.0));
     }
 
-    /// Nothing is known of the second beforehand: beside it no variance is small, and it stays itself.
+    /// The second has no prior: relative to it no variance is small, and it is kept.
     #[test]
-    fn a_variable_of_which_nothing_is_known_matters_and_makes_no_other_slight() {
+    fn a_variable_without_a_prior_is_kept_and_no_other_is_dropped_for_a_small_effect() {
         let found = subset(&jacobian().select_columns(&[0, 5]), 4.0, &[1e-6, f64::INFINITY], &Limits::default());
         assert!(found.dropped.iter().all(|dropped| !dropped.reason.is_of_effect()), "{found:?}");
     }
 
     #[test]
-    fn a_set_that_keeps_the_limits_keeps_its_variables() {
+    fn a_set_within_the_limits_is_not_reduced() {
         let found = subset(&jacobian().select_columns(&[0, 1, 5]), 4.0, &[0.05; 3], &Limits::default());
         assert_eq!((found.kept, found.dropped), (vec![0, 1, 2], vec![]));
     }
 
     #[test]
-    fn of_a_correlated_pair_the_one_with_less_effect_goes() {
+    fn of_a_correlated_pair_the_one_with_the_smaller_effect_is_dropped() {
         let mut weaker_first = jacobian().select_columns(&[1, 2]);
         weaker_first.column_mut(0).scale_mut(0.5);
         let found = subset(&weaker_first, 4.0, &[1.0; 2], &Limits::default());
         assert_eq!((found.kept[0], found.dropped[0].variable), (1, 0));
     }
 
-    /// Three columns of which the third is nearly the mean of the others: no pair is close, the set is.
+    /// Three columns, the third nearly the mean of the others: no pair is strongly correlated, but the set is
+    /// ill-conditioned.
     #[test]
-    fn a_set_is_reduced_for_its_condition_where_no_pair_is_to_blame() {
+    fn an_ill_conditioned_set_without_a_correlated_pair_is_reduced() {
         let three = DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 0.5, 0.0, 1.0, 0.5, 0.0, 0.0, 0.01]);
         let limits = Limits { correlation: 2.0, share: 0.0, ..Limits::default() };
         let found = subset(&three, 1e-6, &[1.0; 3], &limits);

@@ -1,4 +1,4 @@
-//! Side constraints that hold at the solution.
+//! Bounds that are active at the solution.
 
 use super::{exact, minimum};
 use bondline::fit::Options;
@@ -11,7 +11,7 @@ fn rosenbrock(x: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn rosenbrocks_valley_is_followed_until_a_bound_closes_it() {
+fn rosenbrocks_function_ends_on_an_active_bound() {
     let fit = minimum(rosenbrock, &[-1.2, 1.0], &[(-2.0, 0.5), WIDE], &exact());
     assert!(fit.termination.converged(), "{}", fit.termination);
     assert_eq!(fit.point[0], 0.5);
@@ -38,16 +38,16 @@ fn a_start_outside_the_bounds_is_moved_inside() {
 }
 
 #[test]
-fn a_variable_whose_bounds_meet_stays_and_the_others_are_fitted() {
+fn a_variable_with_equal_bounds_is_held_and_the_others_are_fitted() {
     let fit = minimum(rosenbrock, &[-1.2, 1.0], &[(0.8, 0.8), WIDE], &exact());
     assert!(fit.termination.converged(), "{}", fit.termination);
     assert!(fit.point[0] == 0.8 && (fit.point[1] - 0.64).abs() < 1e-9);
 }
 
-/// Sixty straight problems with columns that nearly coincide, in a box that cuts across their valleys: the case in
-/// which a step that is merely cut off at the bounds stalls.
+/// Sixty linear problems with nearly collinear columns and a box across their valleys: here steps that are only
+/// truncated at the bounds stall.
 #[test]
-fn straight_problems_in_a_box_end_where_the_best_of_all_active_sets_does() {
+fn bounded_linear_problems_end_at_the_best_of_all_active_sets() {
     let mut bits = 1u64;
     let mut number = || {
         bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -68,23 +68,25 @@ fn straight_problems_in_a_box_end_where_the_best_of_all_active_sets_does() {
         assert!(fit.objective <= best * (1.0 + 1e-9), "{} against {best}", fit.objective);
         on_bounds += fit.point.iter().zip(bounds).filter(|&(&x, (low, high))| x == low || x == high).count();
     }
-    assert!(on_bounds > 60, "the bounds hardly matter: {on_bounds}");
+    assert!(on_bounds > 60, "expected more than 60 variables on bounds, found {on_bounds}");
 }
 
-/// Every variable on its low bound, on its high bound or free, in all combinations; the least that is allowed.
+/// The smallest feasible sum of squares over all combinations of variables on the low bound, on the high bound and
+/// free.
 fn least_of_all_active_sets(matrix: &DMatrix<f64>, right: &DVector<f64>, bounds: &[(f64, f64)]) -> f64 {
     let n = bounds.len();
     let mut least = f64::INFINITY;
     for set in 0..3usize.pow(n as u32) {
-        let place = |j: usize| set / 3usize.pow(j as u32) % 3;
-        let free: Vec<usize> = (0..n).filter(|&j| place(j) == 2).collect();
-        let mut point = DVector::from_fn(n, |j, _| [bounds[j].0, bounds[j].1, 0.0][place(j)]);
+        let status = |j: usize| set / 3usize.pow(j as u32) % 3;
+        let free: Vec<usize> = (0..n).filter(|&j| status(j) == 2).collect();
+        let mut point = DVector::from_fn(n, |j, _| [bounds[j].0, bounds[j].1, 0.0][status(j)]);
         let rest = right - matrix * &point;
         let reduced = matrix.select_columns(&free);
         if !free.is_empty() {
-            let solved = reduced.tr_mul(&reduced).lu().solve(&reduced.tr_mul(&rest)).expect("columns that differ");
-            for (place, &j) in free.iter().enumerate() {
-                point[j] = solved[place];
+            let solved =
+                reduced.tr_mul(&reduced).lu().solve(&reduced.tr_mul(&rest)).expect("linearly independent columns");
+            for (index, &j) in free.iter().enumerate() {
+                point[j] = solved[index];
             }
         }
         if point.iter().zip(bounds).all(|(x, (low, high))| low <= x && x <= high) {

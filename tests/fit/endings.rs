@@ -1,23 +1,23 @@
-//! How minimisations end that do not go well.
+//! Terminations of difficult minimisations.
 
 use super::{exact, free, minimum};
 use bondline::fit::{LeastSquares, Options, Rules, Tangent, Termination, certainty, minimize};
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
-/// ln x = 1, which has no value below zero; from ten the undamped step leads to −3.
+/// ln x = 1, undefined below zero; from ten the undamped step leads to −3.
 fn logarithm(x: &[f64]) -> Vec<f64> {
     vec![if x[0] > 0.0 { x[0].ln() - 1.0 } else { f64::NAN }]
 }
 
 #[test]
-fn a_trial_that_fails_only_shortens_the_step() {
+fn a_failed_trial_shortens_the_step() {
     let fit = minimum(logarithm, &[10.0], &free(1), &exact());
     assert!(fit.termination.converged(), "{}", fit.termination);
     assert!((fit.point[0] - std::f64::consts::E).abs() < 1e-9);
 }
 
-/// atan(x − 2) = 0, whose derivative is not known below 1.5; from 3.2 the undamped step leads to 1.06.
+/// atan(x − 2) = 0 with NaN derivatives below 1.5; from 3.2 the undamped step leads to 1.06.
 struct Blind;
 
 impl LeastSquares for Blind {
@@ -42,20 +42,20 @@ impl LeastSquares for Blind {
 }
 
 #[test]
-fn a_lower_point_whose_derivatives_fail_is_left_again_for_a_shorter_step() {
+fn a_lower_point_without_finite_derivatives_is_rejected_for_a_shorter_step() {
     let paper =
         Rules::Paper { damping: 1e-3, tolerance_objective: 1e-20, tolerance_slope: 1e-12, tolerance_step: 1e-12 };
     for rules in [Rules::Radius, paper] {
         let options = Options { rules, trials: 1, ..exact() };
         let Ok(fit) = minimize(&mut Blind, &DVector::from_element(1, 3.2), &options);
         assert!(fit.termination.converged(), "{rules:?}: {}", fit.termination);
-        assert!((fit.point[0] - 2.0).abs() < 1e-9 && fit.path.iter().all(|turn| turn.point[0] >= 1.5));
-        assert!(fit.tangents > fit.path.len(), "{rules:?}: no derivative failed");
+        assert!((fit.point[0] - 2.0).abs() < 1e-9 && fit.path.iter().all(|iterate| iterate.point[0] >= 1.5));
+        assert!(fit.tangents > fit.path.len(), "{rules:?}: expected a failed derivative");
     }
 }
 
 #[test]
-fn a_start_that_fails_is_said_to_have_failed() {
+fn a_start_that_cannot_be_computed_is_reported() {
     let fit = minimum(logarithm, &[-1.0], &free(1), &exact());
     assert_eq!(fit.termination, Termination::NotFinite);
     assert!(!fit.termination.converged());
@@ -71,14 +71,14 @@ fn an_optimal_start_is_recognised_without_a_step() {
 }
 
 #[test]
-fn patience_is_a_limit() {
+fn the_iteration_limit_is_reported() {
     let rosenbrock = |x: &[f64]| vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]];
     let fit = minimum(rosenbrock, &[-1.2, 1.0], &free(2), &Options { patience: 3, ..exact() });
     assert_eq!(fit.termination, Termination::OutOfPatience);
     assert!(fit.path.len() <= 4);
 }
 
-/// A straight line whose derivatives have the wrong sign.
+/// A straight line with derivatives of the wrong sign.
 struct Uphill;
 
 impl LeastSquares for Uphill {
@@ -102,15 +102,16 @@ impl LeastSquares for Uphill {
 }
 
 #[test]
-fn derivatives_that_point_uphill_stall_and_are_not_called_a_minimum() {
+fn wrong_derivatives_end_as_stalled_and_not_as_converged() {
     let Ok(fit) = minimize(&mut Uphill, &DVector::from_vec(vec![4.0]), &Options::default());
     assert_eq!(fit.termination, Termination::Stalled);
     assert_eq!(fit.point[0], 4.0);
 }
 
-/// Two variables that act through their product alone: any point of the valley is a minimum; the nearest will do.
+/// Two variables that act only through their product: every point of the valley is a minimum, and the nearest is
+/// expected.
 #[test]
-fn a_product_is_found_without_a_drift_along_its_valley() {
+fn an_undetermined_direction_causes_no_drift_along_the_valley() {
     let product = |x: &[f64]| (1..=20).map(|i| f64::from(i) * (x[0] * x[1] - 0.9) + 0.1 * f64::from(i % 3)).collect();
     let fit = minimum(product, &[1.0, 1.0], &[(0.5, 1.5), (0.5, 1.5)], &Options::default());
     assert!(fit.termination.converged(), "{}", fit.termination);
@@ -119,9 +120,9 @@ fn a_product_is_found_without_a_drift_along_its_valley() {
     assert!(found.rank == 1 && found.correlation[(0, 1)] < -0.999);
 }
 
-/// Residuals with an error of a part in ten million, as from a march in single precision.
+/// Residuals with a relative error of 1e-7, as in single precision.
 #[test]
-fn residuals_in_single_precision_end_converged_with_a_step_that_suits_them() {
+fn residuals_in_single_precision_converge_with_a_larger_difference_step() {
     let decay = |x: &[f64]| -> Vec<f64> {
         let noise = |t: f64, u: f64| (1e6 * (x[0] * t + 13.0 * x[1] * u)).sin();
         (0..80)

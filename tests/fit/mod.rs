@@ -1,4 +1,4 @@
-//! The least squares against problems whose answers are known.
+//! Tests of the least-squares minimiser on problems with known solutions.
 
 mod bounded;
 mod certified;
@@ -11,11 +11,11 @@ use bondline::fit::{Fit, LeastSquares, Options, minimize};
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
-/// Residuals as a function of a point, and how many points were asked for.
+/// Residuals as a function of a point, with a count of evaluated points.
 struct Problem<F> {
     bounds: Vec<(f64, f64)>,
     residuals: F,
-    asked: usize,
+    evaluations: usize,
 }
 
 impl<F: Fn(&[f64]) -> Vec<f64>> LeastSquares for Problem<F> {
@@ -26,14 +26,14 @@ impl<F: Fn(&[f64]) -> Vec<f64>> LeastSquares for Problem<F> {
     }
 
     fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, Infallible> {
-        self.asked += points.ncols();
+        self.evaluations += points.ncols();
         let columns = points.column_iter().map(|point| DVector::from_vec((self.residuals)(point.as_slice())));
         Ok(DMatrix::from_columns(&columns.collect::<Vec<_>>()))
     }
 }
 
-/// Tight tolerances for problems that are exact to rounding; the step is about the cube root of the rounding error,
-/// which balances it against the truncation of a central difference.
+/// Tight tolerances for problems that are exact to rounding. The difference step is about the cube root of the rounding
+/// error, which balances it against the truncation error of a central difference.
 fn exact() -> Options {
     Options {
         patience: 200,
@@ -47,10 +47,10 @@ fn exact() -> Options {
 }
 
 fn minimum(residuals: impl Fn(&[f64]) -> Vec<f64>, start: &[f64], bounds: &[(f64, f64)], options: &Options) -> Fit {
-    let mut problem = Problem { bounds: bounds.to_vec(), residuals, asked: 0 };
+    let mut problem = Problem { bounds: bounds.to_vec(), residuals, evaluations: 0 };
     let Ok(fit) = minimize(&mut problem, &DVector::from_row_slice(start), options);
-    assert_eq!(fit.evaluations, problem.asked);
-    assert!(fit.path.windows(2).all(|turns| turns[1].objective < turns[0].objective));
+    assert_eq!(fit.evaluations, problem.evaluations);
+    assert!(fit.path.windows(2).all(|pair| pair[1].objective < pair[0].objective));
     fit
 }
 

@@ -1,4 +1,4 @@
-//! Robust losses and priors, from outside.
+//! Robust losses and priors through the public interface.
 
 use super::exact;
 use crate::support::{case, changed};
@@ -14,7 +14,7 @@ use bondline::verify::least_squares::{Asked, Known, nist};
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
-/// Offset and slope of a straight line through readings at 0 … 1.
+/// Fit of offset and slope of a straight line to readings at 0 … 1.
 struct Line(Vec<f64>);
 
 impl LeastSquares for Line {
@@ -25,24 +25,25 @@ impl LeastSquares for Line {
     }
 
     fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, Infallible> {
-        let at = |i: usize| i as f64 / (self.0.len() - 1) as f64;
+        let abscissa = |i: usize| i as f64 / (self.0.len() - 1) as f64;
         Ok(DMatrix::from_fn(self.0.len(), points.ncols(), |i, column| {
-            points[(0, column)] + points[(1, column)] * at(i) - self.0[i]
+            points[(0, column)] + points[(1, column)] * abscissa(i) - self.0[i]
         }))
     }
 }
 
-/// Evenly from nought to one.
-fn even(bits: &mut u64) -> f64 {
+/// Uniform on [0, 1).
+fn uniform(bits: &mut u64) -> f64 {
     *bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*bits >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// 5 − 3 t with normal noise of one, by the sum of twelve even numbers, and one reading in ten 40 too high.
+/// 5 − 3 t with approximately normal noise of unit variance (sum of twelve uniform numbers); with outliers, one reading
+/// in ten is 40 too high.
 fn readings(bits: &mut u64, outliers: bool) -> Vec<f64> {
     let mut reading = |i: usize| {
-        let noise = (0..12).map(|_| even(bits)).sum::<f64>() - 6.0;
-        let outlier = if outliers && even(bits) < 0.1 { 40.0 } else { 0.0 };
+        let noise = (0..12).map(|_| uniform(bits)).sum::<f64>() - 6.0;
+        let outlier = if outliers && uniform(bits) < 0.1 { 40.0 } else { 0.0 };
         5.0 - 3.0 * i as f64 / 59.0 + noise + outlier
     };
     (0..60).map(&mut reading).collect()
@@ -58,46 +59,46 @@ fn robust(readings: Vec<f64>, loss: Loss) -> Fit {
 const LOSSES: [Loss; 2] = [Loss::SoftL1 { width: 1.0 }, Loss::Huber { width: 1.345 }];
 
 #[test]
-fn readings_that_are_far_off_spoil_least_squares_and_not_a_robust_fit() {
+fn outliers_bias_least_squares_but_not_a_robust_fit() {
     let mut bits = 7;
-    let spoiled = readings(&mut bits, true);
-    let Ok(plain) = minimize(&mut Line(spoiled.clone()), &DVector::from_vec(vec![1.0, 1.0]), &exact());
+    let contaminated = readings(&mut bits, true);
+    let Ok(plain) = minimize(&mut Line(contaminated.clone()), &DVector::from_vec(vec![1.0, 1.0]), &exact());
     assert!(plain.point[0] > 7.0, "{}", plain.point);
     for loss in LOSSES {
-        let fit = robust(spoiled.clone(), loss);
+        let fit = robust(contaminated.clone(), loss);
         assert!((fit.point[0] - 5.0).abs() < 1.0 && (fit.point[1] + 3.0).abs() < 1.5, "{loss:?}: {}", fit.point);
     }
 }
 
-/// Over 400 data sets the estimates scatter by the standard errors that each fit tells of itself, within what 400 and the
-/// limit of many samples allow; the bent problem, judged as if it were straight, is off by more.
+/// Over 400 data sets the scatter of the estimates equals the standard error of each fit, within the sampling error of
+/// 400 sets and of the large-sample limit. Standard errors from the transformed residuals are wrong by more.
 #[test]
-fn robust_standard_errors_are_the_scatter_of_the_estimates() {
+fn robust_standard_errors_equal_the_scatter_of_the_estimates() {
     for outliers in [false, true] {
         for loss in LOSSES {
             let mut bits = 2026;
-            let (mut offsets, mut told, mut bent) = (Vec::new(), 0.0, 0.0);
+            let (mut offsets, mut stated, mut uncorrected) = (Vec::new(), 0.0, 0.0);
             for _ in 0..400 {
                 let fit = robust(readings(&mut bits, outliers), loss);
-                let straight = loss.straightened(&fit.residuals, &fit.jacobian);
-                let variance = loss.variance(&straight.residuals, 2.0);
-                told += certainty(&straight.jacobian, variance).standard_errors[0] / 400.0;
+                let untransformed = loss.straightened(&fit.residuals, &fit.jacobian);
+                let variance = loss.variance(&untransformed.residuals, 2.0);
+                stated += certainty(&untransformed.jacobian, variance).standard_errors[0] / 400.0;
                 let variance = residual_variance(fit.objective, fit.residuals.len(), 2);
-                bent += certainty(&fit.jacobian, variance).standard_errors[0] / 400.0;
+                uncorrected += certainty(&fit.jacobian, variance).standard_errors[0] / 400.0;
                 offsets.push(fit.point[0]);
             }
             let scatter = DVector::from_vec(offsets).variance().sqrt();
-            assert!((told / scatter - 1.0).abs() < 0.12, "{loss:?}, outliers {outliers}: {told} told, {scatter} met");
+            assert!((stated / scatter - 1.0).abs() < 0.12, "{loss:?}, outliers {outliers}: {stated} for {scatter}");
             if outliers {
-                assert!(bent / scatter > 1.5, "{loss:?}: {bent} would be told, {scatter} met");
+                assert!(uncorrected / scatter > 1.5, "{loss:?}: uncorrected {uncorrected} for {scatter}");
             }
         }
     }
 }
 
-/// Offset and slope of a trace that hardly begins cannot be told apart; what is known of one settles both.
+/// A narrow prior on the slope determines the slope, and the data the offset.
 #[test]
-fn a_prior_settles_what_the_data_leave_open() {
+fn a_narrow_prior_determines_its_variable() {
     let mut bits = 11;
     let readings: Vec<f64> = readings(&mut bits, false);
     let prior = Prior { variable: 1, mean: -3.0, deviation: 1e-3 };
@@ -108,33 +109,33 @@ fn a_prior_settles_what_the_data_leave_open() {
     assert!((fit.point[1] + 3.0).abs() < 5e-3 && (fit.point[0] - 5.0).abs() < 0.5, "{}", fit.point);
 }
 
-/// A set of NIST's with some observations that are far off.
-struct Spoiled<'a> {
-    asked: Asked<'a>,
+/// A NIST problem with some outliers.
+struct Contaminated<'a> {
+    counted: Asked<'a>,
     off: DVector<f64>,
 }
 
-impl LeastSquares for Spoiled<'_> {
+impl LeastSquares for Contaminated<'_> {
     type Error = Infallible;
 
     fn bounds(&self) -> &[(f64, f64)] {
-        self.asked.bounds()
+        self.counted.bounds()
     }
 
     fn residuals(&mut self, points: &DMatrix<f64>) -> Result<DMatrix<f64>, Infallible> {
-        let mut residuals = self.asked.residuals(points)?;
+        let mut residuals = self.counted.residuals(points)?;
         residuals.column_iter_mut().for_each(|mut column| column += &self.off);
         Ok(residuals)
     }
 
     fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, Infallible> {
-        let Some(mut tangents) = self.asked.tangents(points)? else { return Ok(None) };
+        let Some(mut tangents) = self.counted.tangents(points)? else { return Ok(None) };
         tangents.iter_mut().for_each(|tangent| tangent.residuals += &self.off);
         Ok(Some(tangents))
     }
 }
 
-/// A problem that does not state the curvature of its loss: the minimiser takes bent residuals for straight ones.
+/// A problem without curvature weights: the minimiser treats transformed residuals as ordinary ones.
 struct Unweighted<P>(P);
 
 impl<P: LeastSquares> LeastSquares for Unweighted<P> {
@@ -154,21 +155,29 @@ impl<P: LeastSquares> LeastSquares for Unweighted<P> {
 }
 
 /// One observation in `every` is `sigmas` standard deviations too low.
-fn spoiled(known: &Known, (sigmas, every): (f64, usize), deviation: f64, loss: Loss) -> Robust<Spoiled<'_>> {
-    let observations = known.residuals(&known.starts[0]).len();
+fn contaminated(
+    test_problem: &Known,
+    (sigmas, every): (f64, usize),
+    deviation: f64,
+    loss: Loss,
+) -> Robust<Contaminated<'_>> {
+    let observations = test_problem.residuals(&test_problem.starts[0]).len();
     let off = |i: usize, _| if i % every == every / 2 { sigmas * deviation } else { 0.0 };
-    Robust { problem: Spoiled { asked: Asked::new(known, true), off: DVector::from_fn(observations, off) }, loss }
+    Robust {
+        problem: Contaminated { counted: Asked::new(test_problem, true), off: DVector::from_fn(observations, off) },
+        loss,
+    }
 }
 
-/// Eleven sets of NIST's, up to a third of their observations 10 to 100 standard deviations off, by losses of the usual
-/// width and of a tenth or so of it, by which most of what is left is far off too.
+/// Eleven NIST problems with up to a third of the observations 10 to 100 standard deviations off, and losses of the
+/// usual width and of about a tenth of it, for which most of the remaining residuals are large too.
 #[test]
-fn robust_fits_with_large_misfits_converge_in_twenty_iterations_where_the_patient_way_ends_too() {
+fn robust_fits_with_outliers_converge_in_twenty_iterations_to_the_reference_minimum() {
     const SETS: [&str; 11] = [
         "Chwirut1", "Chwirut2", "Gauss1", "Gauss2", "Gauss3", "DanWood", "Kirby2", "Roszman1", "BoxBOD", "Rat42",
         "Rat43",
     ];
-    let patient = Options {
+    let reference = Options {
         patience: 5000,
         tolerance_reduction: 1e-15,
         tolerance_gradient: 1e-12,
@@ -176,37 +185,37 @@ fn robust_fits_with_large_misfits_converge_in_twenty_iterations_where_the_patien
         derivative_error: 1e-12,
         ..Options::default()
     };
-    let (mut fits, mut crawling) = (0, 0);
-    for known in nist().iter().filter(|known| SETS.contains(&known.name.as_str())) {
-        let start = DVector::from_row_slice(known.starts.last().expect("two starts"));
-        let observations = known.residuals(&known.starts[0]).len();
-        let deviation = (known.minima[0] / observations as f64).sqrt();
+    let (mut fits, mut slow) = (0, 0);
+    for test_problem in nist().iter().filter(|test_problem| SETS.contains(&test_problem.name.as_str())) {
+        let start = DVector::from_row_slice(test_problem.starts.last().expect("two starts"));
+        let observations = test_problem.residuals(&test_problem.starts[0]).len();
+        let deviation = (test_problem.minima[0] / observations as f64).sqrt();
         for outliers in [(10.0, 7), (40.0, 4), (100.0, 3)] {
             for widths in [[1.345, 1.0], [0.2, 0.1]] {
                 let [huber, soft] = widths.map(|width| width * deviation);
                 for loss in [Loss::Huber { width: huber }, Loss::SoftL1 { width: soft }] {
-                    let problem = || spoiled(known, outliers, deviation, loss);
+                    let problem = || contaminated(test_problem, outliers, deviation, loss);
                     let Ok(fit) = minimize(&mut problem(), &start, &Options::default());
-                    let Ok(least) = minimize(&mut Unweighted(problem()), &start, &patient);
-                    let named = format!("{} {outliers:?} {loss}: {}", known.name, fit.termination);
-                    assert!(fit.termination.converged() && fit.path.len() - 1 <= 20, "{named} in {}", fit.path.len());
-                    let off = fit.objective / least.objective - 1.0;
-                    assert!(off < 1e-8, "{named}: S is {off:e} above the least");
+                    let Ok(least) = minimize(&mut Unweighted(problem()), &start, &reference);
+                    let label = format!("{} {outliers:?} {loss}: {}", test_problem.name, fit.termination);
+                    assert!(fit.termination.converged() && fit.path.len() - 1 <= 20, "{label} in {}", fit.path.len());
+                    let excess = fit.objective / least.objective - 1.0;
+                    assert!(excess < 1e-8, "{label}: S is {excess:e} above the minimum");
                     let many = Options { patience: 300, ..Options::default() };
                     let Ok(unweighted) = minimize(&mut Unweighted(problem()), &start, &many);
-                    crawling += usize::from(unweighted.path.len() - 1 > 20);
+                    slow += usize::from(unweighted.path.len() - 1 > 20);
                     fits += 1;
                 }
             }
         }
     }
-    // The negative control: bent residuals taken for straight ones take longer.
-    assert!(fits == 132 && crawling >= 10, "{crawling} of {fits} take more than 20 iterations without the weights");
+    // Negative control: without curvature weights the fits take longer.
+    assert!(fits == 132 && slow >= 10, "{slow} of {fits} take more than 20 iterations without the weights");
 }
 
-/// 64 standard deviations off, root mean square: next to every sample counts as far off.
+/// The root mean square residual is 64 standard deviations, so nearly every sample is an outlier.
 #[test]
-fn a_case_that_its_model_does_not_meet_is_fitted_in_twenty_iterations_by_every_loss() {
+fn a_case_with_large_model_error_converges_in_twenty_iterations_for_every_loss() {
     let losses = [
         (LossFunction::Huber { width: 2.0 }, Some(Bounds::Small)),
         (LossFunction::SoftL1 { width: 2.0 }, Some(Bounds::Small)),
@@ -231,8 +240,8 @@ fn a_case_that_its_model_does_not_meet_is_fitted_in_twenty_iterations_by_every_l
         let found = fitted(&case);
         let loss = Loss::from(loss);
         assert!(found.converged && found.path.len() - 1 <= 20, "{loss}: {} in {}", found.termination, found.path.len());
-        // Nothing along the other factor is lower. Of data alone that is seen of fits in which it is as good as held, beside priors of the
-        // profile, as each fit has a scale of its own there.
+        // No neighbour along the other factor has a lower S. With data alone this is checked by fits with that factor
+        // nearly fixed, with priors by the profile, since there each fit has its own scale.
         if prior.is_some() {
             let rises = &found.profiles[0].rises;
             assert!(rises.len() > 8 && rises.iter().all(|rise| *rise > -1e-6), "{loss}: {rises:?}");
@@ -240,16 +249,16 @@ fn a_case_that_its_model_does_not_meet_is_fitted_in_twenty_iterations_by_every_l
             continue;
         }
         assert_eq!(found.values[0], 0.5, "{loss}: on its bound");
-        for beside in [0.995, 1.005] {
-            let value = beside * found.values[1];
+        for neighbour in [0.995, 1.005] {
+            let value = neighbour * found.values[1];
             let held = changed(&case, |case| {
-                // Bounds leave some room.
+                // Bounds of finite width.
                 let narrow = (value, value * (1.0 + 1e-9));
                 let factor = &mut case.factors[insulator];
                 (factor.nominal, factor.small, factor.large) = (value, narrow, narrow);
             });
             let rise = fitted(&held).ends[0].objective - found.ends[0].objective;
-            assert!(rise > 0.0, "{loss}: S is lower by {} at {beside} of the estimate", -rise);
+            assert!(rise > 0.0, "{loss}: S is lower by {} at {neighbour} of the estimate", -rise);
         }
     }
 }

@@ -1,6 +1,6 @@
-//! The problems of Moré, Garbow & Hillstrom, "Testing unconstrained optimization software", ACM Trans. Math. Softw. 7
-//! (1981), that MINPACK is tested with, from their standard starts; minima recomputed in fifty digits. A minimum that
-//! lies at infinity is known by its sum of squares alone.
+//! The test problems of Moré, Garbow & Hillstrom, "Testing unconstrained optimization software", ACM Trans. Math.
+//! Softw. 7 (1981), also used to test MINPACK, from their standard starts. Minima were recomputed with fifty digits. A
+//! minimum at infinity is identified by its sum of squares alone.
 
 use super::{Complex, Known, real};
 use crate::verify::reference::named;
@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 const TABLES: &str = include_str!("../../../data/verification/more_garbow_hillstrom.csv");
 
-/// All of them, in the order of the paper's numbers but for the linear ones, which come first.
+/// All problems in the order of the paper, except that the linear ones come first.
 pub fn classics() -> Vec<Known> {
     let mut found = vec![linear_full(10), linear_full(50), linear_rank_one(10), linear_rank_one(50)];
     found.extend([linear_hollow(10), linear_hollow(50), rosenbrock(), helical_valley(), powell_singular()]);
@@ -23,10 +23,10 @@ pub fn classics() -> Vec<Known> {
     found
 }
 
-// To as many digits as MINPACK prints, like the first of the next.
+// To the digits that MINPACK prints, as is the first of the next.
 const WATSON_12: f64 = 4.722_381e-10;
-/// The second is no minimum but the highest place between two, by symmetry without a slope: there the standard start lies, and
-/// no descent begins.
+/// The second is a stationary point between two minima, with zero gradient by symmetry: the standard start lies there,
+/// and the minimiser stops at once.
 const SINGLE: [f64; 2] = [3.550_390_5, 4.0 / 9.0 + 256.0 / 225.0 + 1156.0 / 1225.0 + 4096.0 / 3969.0];
 
 fn classic(
@@ -104,7 +104,7 @@ fn freudenstein_roth() -> Known {
 
 fn bard() -> Known {
     let y = named(TABLES, "Bard", "y");
-    // With the second and third variable at infinity the law is a constant.
+    // With the second and third variable at infinity the prediction is a constant.
     let mean = y.iter().map(|(_, y)| y).sum::<f64>() / y.len() as f64;
     let constant = y.iter().map(|(_, y)| (y - mean).powi(2)).sum();
     classic("Bard", &[1.0; 3], &[8.214_877_306_578_975e-3, constant], move |x| {

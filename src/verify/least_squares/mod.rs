@@ -1,9 +1,8 @@
-//! Does the minimiser of [`fit`](crate::fit) find what it says it finds? Problems that know no heat and whose answers
-//! are known.
+//! Verification of the minimiser of [`fit`](crate::fit) on test problems with known solutions, without any heat
+//! transfer.
 //!
-//! Each law is written in complex numbers, so that one text gives its values and, by a step along the imaginary axis
-//! that is too small to be seen in them, its derivatives to rounding: `∂r/∂P = Im r(P + ih)/h` (Squire & Trapp, SIAM
-//! Rev. 40, 1998).
+//! Each residual function is written for complex numbers, so that the same code gives values and, by the complex-step
+//! method, derivatives to rounding: `∂r/∂P = Im r(P + ih)/h` (Squire & Trapp, SIAM Rev. 40, 1998).
 
 mod classics;
 mod nist;
@@ -17,18 +16,18 @@ use crate::fit::{LeastSquares, Tangent};
 use nalgebra::{DMatrix, DVector};
 use std::convert::Infallible;
 
-/// A complex number: derivatives by a complex step.
+/// A complex number, for derivatives by the complex-step method.
 pub type Complex = nalgebra::Complex<f64>;
 
-/// A sum of squares and its answer.
+/// A least-squares test problem with its known solution.
 pub struct Known {
-    /// Its name in the reference.
+    /// Name in the reference.
     pub name: String,
-    /// The standard start; of a set of NIST's, the one far from the answer and the one near it.
+    /// The standard start; for NIST problems the distant and the near start.
     pub starts: Vec<Vec<f64>>,
-    /// Sums of squares at its minima, the least first where no start leads astray.
+    /// Sums of squares at the known minima, the lowest first.
     pub minima: Vec<f64>,
-    /// The certified answer, where there is one.
+    /// The certified solution, where there is one.
     pub certified: Option<Certified>,
     residuals: Law,
 }
@@ -36,20 +35,20 @@ pub struct Known {
 /// Residuals at a point.
 type Law = Box<dyn Fn(&[Complex]) -> Vec<Complex> + Send + Sync>;
 
-/// What NIST certifies of a minimum besides its sum of squares.
+/// Values certified by NIST at the minimum.
 pub struct Certified {
-    /// One a variable.
+    /// Estimates, one per variable.
     pub estimates: Vec<f64>,
     /// Standard deviations of the estimates.
     pub deviations: Vec<f64>,
 }
 
-/// The step along the imaginary axis: its square vanishes beside any number.
+/// Complex step: its square is negligible relative to any residual.
 const STEP: f64 = 1e-100;
 
 impl Known {
-    /// Every start with its name: of a set of NIST's the one far from the answer and the one near it; else the standard
-    /// start, and ones ten and a hundred times as far from zero. One at zero is moved to ten and a hundred.
+    /// All starts with their names: for NIST problems the distant and the near one; else the standard start, and starts
+    /// ten and a hundred times as far from zero. A standard start at zero is replaced by ten and a hundred.
     pub fn every_start(&self) -> Vec<(String, Vec<f64>)> {
         if let [far, near] = &self.starts[..] {
             return vec![("far".to_owned(), far.clone()), ("near".to_owned(), near.clone())];
@@ -86,23 +85,23 @@ impl Known {
     }
 }
 
-/// A problem that is asked, and how often it was.
+/// A test problem for the minimiser that counts its evaluations.
 pub struct Asked<'a> {
     known: &'a Known,
     bounds: Vec<(f64, f64)>,
-    /// Whether it tells its derivatives, or has them found by differences.
+    /// Whether the problem supplies derivatives; else the minimiser uses finite differences.
     tells: bool,
-    /// Points at which residuals were computed; a point with derivatives is one.
+    /// Number of points at which residuals were computed; a point with derivatives counts as a tangent only.
     pub residuals: usize,
-    /// Points at which derivatives were told.
+    /// Number of points at which derivatives were computed.
     pub tangents: usize,
 }
 
 impl<'a> Asked<'a> {
-    /// A problem for the minimiser, with or without its derivatives.
-    pub fn new(known: &'a Known, tells: bool) -> Self {
-        let bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); known.starts[0].len()];
-        Self { known, bounds, tells, residuals: 0, tangents: 0 }
+    /// The problem with or without its derivatives.
+    pub fn new(problem: &'a Known, supplies_derivatives: bool) -> Self {
+        let bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); problem.starts[0].len()];
+        Self { known: problem, bounds, tells: supplies_derivatives, residuals: 0, tangents: 0 }
     }
 }
 
@@ -132,7 +131,7 @@ fn real(value: f64) -> Complex {
     Complex::new(value, 0.0)
 }
 
-/// The arctangent for an imaginary part too small to be seen, which the library's, by logarithms, would lose.
+/// Arctangent for a very small imaginary part, which the library's logarithms would lose.
 fn arctangent(z: Complex) -> Complex {
     Complex::new(z.re.atan(), z.im / (1.0 + z.re * z.re))
 }

@@ -1,6 +1,6 @@
-//! Statistical Reference Datasets of the National Institute of Standards and Technology, nonlinear regression
-//! (<https://www.itl.nist.gov/div898/strd/nls/nls_main.shtml>): all 27, whose estimates, standard deviations and sums of
-//! squares are certified to eleven digits, each with a start far from the answer and one near it.
+//! Statistical Reference Datasets (StRD) of the National Institute of Standards and Technology, nonlinear regression
+//! (<https://www.itl.nist.gov/div898/strd/nls/nls_main.shtml>): all 27 problems, with estimates, standard deviations
+//! and sums of squares certified to eleven digits, each with a distant and a near start.
 
 use super::{Certified, Complex, Known, arctangent, real};
 use crate::verify::reference::named;
@@ -14,7 +14,7 @@ type C = Complex;
 type Law = fn(&[C], [f64; 2]) -> C;
 
 const LAWS: [(&str, Law); 27] = [
-    // Of lower difficulty.
+    // Lower difficulty.
     ("Misra1a", |b, [x, _]| b[0] * (-(b[1] * -x).exp() + 1.0)),
     ("Chwirut2", chwirut),
     ("Chwirut1", chwirut),
@@ -23,7 +23,7 @@ const LAWS: [(&str, Law); 27] = [
     ("Gauss2", two_bells),
     ("DanWood", |b, [x, _]| b[0] * (b[1] * x.ln()).exp()),
     ("Misra1b", |b, [x, _]| b[0] * (-(b[1] * (x / 2.0) + 1.0).powi(-2) + 1.0)),
-    // Of average difficulty.
+    // Average difficulty.
     ("Kirby2", |b, [x, _]| polynomial(&b[..3], x) / (polynomial(&b[3..], x) * x + 1.0)),
     ("Hahn1", cubics),
     ("Nelson", |b, [x, x2]| b[0] - b[1] * x * (b[2] * -x2).exp()),
@@ -35,7 +35,7 @@ const LAWS: [(&str, Law); 27] = [
     ("Misra1d", |b, [x, _]| b[0] * b[1] * x / (b[1] * x + 1.0)),
     ("Roszman1", |b, [x, _]| b[0] - b[1] * x - arctangent(b[2] / (-b[3] + x)) / PI),
     ("ENSO", seasons),
-    // Of higher difficulty.
+    // Higher difficulty.
     ("MGH09", |b, [x, _]| b[0] * (b[1] * x + x * x) / (b[2] * x + b[3] + x * x)),
     ("Thurber", cubics),
     ("BoxBOD", |b, [x, _]| b[0] * (-(b[1] * -x).exp() + 1.0)),
@@ -75,7 +75,7 @@ fn seasons(b: &[C], [x, _]: [f64; 2]) -> C {
     b[0] + wave(real(12.0), b[1], b[2]) + wave(b[3], b[4], b[5]) + wave(b[6], b[7], b[8])
 }
 
-/// All of them, in NIST's order of difficulty.
+/// All problems, in NIST's order of difficulty.
 pub fn nist() -> Vec<Known> {
     LAWS.iter().map(|&(name, law)| known(name, law)).collect()
 }
@@ -86,7 +86,7 @@ fn known(name: &str, law: Law) -> Known {
     let observed = named(OBSERVATIONS, name, "y");
     let (predictors, responses): (Vec<[f64; 2]>, Vec<f64>) = if name == "Nelson" {
         let second = named(OBSERVATIONS, name, "x2");
-        // Its law is that of the logarithm.
+        // The model is for the logarithm of the response.
         observed.iter().zip(second).map(|(&(x, y), (_, x2))| ([x, x2], y.ln())).unzip()
     } else {
         observed.iter().map(|&(x, y)| ([x, 0.0], y)).unzip()

@@ -1,4 +1,4 @@
-//! The minimiser's rows.
+//! Verification rows of the minimiser.
 
 use super::{Asked, Known, classics, nist};
 use crate::fit::interval::residual_variance;
@@ -6,7 +6,7 @@ use crate::fit::{Fit, Options, certainty, minimize, minimize_all};
 use crate::verify::{Group, Row};
 use nalgebra::{DMatrix, DVector};
 
-/// Derivatives are told to rounding, and waited for until nothing more is to be gained.
+/// Derivatives are exact to rounding; tolerances are so tight that no further reduction is possible.
 fn options() -> Options {
     Options {
         patience: 5000,
@@ -18,63 +18,63 @@ fn options() -> Options {
     }
 }
 
-/// Digits asked of NIST's estimates and of their deviations.
+/// Tolerances of NIST's estimates and of their standard deviations.
 const ESTIMATES: f64 = 1e-6;
 const DEVIATIONS: f64 = 1e-4;
-/// The same of the deviations of Lanczos1, whose residuals are of 1e-13 beside values of one: in double precision they are
-/// known to a few digits only, and with them their variance.
+/// Tolerance of the standard deviations of Lanczos1, whose residuals are 1e-13 with values of one: double precision
+/// resolves them, and so their variance, to a few digits only.
 const DEVIATIONS_OF_NOTHING: f64 = 0.01;
-/// Digits asked of a sum of squares, or for one of zero the share that may be left of it.
+/// Tolerance of a sum of squares, relative to it, or to that at the start where the minimum is zero.
 const SQUARES: f64 = 1e-6;
-/// The share of starts ten times away that may lead astray.
+/// Largest fraction of starts ten times away that reach no known minimum.
 const ASTRAY: f64 = 0.2;
 
 pub(in crate::verify) fn rows() -> Vec<Row> {
     let mut rows: Vec<Row> = nist().iter().flat_map(certified).collect();
     let classics = classics();
-    rows.extend(classics.iter().map(|known| {
-        let (_, start) = &known.every_start()[0];
-        let off = known.off(&minimum(known, start), start);
+    rows.extend(classics.iter().map(|problem| {
+        let (_, start) = &problem.every_start()[0];
+        let error = problem.off(&minimum(problem, start), start);
         row(
-            &known.name,
+            &problem.name,
             "Moré, Garbow and Hillstrom",
             "sum of squares from the standard start",
-            off,
+            error,
             SQUARES,
-            "six digits; wide: digits beyond are those of rounding, which machines differ in",
+            "six digits; wide: further digits depend on rounding and differ between machines",
         )
     }));
-    let far = |known: &&Known| {
-        let (_, start) = &known.every_start()[1];
-        let off = known.off(&minimum(known, start), start);
-        off.is_nan() || off > SQUARES
+    let far = |problem: &&Known| {
+        let (_, start) = &problem.every_start()[1];
+        let error = problem.off(&minimum(problem, start), start);
+        error.is_nan() || error > SQUARES
     };
     let astray = classics.iter().filter(far).count() as f64 / classics.len() as f64;
-    let quantity = format!("share of {} starts ten times away that lead to no known minimum", classics.len());
-    let source = "one in five, as a start that far off may lie in another valley";
-    rows.push(row("all of these", "Moré, Garbow and Hillstrom", &quantity, astray, ASTRAY, source));
+    let quantity = format!("fraction of {} starts ten times away that reach no known minimum", classics.len());
+    let source = "one in five, as distant starts can lead to other local minima";
+    rows.push(row("all of the above", "Moré, Garbow and Hillstrom", &quantity, astray, ASTRAY, source));
     rows
 }
 
-fn minimum(known: &Known, start: &[f64]) -> Fit {
-    let Ok(fit) = minimize(&mut Asked::new(known, true), &DVector::from_row_slice(start), &options());
+fn minimum(problem: &Known, start: &[f64]) -> Fit {
+    let Ok(fit) = minimize(&mut Asked::new(problem, true), &DVector::from_row_slice(start), &options());
     fit
 }
 
-/// The farther of the two starts, in the estimates and in their deviations.
-fn certified(known: &Known) -> Vec<Row> {
-    let Some(certified) = &known.certified else { return Vec::new() };
-    let starts: Vec<DVector<f64>> = known.starts.iter().map(|start| DVector::from_row_slice(start)).collect();
-    let Ok(fits) = minimize_all(&mut Asked::new(known, true), &DMatrix::from_columns(&starts), &options());
-    let worst = |off: &dyn Fn(&Fit) -> f64| fits.iter().map(off).fold(0.0, f64::max);
+/// Rows of a NIST problem: the larger error of both starts, in the estimates and in their standard deviations.
+fn certified(problem: &Known) -> Vec<Row> {
+    let Some(certified) = &problem.certified else { return Vec::new() };
+    let starts: Vec<DVector<f64>> = problem.starts.iter().map(|start| DVector::from_row_slice(start)).collect();
+    let Ok(fits) = minimize_all(&mut Asked::new(problem, true), &DMatrix::from_columns(&starts), &options());
+    let worst = |error: &dyn Fn(&Fit) -> f64| fits.iter().map(error).fold(0.0, f64::max);
     let estimates = worst(&|fit| farthest(fit.point.as_slice(), &certified.estimates));
     let deviations = worst(&|fit| farthest(&deviations(fit), &certified.deviations));
-    let (tolerance, source) = if known.name == "Lanczos1" {
-        (DEVIATIONS_OF_NOTHING, "residuals of 1e-13, which doubles of size one hardly resolve")
+    let (tolerance, source) = if problem.name == "Lanczos1" {
+        (DEVIATIONS_OF_NOTHING, "two digits; residuals of 1e-13 are near the rounding error of values of one")
     } else {
-        (DEVIATIONS, "four digits; wide: digits beyond are those of rounding, which machines differ in")
+        (DEVIATIONS, "four digits; wide: further digits depend on rounding and differ between machines")
     };
-    let name = format!("NIST StRD {}", known.name);
+    let name = format!("NIST StRD {}", problem.name);
     let reference = "eleven certified digits, from both starts";
     vec![
         row(
@@ -83,7 +83,7 @@ fn certified(known: &Known) -> Vec<Row> {
             "estimates",
             estimates,
             ESTIMATES,
-            "six digits; wide: digits beyond are those of rounding, which machines differ in",
+            "six digits; wide: further digits depend on rounding and differ between machines",
         ),
         row(&name, reference, "standard deviations", deviations, tolerance, source),
     ]
@@ -94,19 +94,20 @@ fn deviations(fit: &Fit) -> Vec<f64> {
     certainty(&fit.jacobian, variance).standard_errors
 }
 
-/// The largest relative difference; what is no number counts as infinite.
-fn farthest(found: &[f64], known: &[f64]) -> f64 {
-    let off = found.iter().zip(known).map(|(found, known)| (found / known - 1.0).abs());
-    off.fold(0.0, |worst, off| if off.is_nan() { f64::INFINITY } else { off.max(worst) })
+/// Largest relative difference; NaN counts as infinite.
+fn farthest(found: &[f64], certified: &[f64]) -> f64 {
+    let error = found.iter().zip(certified).map(|(found, certified)| (found / certified - 1.0).abs());
+    error.fold(0.0, |worst, error| if error.is_nan() { f64::INFINITY } else { error.max(worst) })
 }
 
 impl Known {
-    /// How far a fit from a start is from the nearest of the minima, relative to it, or to the start where it is zero.
+    /// Error of the fit's sum of squares relative to the nearest known minimum, or to the value at the start where that
+    /// minimum is zero.
     pub fn off(&self, fit: &Fit, start: &[f64]) -> f64 {
         let first = self.residuals(start).norm_squared();
         let scale = |least: f64| if least > 0.0 { least } else { first };
-        let off = self.minima.iter().map(|&least| (fit.objective - least).abs() / scale(least));
-        off.fold(f64::INFINITY, f64::min)
+        let error = self.minima.iter().map(|&least| (fit.objective - least).abs() / scale(least));
+        error.fold(f64::INFINITY, f64::min)
     }
 }
 
