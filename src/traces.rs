@@ -1,42 +1,42 @@
-//! What a march returns.
+//! Results of a march: temperatures, gauges, balances and status of each member.
 
 use std::ops::Range;
 
-/// Temperatures of a run of members at every sensor and instant, and how each member arrived.
+/// Temperatures of consecutive members at every sensor and instant, and the status of each member.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Traces {
-    /// Index in the ensemble of the first member here.
+    /// Ensemble index of the first member.
     pub first: usize,
-    /// Sensors of the case.
+    /// Number of sensors.
     pub sensors: usize,
-    /// Instants of each trace.
+    /// Number of instants.
     pub instants: usize,
     /// Member × sensor × instant, K.
     pub temperatures_k: Vec<f64>,
-    /// Member × gauge × instant, in the units of each [`Gauge`]; empty where nothing decomposes and no gas flows.
+    /// Member × gauge × instant, in the unit of each [`Gauge`]; empty where nothing decomposes and no gas flows.
     pub gauges: Vec<f64>,
-    /// One a member.
+    /// One per member.
     pub arrivals: Vec<Arrival>,
-    /// One a member.
+    /// One per member.
     pub balances: Vec<Balance>,
-    /// Member × ply: coldest and hottest temperature met, K.
+    /// Member × ply: lowest and highest temperature, K.
     pub extremes_k: Vec<(f64, f64)>,
 }
 
-/// What is read of a layup as a whole, beside its sensors.
+/// A scalar output of the whole layup, in addition to its sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Gauge {
-    /// Gas that leaves through the hot face, kg/m²/s; below zero where it flows in.
+    /// Gas mass flux out through the hot face, kg/m²/s; negative where gas flows in.
     GasFlux,
     /// Solid lost since the start, kg/m².
     MassLost,
-    /// Depth below the hot face down to which 2 % of what can be lost is lost, m.
+    /// Depth below the hot face at which 2 % of the decomposable mass is lost, m.
     VirginFront,
-    /// Depth below the hot face down to which 98 % of what can be lost is lost, m.
+    /// Depth below the hot face at which 98 % of the decomposable mass is lost, m.
     CharFront,
     /// Largest gas pressure in the layup, Pa.
     PeakPressure,
@@ -45,16 +45,16 @@ pub enum Gauge {
 }
 
 impl Gauge {
-    /// In the order in which traces hold them.
+    /// All gauges, in the order of [`Traces::gauges`].
     pub const ALL: [Self; 6] =
         [Self::GasFlux, Self::MassLost, Self::VirginFront, Self::CharFront, Self::PeakPressure, Self::BackPressure];
 
-    /// Whether it is a depth at which conversion crosses a mark.
+    /// Whether the gauge is the depth of a conversion front.
     pub fn is_front(self) -> bool {
         matches!(self, Self::VirginFront | Self::CharFront)
     }
 
-    /// What it is called in files, its unit last.
+    /// Name in files, with the unit last.
     pub fn name(self) -> &'static str {
         match self {
             Self::GasFlux => "gas_flux_kg_m2_s",
@@ -66,7 +66,7 @@ impl Gauge {
         }
     }
 
-    /// The SI unit of its values.
+    /// SI unit of the values.
     pub fn unit(self) -> &'static str {
         match self {
             Self::GasFlux => "kg/m²/s",
@@ -77,29 +77,29 @@ impl Gauge {
     }
 }
 
-/// How a member's march ended.
+/// Status of a member at the end of its march.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Arrival {
-    /// The march reached its end.
+    /// The march reached the end of the exposure.
     Done,
-    /// A temperature left the range in which anything is known, or was no number.
+    /// A temperature left the range of 0 to 4,000 K or became NaN.
     Strayed {
-        /// When, s.
+        /// Time, s.
         time_s: f64,
     },
-    /// A table that refuses to be left was left.
+    /// A temperature left the range of a table that forbids extrapolation.
     LeftTable {
-        /// The place of the ply in the layup.
+        /// Index of the ply in the layup.
         ply: usize,
-        /// The temperature that it met, K.
+        /// The temperature outside the table, K.
         temperature_k: f64,
     },
 }
 
-/// Heat through the two faces and from and to the holder over the whole march, gas through the faces, and what was
-/// stored of both: J/m² and kg/m². All are positive but where a field says otherwise.
+/// Energy and mass balance of a march: heat through both faces and to the holder, gas through the faces, and storage of
+/// both; J/m² and kg/m². All terms are positive unless a field states otherwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 #[non_exhaustive]
@@ -116,27 +116,28 @@ pub struct Balance {
     pub holder_in_j_m2: f64,
     /// To the holder.
     pub holder_out_j_m2: f64,
-    /// Heat stored at the end less that at the start; of either sign.
+    /// Change of stored heat; of either sign.
     pub stored_j_m2: f64,
-    /// Enthalpy that gas took along out of the layup, less what it brought; absolute where enthalpies are, so of either sign.
+    /// Enthalpy of the outgoing gas minus that of the incoming gas; of either sign where enthalpies are absolute.
     pub gas_heat_j_m2: f64,
-    /// Heat that reactions gave beyond the enthalpies of what they turned into what; nothing where those are absolute.
+    /// Heat of reaction beyond the enthalpy difference of reactants and products; zero where enthalpies are absolute.
     pub reaction_gain_j_m2: f64,
     /// Solid turned into gas.
     pub solid_lost_kg_m2: f64,
-    /// Through both faces, inward.
+    /// Gas through both faces, inward.
     pub gas_in_kg_m2: f64,
-    /// Through both faces, outward.
+    /// Gas through both faces, outward.
     pub gas_out_kg_m2: f64,
-    /// Gas in the pores at the end less that at the start.
+    /// Change of the gas stored in the pores; of either sign.
     pub gas_stored_kg_m2: f64,
 }
 
-/// Less heat than this is rounding of what a layup holds: it warms a gram of cloth on a square metre by a thousandth of a kelvin.
+/// Smallest heat to which a residual is relative: less is rounding. It warms a gram of cloth on a square metre by a
+/// thousandth of a kelvin.
 const LEAST_HEAT_J_M2: f64 = 1e-3;
 
 impl Balance {
-    /// From the sums that a member keeps: in and out through the hot face and the back face, from and to the holder.
+    /// From the sums of a member: in and out through the hot face, the back face, and the holder.
     pub fn new(sums_j_m2: [f64; 6], stored_j_m2: f64) -> Self {
         let [hot_in_j_m2, hot_out_j_m2, back_in_j_m2, back_out_j_m2, holder_in_j_m2, holder_out_j_m2] = sums_j_m2;
         Self {
@@ -151,8 +152,8 @@ impl Balance {
         }
     }
 
-    /// With what gas took along: gas in and out through both faces, the heat it carried, what reactions gave beyond enthalpies, solid lost and gas
-    /// stored.
+    /// With the gas terms: gas in and out through both faces, its net enthalpy, the heat of reaction beyond enthalpies,
+    /// solid lost, and gas stored.
     #[must_use]
     pub fn and_gas(self, gone: [f64; 6]) -> Self {
         let [gas_in_kg_m2, gas_out_kg_m2, gas_heat_j_m2, reaction_gain_j_m2, solid_lost_kg_m2, gas_stored_kg_m2] = gone;
@@ -167,7 +168,7 @@ impl Balance {
         }
     }
 
-    /// Each entry from those of two others.
+    /// Combine two balances entry by entry.
     #[must_use]
     pub fn combined(one: Self, other: Self, each: impl Fn(f64, f64) -> f64) -> Self {
         Self {
@@ -187,7 +188,7 @@ impl Balance {
         }
     }
 
-    /// In less out less stored, relative to what came in.
+    /// Energy residual: heat in minus heat out minus storage, relative to the larger of in and out.
     pub fn residual(&self) -> f64 {
         let came_in = self.hot_in_j_m2 + self.back_in_j_m2 + self.holder_in_j_m2;
         let went_out = self.hot_out_j_m2 + self.back_out_j_m2 + self.holder_out_j_m2;
@@ -197,8 +198,8 @@ impl Balance {
         left / moved.max(LEAST_HEAT_J_M2)
     }
 
-    /// Solid lost and gas in less gas out less gas stored, relative to the largest of the first three; nothing moved leaves
-    /// no residual.
+    /// Mass residual: solid lost plus gas in minus gas out minus gas stored, relative to the largest of the first
+    /// three; zero where no mass moved.
     pub fn mass_residual(&self) -> f64 {
         let moved = self.solid_lost_kg_m2.max(self.gas_in_kg_m2).max(self.gas_out_kg_m2);
         let left = self.solid_lost_kg_m2 + self.gas_in_kg_m2 - self.gas_out_kg_m2 - self.gas_stored_kg_m2;
@@ -207,7 +208,7 @@ impl Balance {
 }
 
 impl Traces {
-    /// Of no member yet.
+    /// Traces without members.
     pub fn none(first: usize, sensors: usize, instants: usize) -> Self {
         Self {
             first,
@@ -221,7 +222,7 @@ impl Traces {
         }
     }
 
-    /// Takes some of the members of others behind its own, counted from the first that is there.
+    /// Append some members of `other`, indexed from its first.
     pub fn extend(&mut self, other: &Self, members: Range<usize>) {
         let (count, of) = (other.members(), &members);
         self.temperatures_k.extend_from_slice(some(&other.temperatures_k, count, of));
@@ -231,31 +232,31 @@ impl Traces {
         self.extremes_k.extend_from_slice(some(&other.extremes_k, count, of));
     }
 
-    /// Members that the traces are of.
+    /// Number of members.
     pub fn members(&self) -> usize {
         self.arrivals.len()
     }
 
-    /// One member's temperatures at one sensor over the instants, K.
+    /// Temperatures of one member at one sensor over the instants, K.
     pub fn trace(&self, member: usize, sensor: usize) -> &[f64] {
         let start = (member * self.sensors + sensor) * self.instants;
         &self.temperatures_k[start..start + self.instants]
     }
 
-    /// One member's readings of one gauge over the instants; none where gauges were not read.
+    /// Values of one gauge of one member over the instants; `None` where gauges were not recorded.
     pub fn gauge(&self, member: usize, gauge: Gauge) -> Option<&[f64]> {
         let start = (member * Gauge::ALL.len() + gauge as usize) * self.instants;
         self.gauges.get(start..start + self.instants)
     }
 
-    /// One member's temperatures: sensor × instant, K.
+    /// Temperatures of one member: sensor × instant, K.
     pub fn member(&self, member: usize) -> &[f64] {
         let size = self.sensors * self.instants;
         &self.temperatures_k[member * size..(member + 1) * size]
     }
 }
 
-/// What belongs to some members of values that lie member by member, as many of each.
+/// The values of some of `count` members, stored member by member with equally many values each.
 fn some<'a, T>(values: &'a [T], count: usize, members: &Range<usize>) -> &'a [T] {
     let each = values.len() / count;
     &values[members.start * each..members.end * each]

@@ -1,4 +1,4 @@
-//! Bands over members, counted over others that were drawn by another seed.
+//! Coverage of Monte Carlo bands, counted over independent members of another seed.
 
 use crate::support::{BAND_SHARE, HALF_SHARE, KEPT_SHARE, case};
 use bondline::case::{Bounds, Case};
@@ -24,19 +24,19 @@ fn swept(case: &Case, plan: &Plan, bounds: Bounds, kind: SamplingKind) -> Uncert
     uncertainty(case, plan, &mut march, &centre, &sweep, &mut |_, _| {}).expect("the processor does not fail")
 }
 
-/// Of a sensor, shares of other members.
+/// Fractions of independent members inside the bands of a sensor.
 #[derive(Default)]
 struct Shares {
     in_simultaneous: f64,
     in_pointwise: f64,
-    /// On average over the instants at which the sensor has moved.
+    /// Mean over the instants at which the sensor has responded.
     at_an_instant: f64,
     at_an_instant_in_half: f64,
     peak_in_95: f64,
     peak_in_half: f64,
 }
 
-/// What members of another seed do, sensor by sensor.
+/// Fractions of independent members inside the bands, sensor by sensor.
 fn others(case: &Case, plan: &Plan, found: &Uncertainty, bounds: Bounds, kind: SamplingKind) -> Vec<Shares> {
     let ensemble = Ensemble::sample(case.factors(), bounds, &Sampling { kind, seed: 2 }, OTHERS);
     let mut shares: Vec<Shares> = case.sensors().iter().map(|_| Shares::default()).collect();
@@ -51,13 +51,16 @@ fn others(case: &Case, plan: &Plan, found: &Uncertainty, bounds: Bounds, kind: S
                     let ends = low_k.iter().zip(high_k);
                     trace_k.iter().zip(ends).map(|(at_k, (low_k, high_k))| (low_k..=high_k).contains(&at_k)).collect()
                 };
-                // Before a sensor moves, its members are told apart by rounding alone.
-                let moves: Vec<bool> = spread.deviation_k.iter().map(|deviation_k| *deviation_k > 0.01).collect();
-                let throughout =
-                    |inside: &[bool]| f64::from(u8::from(inside.iter().zip(&moves).all(|(i, m)| *i || !m)));
+                // Before a sensor responds, its members differ by rounding alone.
+                let has_response: Vec<bool> =
+                    spread.deviation_k.iter().map(|deviation_k| *deviation_k > 0.01).collect();
+                let throughout = |inside: &[bool]| {
+                    f64::from(u8::from(inside.iter().zip(&has_response).all(|(i, responds)| *i || !responds)))
+                };
                 let on_average = |inside: &[bool]| {
-                    let held = inside.iter().zip(&moves).filter(|(inside, moves)| **inside && **moves).count();
-                    held as f64 / moves.iter().filter(|moves| **moves).count() as f64
+                    let held =
+                        inside.iter().zip(&has_response).filter(|(inside, responds)| **inside && **responds).count();
+                    held as f64 / has_response.iter().filter(|responds| **responds).count() as f64
                 };
                 let (pointwise, half) = (inside(low_k, high_k), inside(quarter_k, three_quarters_k));
                 shares.in_simultaneous += throughout(&inside(&spread.whole.low_k, &spread.whole.high_k));
@@ -72,7 +75,7 @@ fn others(case: &Case, plan: &Plan, found: &Uncertainty, bounds: Bounds, kind: S
         }
     })
     .expect("the processor does not fail");
-    assert!(members > 0.99 * OTHERS as f64, "{members} of {OTHERS} arrived");
+    assert!(members > 0.99 * OTHERS as f64, "{members} of {OTHERS} completed");
     for shares in &mut shares {
         let all = [
             &mut shares.in_simultaneous,
@@ -88,7 +91,7 @@ fn others(case: &Case, plan: &Plan, found: &Uncertainty, bounds: Bounds, kind: S
 }
 
 #[test]
-fn bands_hold_the_shares_of_other_members_that_charts_and_tables_say() {
+fn bands_have_their_stated_coverage_for_independent_members() {
     for (id, bounds, kind) in [
         ("lcat-2259", Bounds::Small, SamplingKind::Normal),
         ("lcat-2330", Bounds::Large, SamplingKind::Uniform),
@@ -114,7 +117,7 @@ fn bands_hold_the_shares_of_other_members_that_charts_and_tables_say() {
             assert!(near(of.at_an_instant_in_half, 0.5, HALF_SHARE), "{name}: {} in half", of.at_an_instant_in_half);
             assert!(near(of.peak_in_95, 0.95, BAND_SHARE), "{name}: {} of peaks", of.peak_in_95);
             assert!(near(of.peak_in_half, 0.5, HALF_SHARE), "{name}: {} of peaks in half", of.peak_in_half);
-            // The pointwise band does not hold 95 % of whole traces, and the caption says how many it holds.
+            // The pointwise band contains fewer than 95 % of whole traces, and the reported coverage is right.
             let whole = &spread.whole;
             assert!(of.in_pointwise < 0.95 - BAND_SHARE, "{name}: {} of whole traces", of.in_pointwise);
             assert_eq!(whole.in_pointwise.of, 500, "{name}");
@@ -122,6 +125,6 @@ fn bands_hold_the_shares_of_other_members_that_charts_and_tables_say() {
             assert!(near(whole.in_simultaneous.share(), 0.95, KEPT_SHARE), "{name}: {whole:?}");
             judged += 1;
         }
-        assert!(judged >= 1, "{id}: no sensor moves");
+        assert!(judged >= 1, "{id}: no sensor responds");
     }
 }

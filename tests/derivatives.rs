@@ -1,6 +1,5 @@
-//! Derivatives at the nominal factors, where minima, maxima and comparisons of the physics may sit exactly on their
-//! corners, against differences of temperatures: for every property that a factor can scale, on generated cases of
-//! every kind.
+//! Tangents at the nominal factors, where minima, maxima and comparisons of the physics may be exactly at their kinks,
+//! against finite differences: for every property that a factor can scale, on generated cases of every kind.
 
 mod kinds;
 
@@ -26,18 +25,23 @@ fn nominal(case: &Case) -> Vec<f64> {
     case.factors().iter().map(|factor| factor.nominal).collect()
 }
 
-/// Derivatives by all factors, near the nominal ones: these times so much.
+/// Tangents with respect to all factors, at `times` the nominal ones.
 fn tangents(march: &mut dyn March, case: &Case, times: f64) -> Traces {
     let point: Vec<f64> = nominal(case).into_iter().map(|factor| factor * times).collect();
     let factors: Vec<usize> = (0..point.len()).collect();
-    let told = march.tangents(&Plan::new(case), &Ensemble::at(point.len(), point), &factors);
-    let told = told.expect("it marches").expect("it gives derivatives");
-    assert!(told.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{}: {:?}", case.name(), told.arrivals);
-    told
+    let computed = march.tangents(&Plan::new(case), &Ensemble::at(point.len(), point), &factors);
+    let computed = computed.expect("it marches").expect("it gives derivatives");
+    assert!(
+        computed.arrivals.iter().all(|arrival| *arrival == Arrival::Done),
+        "{}: {:?}",
+        case.name(),
+        computed.arrivals
+    );
+    computed
 }
 
-/// Differences by one factor over sensors and instants, K by a unit of it: central ones, but one-sided where the
-/// nominal value lies on a bound.
+/// Finite differences with respect to each factor over sensors and instants, K per unit: central, or one-sided where
+/// the nominal value is on a bound.
 fn differences(case: &Case) -> Vec<Vec<f64>> {
     let (plan, nominal, step) = (Plan::new(case), nominal(case), difference_step(Precision::F64));
     let ends: Vec<[f64; 2]> = case
@@ -70,20 +74,21 @@ fn differences(case: &Case) -> Vec<Vec<f64>> {
     ends.iter().enumerate().map(of).collect()
 }
 
-/// The factors whose derivatives are off the differences by more than a share of the largest, with that share.
-fn wrong(told: &Traces, case: &Case) -> Vec<(String, f64)> {
+/// The factors whose tangents differ from the differences by more than the tolerance, relative to the largest, with
+/// that ratio.
+fn wrong(computed: &Traces, case: &Case) -> Vec<(String, f64)> {
     let off = differences(case).into_iter().enumerate().map(|(factor, slopes)| {
         let largest = slopes.iter().fold(0.0_f64, |largest, slope| largest.max(slope.abs()));
         let name = format!("{}: {}", case.name(), case.factors()[factor].name);
-        assert!(largest > FELT_K, "{name} changes nothing: {largest} K by a unit of it");
-        let apart = told.member(1 + factor).iter().zip(&slopes).map(|(told, slope)| (told - slope).abs());
+        assert!(largest > FELT_K, "{name} has no effect: {largest} K per unit");
+        let apart = computed.member(1 + factor).iter().zip(&slopes).map(|(computed, slope)| (computed - slope).abs());
         (name, apart.fold(0.0, f64::max) / largest)
     });
     off.filter(|(_, off)| off.is_nan() || *off > CORNER_DERIVATIVE).collect()
 }
 
 #[test]
-fn the_kinds_of_case_have_every_property_that_a_factor_can_scale() {
+fn the_generated_cases_cover_every_property_that_a_factor_can_scale() {
     let cases = kinds::cases(26);
     assert!(cases.len() >= 25, "{} kinds", cases.len());
     for (property, word) in kinds::PROPERTIES {
@@ -94,7 +99,7 @@ fn the_kinds_of_case_have_every_property_that_a_factor_can_scale() {
 }
 
 #[test]
-fn derivatives_at_nominal_factors_are_those_of_differences_for_every_property_on_every_kind_of_case() {
+fn tangents_at_nominal_factors_equal_differences_for_every_property_and_kind_of_case() {
     for precision in [Precision::F64, Precision::F32] {
         let of = |case: &Case| wrong(&tangents(&mut Cpu::new(precision), case, 1.0), case);
         let wrong: Vec<_> = cases().iter().flat_map(of).collect();
@@ -102,19 +107,19 @@ fn derivatives_at_nominal_factors_are_those_of_differences_for_every_property_on
     }
 }
 
-/// A billionth deeper the reading has the slope below the sensor alone, and beside a sensor at an interface that is not
-/// the one above.
+/// A billionth deeper, the reading has the slope below the sensor alone, which at an interface differs from the slope
+/// above.
 #[test]
-fn a_derivative_of_one_side_alone_is_caught() {
+fn a_one_sided_derivative_is_caught() {
     let cases = kinds::cases(26);
     let case = cases.iter().find(|case| case.name().contains("interfaces")).expect("one of the kinds");
-    let told = |times| tangents(&mut Cpu::new(Precision::F64), case, times);
-    assert_eq!(wrong(&told(1.0), case), []);
-    assert_eq!(wrong(&told(1.0 + 1e-9), case).len(), case.factors().len());
+    let computed = |times| tangents(&mut Cpu::new(Precision::F64), case, times);
+    assert_eq!(wrong(&computed(1.0), case), []);
+    assert_eq!(wrong(&computed(1.0 + 1e-9), case).len(), case.factors().len());
 }
 
 #[test]
-fn derivatives_at_nominal_factors_on_the_device_are_those_of_the_processor_to_the_last_bit() {
+fn tangents_at_nominal_factors_are_bit_identical_on_device_and_cpu() {
     let device = Device::open(adapter(), false).expect("the device opens");
     let mut gpu = Gpu::new(device, Precision::F32).expect("the device passes its self-tests");
     for word in ["interfaces", "depth of the back", "blowing without gas"] {
@@ -146,13 +151,13 @@ fn sensitivities_and_estimates_find_the_depth_of_a_sensor_from_its_nominal_value
     let plan = Plan::new(&case);
 
     let found = |step| sensitivity(&case, &plan, &mut Cpu::new(Precision::F64), step).expect("it marches");
-    let (told, differed) = (found(None), found(Some(difference_step(Precision::F64))));
-    assert_eq!((told.method(), differed.method()), ("tangent", "difference"));
-    assert!(told.matter().contains(&depth), "the depth makes {} of the variance", told.shares[depth]);
-    assert!((told.shares[depth] - differed.shares[depth]).abs() < CORNER_DERIVATIVE, "{:?}", differed.shares);
+    let (computed, differed) = (found(None), found(Some(difference_step(Precision::F64))));
+    assert_eq!((computed.method(), differed.method()), ("tangent", "difference"));
+    assert!(computed.matter().contains(&depth), "the depth has a share of {} of the variance", computed.shares[depth]);
+    assert!((computed.shares[depth] - differed.shares[depth]).abs() < CORNER_DERIVATIVE, "{:?}", differed.shares);
 
     let estimated = estimate(&[(&case, &plan)], &mut Cpu::new(Precision::F64), &Search::of(Precision::F64));
-    let estimated = estimated.expect("there is something to estimate");
+    let estimated = estimated.expect("an estimate");
     assert!(estimated.converged, "{}", estimated.termination);
     assert!((estimated.values[0] - truth).abs() < FOUND, "{:?}", estimated.values);
 }

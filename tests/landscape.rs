@@ -1,4 +1,4 @@
-//! The objective that is minimised: its map has the minima that descents find, and no iteration raises it.
+//! The objective of an estimate: its map has the minima that the minimisation finds, and no iteration increases it.
 
 use crate::support::{case, cases};
 use bondline::case::Case;
@@ -14,7 +14,8 @@ fn march() -> Extrapolated {
     Extrapolated::new(Box::new(Cpu::new(Precision::F64)))
 }
 
-/// Residuals of a case at points of its estimated factors, point × residual, in standard deviations, with those.
+/// Standardised residuals of a case at points of its estimated factors, point × residual, and the standard deviations,
+/// K.
 fn residuals(case: &Case, plan: &Plan, points: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<f64>) {
     let places = case.estimate().factors.iter().copied().map(Some).collect();
     let bounds =
@@ -33,7 +34,7 @@ fn squares(residuals: &[f64]) -> f64 {
     residuals.iter().map(|r| r * r).sum()
 }
 
-/// The places at which descents ended, each once.
+/// The distinct end points of the minimisations.
 fn places(found: &Estimated, cell: &[f64]) -> Vec<Vec<f64>> {
     let is_near = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(cell).all(|((a, b), cell)| (a - b).abs() <= *cell);
     let mut places: Vec<Vec<f64>> = Vec::new();
@@ -45,7 +46,7 @@ fn places(found: &Estimated, cell: &[f64]) -> Vec<Vec<f64>> {
     places
 }
 
-/// The objective on a rectangular grid of 25 by 25, from which the map was drawn before.
+/// The objective on a rectangular grid of 25 × 25, the alternative to the map.
 fn on_a_grid(case: &Case, plan: &Plan, bounds: &[(f64, f64)]) -> Landscape {
     let side = |(low, high): (f64, f64)| (0..25).map(move |i| low + (high - low) * f64::from(i) / 24.0);
     let rows: Vec<Vec<Vec<f64>>> = side(bounds[1]).map(|y| side(bounds[0]).map(|x| vec![x, y]).collect()).collect();
@@ -56,7 +57,7 @@ fn on_a_grid(case: &Case, plan: &Plan, bounds: &[(f64, f64)]) -> Landscape {
 }
 
 #[test]
-fn the_map_of_the_objective_has_the_minima_that_descents_find_and_no_others() {
+fn the_map_of_the_objective_has_exactly_the_minima_that_minimisations_find() {
     for id in ["twin-tc3", "kaowool-tc"] {
         let case = case(id);
         let plan = pilot(&case).expect("the processor does not fail");
@@ -65,18 +66,18 @@ fn the_map_of_the_objective_has_the_minima_that_descents_find_and_no_others() {
         let bounds: Vec<(f64, f64)> = found.factors.iter().map(|factor| factor.bounds).collect();
         let cell: Vec<f64> = bounds.iter().map(|(low, high)| (high - low) / (Landscape::LINES - 1) as f64).collect();
         let converged = found.ends.iter().filter(|end| end.converged).count();
-        assert!(converged > 190, "{id}: {converged} of 200 descents converged");
+        assert!(converged > 190, "{id}: {converged} of 200 minimisations converged");
 
-        let descents = places(&found, &cell);
+        let ends = places(&found, &cell);
         let map = found.landscape.as_ref().expect("a map of two factors");
         let minima = map.minima();
-        assert_eq!(minima.len(), descents.len(), "{id}: {minima:?} on the map, {descents:?} by descents");
-        for place in &descents {
+        assert_eq!(minima.len(), ends.len(), "{id}: {minima:?} on the map, {ends:?} by minimisation");
+        for place in &ends {
             let near = |&(x, y): &(f64, f64)| (x - place[0]).abs() <= cell[0] && (y - place[1]).abs() <= cell[1];
-            assert!(minima.iter().any(near), "{id}: {place:?} is none of {minima:?}");
+            assert!(minima.iter().any(near), "{id}: {place:?} is not among {minima:?}");
         }
 
-        // What the map says is what a march at the same factors gives: along the valley, where it is least, and beside it.
+        // The map equals a march at the same factors, along the valley and away from it.
         let picked: Vec<(usize, usize)> = (3..map.x.len())
             .step_by(13)
             .flat_map(|line| [map.valley, map.valley + 9].map(|node| (line, node)))
@@ -90,12 +91,12 @@ fn the_map_of_the_objective_has_the_minima_that_descents_find_and_no_others() {
 
         let grid = on_a_grid(&case, &plan, &bounds);
         let false_minima = grid.minima().len();
-        assert!(false_minima > descents.len(), "{id}: a plain grid has {false_minima} minima, and would have done");
+        assert!(false_minima > ends.len(), "{id}: a rectangular grid has {false_minima} minima, no more than the map");
     }
 }
 
 #[test]
-fn no_iteration_raises_the_objective_that_is_minimised() {
+fn no_iteration_increases_the_objective() {
     let estimated = |case: &Case| {
         let plan = pilot(case).expect("the processor does not fail");
         let search = Search { landscape: false, ..Search::of(Precision::F64) };
@@ -109,7 +110,7 @@ fn no_iteration_raises_the_objective_that_is_minimised() {
         let (plan, found) = estimated(&case);
         let path: Vec<f64> = found.path.iter().map(|turn| turn.objective).collect();
         assert!(path.is_sorted_by(|before, after| after <= before), "{}: {path:?}", case.id());
-        // It is the sum of squares of residuals in standard deviations, by marches at the points visited.
+        // The objective is the sum of squared standardised residuals of marches at the points visited.
         let points: Vec<Vec<f64>> = found.path.iter().map(|turn| turn.values.clone()).collect();
         let (marched, sigmas_k) = residuals(&case, &plan, &points);
         for (objective, residuals) in path.iter().zip(&marched) {
@@ -126,6 +127,6 @@ fn no_iteration_raises_the_objective_that_is_minimised() {
         judged += 1;
     }
     assert!(judged >= 9, "only {judged} cases estimate anything");
-    // The sum in kelvin, which was drawn before, is another one.
-    assert!(unweighted_rises.contains(&"kaowool-tc".to_owned()), "it rises on {unweighted_rises:?}");
+    // Negative control: the unweighted sum in kelvin increases.
+    assert!(unweighted_rises.contains(&"kaowool-tc".to_owned()), "it increases on {unweighted_rises:?}");
 }

@@ -1,4 +1,4 @@
-//! What sensors beside plies that decompose read.
+//! Temperatures of sensors next to decomposing plies.
 
 use crate::support::{case, changed};
 use bondline::case::Resolution;
@@ -7,17 +7,17 @@ use bondline::march::cpu::Reference;
 use bondline::march::{March, Precision};
 use bondline::plan::Plan;
 
-/// Largest differences from one march to the next, of steps ever finer, and the orders at which they fall.
+/// Observed orders of convergence: largest differences between successive marches with ever smaller steps.
 fn orders(marches: &[Vec<f64>]) -> Vec<f64> {
     let apart = |pair: &[Vec<f64>]| pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let differences: Vec<f64> = marches.windows(2).map(apart).collect();
     differences.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect()
 }
 
-/// Stages see the composition of another instant than the one at hand. Read with that, `lcat-2259-pyrolysis` fell at 1.2 between its
-/// cloth and its insulator.
+/// Stages use the composition of an extrapolated instant. Readings with that composition converged with order 1.2 in
+/// `lcat-2259-pyrolysis`, between cloth and insulator.
 #[test]
-fn what_is_read_between_cloth_and_insulator_that_chars_is_of_second_order_in_the_step() {
+fn readings_between_cloth_and_charring_insulator_converge_with_second_order() {
     let case = changed(&case("lcat-2259-pyrolysis"), |case| {
         case.resolution = Resolution { cells: 40, ..Resolution::default() };
     });
@@ -29,11 +29,11 @@ fn what_is_read_between_cloth_and_insulator_that_chars_is_of_second_order_in_the
     let cuts = [2, 4, 8, 16];
     let marches = cuts.map(marched);
     for order in orders(&marches) {
-        assert!((1.85..2.3).contains(&order), "of order {order:.2}");
+        assert!((1.85..2.3).contains(&order), "order {order:.2}");
     }
     let mut late = marches.clone();
     for (march, cuts) in late.iter_mut().zip(cuts) {
         march.iter_mut().for_each(|temperature_k| *temperature_k += 10.0 / cuts as f64);
     }
-    assert!(orders(&late).iter().all(|order| *order < 1.5), "an error of the first order passes");
+    assert!(orders(&late).iter().all(|order| *order < 1.5), "a first-order error passes");
 }

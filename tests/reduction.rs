@@ -1,4 +1,4 @@
-//! How many of a case's factors its own numbers leave to be estimated. The paper went by eye from seven to three to two.
+//! Factor selection: which factors the data determine. The paper reduced seven factors to three and two by inspection.
 
 use crate::support::{case, changed};
 use bondline::case::{Case, CaseBuilder};
@@ -8,7 +8,7 @@ use bondline::march::cpu::Cpu;
 use bondline::pilot::pilot;
 use bondline::study::sensitivity::{Sensitivity, sensitivity};
 
-/// Run 2259, changed in what is known and asked but not in how it is marched.
+/// Run 2259 with changed settings of the estimate; the march is unchanged.
 fn found(change: impl FnOnce(&mut CaseBuilder)) -> (Case, Sensitivity) {
     let shipped = case("lcat-2259");
     let plan = pilot(&shipped).expect("the processor does not fail");
@@ -26,27 +26,27 @@ fn factor(case: &Case, name: &str) -> usize {
 }
 
 #[test]
-fn of_the_papers_seven_factors_all_four_thermocouples_leave_its_three() {
+fn four_thermocouples_determine_the_papers_three_of_seven_factors() {
     let (case, found) = found(|case| {
         case.estimate.sensors.clear();
         case.estimate.window_s = None;
     });
     assert_eq!(found.all.factors.len(), 7);
     assert_eq!(names(&case, &found.proposed.factors), ["f_eps_OF", "f_k_OF", "f_k_INS"]);
-    let gone = found.left_out(factor(&case, "f_cp_GB")).expect("the gas barrier goes");
-    assert!(matches!(gone.reason, Reason::Slight { .. }), "{gone:?}");
+    let dropped = found.left_out(factor(&case, "f_cp_GB")).expect("the gas barrier is dropped");
+    assert!(matches!(dropped.reason, Reason::Slight { .. }), "{dropped:?}");
 }
 
 #[test]
-fn the_bondline_alone_leaves_one_factor_of_the_papers_two_and_says_which_numbers_are_against_the_other() {
+fn the_bondline_alone_determines_one_of_the_papers_two_factors() {
     let (case, found) = found(|_| ());
     assert_eq!(names(&case, &found.matter()), ["f_k_OF", "f_k_INS", "f_cp_INS", "f_rho_INS"]);
     assert_eq!(names(&case, &found.proposed.factors), ["f_k_INS"]);
     let emissivity = factor(&case, "f_eps_OF");
     assert!(found.shares[emissivity] < 0.01, "{:?}", found.shares);
-    assert!(matches!(found.left_out(emissivity).map(|gone| gone.reason), Some(Reason::Slight { .. })));
-    // As the paper argues it.
-    let cloth = found.left_out(factor(&case, "f_k_OF")).expect("the cloth goes");
+    assert!(matches!(found.left_out(emissivity).map(|dropped| dropped.reason), Some(Reason::Slight { .. })));
+    // As in the paper.
+    let cloth = found.left_out(factor(&case, "f_k_OF")).expect("the cloth is dropped");
     let with_insulator = matches!(cloth.reason, Reason::Correlation { with, .. } if with == factor(&case, "f_k_INS"));
     assert!(with_insulator, "{cloth:?}");
     let stated = found.stated.expect("the case states two");
@@ -55,19 +55,19 @@ fn the_bondline_alone_leaves_one_factor_of_the_papers_two_and_says_which_numbers
 }
 
 #[test]
-fn a_factor_of_which_less_is_known_matters_more() {
+fn a_factor_with_a_wider_prior_has_a_larger_share() {
     let emissivity = |case: &Case| factor(case, "f_eps_OF");
     let (case, known) = found(|_| ());
     let place = emissivity(&case);
-    let (doubted_case, doubted) = found(|case| {
+    let (wide_case, wide) = found(|case| {
         (case.factors[place].small, case.factors[place].large) = ((0.8, 1.2), (0.8, 1.2));
     });
     let share = known.shares[place];
-    // Sixteen times its square, among squares that stay.
+    // Its squared effect is sixteen times larger; the others are unchanged.
     let expected = 16.0 * share / (1.0 + 15.0 * share);
-    let found = doubted.shares[emissivity(&doubted_case)];
-    assert!((found - expected).abs() < 1e-9, "{found} beside {expected}");
-    assert!(doubted.matter().contains(&emissivity(&doubted_case)));
+    let found = wide.shares[emissivity(&wide_case)];
+    assert!((found - expected).abs() < 1e-9, "{found}, expected {expected}");
+    assert!(wide.matter().contains(&emissivity(&wide_case)));
 }
 
 #[test]

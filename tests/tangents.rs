@@ -1,4 +1,4 @@
-//! Derivatives that a march tells beside its temperatures, against differences of temperatures.
+//! Tangents computed by a march, against finite differences of temperatures.
 
 use crate::support::{adapter, case, cases, changed, numbers};
 use bondline::ensemble::Ensemble;
@@ -13,18 +13,19 @@ use bondline::verify::twins::{DERIVATIVE, SINGLE_DERIVATIVE, derivatives};
 use std::ops::Range;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
-/// Near the nominal factors, but not at them.
+/// A point near the nominal factors, but not at them.
 fn point(case: &bondline::Case) -> Vec<f64> {
     case.factors().iter().enumerate().map(|(i, factor)| factor.nominal * (1.0 + 0.003 * (i % 3) as f64)).collect()
 }
 
-/// Of plans of 48 cells `stack-saffil-sic` and, in f32, `kaowool` are off at the point above and not at one beside it, as where a temperature meets the node of a
-/// table within rounding: there is no derivative there to agree on. Those of 40 and 44 are not.
+/// With 48 cells, `stack-saffil-sic` and, in f32, `kaowool` fail at the point above and not at one beside it: a
+/// temperature meets a table node within rounding, where the derivative is discontinuous. With 40 or 44 cells they
+/// pass.
 fn plan(case: &bondline::Case) -> Plan {
     Plan::new(&changed(case, |case| case.resolution.cells = case.resolution.cells.min(44)))
 }
 
-/// A device opened once: its compiled kernels serve every test.
+/// Devices opened once, so that every test uses the same compiled kernels.
 static SINGLE: LazyLock<Mutex<Gpu>> = LazyLock::new(|| open(Precision::F32, false));
 static DOUBLE: LazyLock<Mutex<Gpu>> = LazyLock::new(|| open(Precision::F64, false));
 
@@ -37,11 +38,12 @@ fn locked(gpu: &'static LazyLock<Mutex<Gpu>>) -> MutexGuard<'static, Gpu> {
     gpu.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn told(march: &mut dyn March, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
-    march.tangents(plan, points, factors).expect("it marches").expect("it tells")
+fn tangents(march: &mut dyn March, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
+    march.tangents(plan, points, factors).expect("it marches").expect("it has tangents")
 }
 
-/// Numbers that are not the same, and arrivals that differ; nothing is the same with either sign, as a dual number adds zeros that a kernel leaves out.
+/// Number of differing values and statuses; zeros of either sign are equal, because a dual number adds zeros that a
+/// kernel omits.
 fn differing(one: &Traces, other: &Traces) -> usize {
     let (a, b) = (numbers(one), numbers(other));
     let arrivals = usize::from(one.arrivals != other.arrivals);
@@ -53,7 +55,7 @@ fn off(march: &mut dyn March, case: &bondline::Case) -> f64 {
 }
 
 #[test]
-fn derivatives_of_every_case_are_those_of_differences_to_a_millionth() {
+fn tangents_of_every_case_equal_differences_to_a_millionth() {
     for case in cases().iter().filter(|case| !case.factors().is_empty()) {
         let off = off(&mut Cpu::new(Precision::F64), case);
         assert!(off <= DERIVATIVE, "{}: {off:e}", case.id());
@@ -61,7 +63,7 @@ fn derivatives_of_every_case_are_those_of_differences_to_a_millionth() {
 }
 
 #[test]
-fn derivatives_in_single_precision_are_those_of_differences_in_double_to_a_hundred_thousandth() {
+fn tangents_in_single_precision_equal_differences_in_double_to_a_hundred_thousandth() {
     for case in cases().iter().filter(|case| !case.factors().is_empty()) {
         let off = off(&mut Cpu::new(Precision::F32), case);
         assert!(off <= SINGLE_DERIVATIVE, "{}: {off:e}", case.id());
@@ -69,34 +71,34 @@ fn derivatives_in_single_precision_are_those_of_differences_in_double_to_a_hundr
 }
 
 #[test]
-fn one_direction_at_a_time_tells_what_a_vector_of_them_tells() {
+fn one_direction_at_a_time_equals_a_vector_of_directions() {
     let case = case("lcat-2259-pyrolysis");
     let (plan, factors) = (plan(&case), (0..case.factors().len()).collect::<Vec<_>>());
     let points = Ensemble::at(factors.len(), [point(&case), point(&case).iter().map(|x| 1.01 * x).collect()].concat());
-    let of = |march: &mut dyn March| told(march, &plan, &points, &factors);
+    let of = |march: &mut dyn March| tangents(march, &plan, &points, &factors);
     let (together, alone) = (of(&mut Cpu::new(Precision::F64)), of(&mut Reference(Precision::F64)));
     assert_eq!(together.members(), 2 * (1 + factors.len()));
     assert_eq!(together.temperatures_k, alone.temperatures_k);
     assert_eq!(together.arrivals, alone.arrivals);
     let marched = Cpu::new(Precision::F64).march(&plan, &points, 0..2).expect("it marches");
-    assert_eq!(together.member(1 + factors.len()), marched.member(1), "the member itself is marched as any other");
+    assert_eq!(together.member(1 + factors.len()), marched.member(1), "the primal member equals an ordinary march");
 }
 
 #[test]
-fn what_two_resolutions_say_of_a_third_has_the_derivatives_that_it_has() {
+fn extrapolated_temperatures_have_extrapolated_tangents() {
     let case = case("lcat-2259");
     let march = || Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
     let off = derivatives(&mut march(), &mut march(), &plan(&case), &point(&case)).expect("the processor marches");
     assert!(off <= DERIVATIVE, "{off:e}");
 }
 
-/// A march whose derivatives are those by a factor so many places before, or that tells none.
-struct Spoiled {
+/// A faulty march: its tangents belong to a factor this many places earlier, or are missing.
+struct Faulty {
     march: Box<dyn March>,
     places: Option<usize>,
 }
 
-impl March for Spoiled {
+impl March for Faulty {
     fn backend(&self) -> bondline::march::Backend {
         self.march.backend()
     }
@@ -115,40 +117,40 @@ impl March for Spoiled {
 }
 
 #[test]
-fn derivatives_by_another_factor_are_caught_and_so_are_none() {
+fn tangents_of_another_factor_and_missing_tangents_are_caught() {
     let case = case("lcat-2259");
-    let spoiled = |places| off(&mut Spoiled { march: Box::new(Cpu::new(Precision::F64)), places }, &case);
-    assert!(spoiled(Some(0)) <= DERIVATIVE);
-    assert!(spoiled(Some(1)) > 1e3 * DERIVATIVE);
-    assert_eq!(spoiled(None), f64::INFINITY);
+    let faulty = |places| off(&mut Faulty { march: Box::new(Cpu::new(Precision::F64)), places }, &case);
+    assert!(faulty(Some(0)) <= DERIVATIVE);
+    assert!(faulty(Some(1)) > 1e3 * DERIVATIVE);
+    assert_eq!(faulty(None), f64::INFINITY);
 }
 
 #[test]
-fn derivatives_of_a_member_that_strays_arrive_as_it_does() {
+fn tangents_of_a_diverged_member_have_its_status() {
     let case = case("lcat-2259");
     let mut far = point(&case);
     far[0] = 1e-6;
     far.iter_mut().skip(1).for_each(|factor| *factor *= 1e-9);
     let points = Ensemble::at(far.len(), [point(&case), far].concat());
-    let on_cpu = told(&mut Cpu::new(Precision::F64), &plan(&case), &points, &[0, 1]);
-    let on_device = told(&mut *locked(&SINGLE), &plan(&case), &points, &[0, 1]);
-    for told in [on_cpu, on_device] {
-        assert!(told.arrivals[..3].iter().all(|arrival| *arrival == Arrival::Done));
-        assert!(told.arrivals[3] != Arrival::Done);
-        assert!(told.arrivals[3..].iter().all(|arrival| *arrival == told.arrivals[3]));
+    let on_cpu = tangents(&mut Cpu::new(Precision::F64), &plan(&case), &points, &[0, 1]);
+    let on_device = tangents(&mut *locked(&SINGLE), &plan(&case), &points, &[0, 1]);
+    for traces in [on_cpu, on_device] {
+        assert!(traces.arrivals[..3].iter().all(|arrival| *arrival == Arrival::Done));
+        assert!(traces.arrivals[3] != Arrival::Done);
+        assert!(traces.arrivals[3..].iter().all(|arrival| *arrival == traces.arrivals[3]));
     }
 }
 
-/// How many numbers a device tells otherwise than the processor of the same precision, of how many.
+/// Number of values that differ between a device and the CPU of the same precision, and the number of all values.
 fn apart(gpu: &mut Gpu, precision: Precision, case: &bondline::Case) -> (usize, usize) {
     let (plan, factors) = (plan(case), (0..case.factors().len()).collect::<Vec<_>>());
     let points = Ensemble::at(factors.len(), point(case));
-    let here = told(&mut Cpu::new(precision), &plan, &points, &factors);
-    (differing(&told(gpu, &plan, &points, &factors), &here), numbers(&here).len())
+    let here = tangents(&mut Cpu::new(precision), &plan, &points, &factors);
+    (differing(&tangents(gpu, &plan, &points, &factors), &here), numbers(&here).len())
 }
 
 #[test]
-fn derivatives_of_every_case_on_the_device_are_those_of_the_processor_to_the_last_bit() {
+fn tangents_of_every_case_are_bit_identical_on_device_and_cpu() {
     for case in cases().iter().filter(|case| !case.factors().is_empty()) {
         assert_eq!(apart(&mut locked(&SINGLE), Precision::F32, case).0, 0, "{}", case.id());
     }
@@ -156,37 +158,37 @@ fn derivatives_of_every_case_on_the_device_are_those_of_the_processor_to_the_las
 
 /// Kernels in double precision take long to compile: one case without decomposition, one with it.
 #[test]
-fn derivatives_in_double_precision_on_the_device_are_those_of_the_processor_to_the_last_bit() {
+fn tangents_in_double_precision_are_bit_identical_on_device_and_cpu() {
     for id in ["lcat-2259", "lcat-2259-pyrolysis"] {
         assert_eq!(apart(&mut locked(&DOUBLE), Precision::F64, &case(id)).0, 0, "{id}");
     }
 }
 
 #[test]
-fn derivatives_on_the_device_are_those_of_differences() {
+fn tangents_on_the_device_equal_differences() {
     let case = case("lcat-2259");
     let (single, double) = (off(&mut *locked(&SINGLE), &case), off(&mut *locked(&DOUBLE), &case));
     assert!(single <= SINGLE_DERIVATIVE, "{single:e} in f32");
     assert!(double <= DERIVATIVE, "{double:e} in f64");
     let gpu = open(Precision::F32, true).into_inner().unwrap_or_else(PoisonError::into_inner);
-    let mut spoiled = Spoiled { march: Box::new(gpu), places: Some(0) };
-    let checked = off(&mut spoiled, &case);
+    let mut faulty = Faulty { march: Box::new(gpu), places: Some(0) };
+    let checked = off(&mut faulty, &case);
     assert!(checked <= SINGLE_DERIVATIVE, "{checked:e} with the runtime's checks on");
-    spoiled.places = Some(1);
-    assert!(off(&mut spoiled, &case) > 1e3 * SINGLE_DERIVATIVE, "derivatives by another factor passed");
+    faulty.places = Some(1);
+    assert!(off(&mut faulty, &case) > 1e3 * SINGLE_DERIVATIVE, "tangents of another factor passed");
 }
 
 #[test]
-fn more_points_than_the_device_carries_at_once_are_told_in_order() {
+fn more_points_than_the_device_capacity_keep_their_order() {
     let case = case("lcat-2259");
     let (plan, factors) = (plan(&case), (0..case.factors().len()).collect::<Vec<_>>());
     let mut gpu = locked(&SINGLE);
     let points = gpu.capacity(&plan) / factors.len() + 2;
     let rows = (0..points).flat_map(|i| point(&case).into_iter().map(move |x| x * (1.0 + 1e-4 * i as f64)));
     let ensemble = Ensemble::at(factors.len(), rows.collect());
-    let on_cpu = told(&mut Cpu::new(Precision::F32), &plan, &ensemble, &factors);
-    assert_eq!(differing(&told(&mut *gpu, &plan, &ensemble, &factors), &on_cpu), 0);
-    let members = told(&mut Cpu::new(Precision::F32), &plan, &ensemble, &[]);
-    assert_eq!(differing(&told(&mut *gpu, &plan, &ensemble, &[]), &members), 0, "without a direction");
+    let on_cpu = tangents(&mut Cpu::new(Precision::F32), &plan, &ensemble, &factors);
+    assert_eq!(differing(&tangents(&mut *gpu, &plan, &ensemble, &factors), &on_cpu), 0);
+    let members = tangents(&mut Cpu::new(Precision::F32), &plan, &ensemble, &[]);
+    assert_eq!(differing(&tangents(&mut *gpu, &plan, &ensemble, &[]), &members), 0, "without a direction");
     assert_eq!(members.members(), points);
 }

@@ -1,4 +1,4 @@
-//! The answers to one question about a case, which a session leaves and a report shows.
+//! The results of one question about a case, which a session returns and a report shows.
 
 use super::beside::Beside;
 use super::estimate::Estimated;
@@ -13,7 +13,7 @@ use super::uncertainty::Uncertainty;
 use crate::case::Case;
 use crate::march::Backend;
 
-/// The answers to a question.
+/// The results of one question; a part that the question does not compute is `None`.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
@@ -21,15 +21,15 @@ pub struct Answers {
     /// `predict`, `uncertainty`, `sensitivity`, `estimate`, `study`, `size`, `history`, `twin`,
     /// `merge`.
     pub question: &'static str,
-    /// The case, with the options of the question in place of its own.
+    /// The case, with the options of the question in place of its own settings.
     pub case: Case,
-    /// The cases that were estimated together with it.
+    /// The other cases of a joint estimate.
     pub others: Vec<Case>,
-    /// What marched.
+    /// The backend that computed the marches.
     pub backend: Backend,
-    /// The seed of the random draws; `None` where there were none.
+    /// Seed of the random draws; `None` without random draws.
     pub seed: Option<u64>,
-    /// Where the time went.
+    /// Run time by phase.
     pub seconds: Seconds,
     /// The prediction with nominal factors.
     pub nominal: Option<Nominal>,
@@ -39,17 +39,17 @@ pub struct Answers {
     pub sensitivity: Option<Sensitivity>,
     /// The estimate.
     pub estimated: Option<Estimated>,
-    /// Why a study estimated nothing.
+    /// Reason why a study estimated no factor.
     pub not_estimated: Option<String>,
-    /// The posterior of the estimate.
+    /// The posterior distribution of the estimated factors.
     pub posterior: Option<Posterior>,
-    /// The comparison with another case.
+    /// The comparison with a second case.
     pub beside: Option<Beside>,
-    /// The thickness of a ply.
+    /// The required thickness of a ply.
     pub sizing: Option<Sizing>,
-    /// The heating of the hot face.
+    /// The heating of the hot face, from the inverse problem.
     pub history: Option<History>,
-    /// Fits of synthetic data sets.
+    /// Coverage of the intervals over fits to synthetic data sets.
     pub recovery: Option<Recovery>,
 }
 

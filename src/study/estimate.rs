@@ -1,4 +1,5 @@
-//! Which factors make the prediction meet the measurement?
+//! Estimation of factors: weighted nonlinear least squares on thermocouple data, with intervals, profiles and
+//! diagnostics.
 
 mod combination;
 mod ends;
@@ -31,67 +32,70 @@ use likelihood::{Likelihood, has_effect, times_s, with_priors};
 use nalgebra::DMatrix;
 use profile::{About, profiled, profiles};
 
-/// Estimated factors and how they were found.
+/// Estimated factors, their uncertainty, and the minimisation that found them.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Estimated {
-    /// In the order of every vector here.
+    /// The factors; every other vector has their order.
     pub factors: Vec<Estimand>,
-    /// The estimates, one a factor.
+    /// The estimates, one per factor.
     pub values: Vec<f64>,
-    /// Half-widths of the intervals over 1.96, so that they have in them what the intervals have; infinite where not determined.
+    /// Half-widths of the intervals divided by 1.96, so they include noise correlation and numerical error; infinite
+    /// where the factor is not determined.
     pub standard_errors: Vec<f64>,
-    /// 95 % intervals to first order, under the noise model of the residuals and with the numerical error of the march.
+    /// Linearised 95 % intervals, under the noise model of the residuals and including the discretisation error of the
+    /// march.
     pub intervals: Vec<(f64, f64)>,
-    /// Standard errors of linear least squares, as if residuals were independent and the march exact.
+    /// Standard errors of linear least squares, for independent residuals and an exact march.
     pub independent_errors: Vec<f64>,
-    /// By how much the discretisation error of the march moves each estimate, to first order.
+    /// Shift of each estimate due to the discretisation error of the march, to first order.
     pub numerical_errors: Vec<f64>,
-    /// Whether the data change with each factor between its bounds by more than a tenth of a millikelvin (root mean square).
+    /// Whether the data depend on each factor: varying it between its bounds changes them by more than 0.1 mK (root
+    /// mean square).
     pub has_effect: Vec<bool>,
-    /// Whether an estimate stands on one of its bounds.
+    /// Whether each estimate is on one of its bounds.
     pub at_bound: Vec<bool>,
-    /// Correlations and condition of the estimates.
+    /// Correlations and condition number of the estimates.
     pub identifiability: Identifiability,
-    /// What pairs of estimates determine that neither does alone.
+    /// Products and ratios of correlated estimates that are determined better than each alone.
     pub combinations: Vec<Combination>,
     /// The loss function of the residuals.
     pub loss: Loss,
-    /// The side constraints that priors were made of; `None` where there are no priors.
+    /// The side constraints that define the priors; `None` without priors.
     pub prior: Option<Bounds>,
-    /// The points visited, the start first; the objective falls from each to the next.
+    /// Accepted iterations, the start first; the objective decreases along the path.
     pub path: Vec<Turn>,
-    /// Where every start ended, the case's own first; the estimate is the lowest.
+    /// The end of the minimisation from each start, the case's own first; the estimate is the lowest.
     pub ends: Vec<End>,
     /// Members marched.
     pub marches: usize,
-    /// Why the minimisation ended, as a clause.
+    /// Reason of termination, as a clause.
     pub termination: String,
     /// Whether it ended at a minimum.
     pub converged: bool,
-    /// What to do where it did not converge, as sentences.
+    /// Advice where it did not converge, as sentences.
     pub advice: String,
-    /// One a case, in their order.
+    /// One per case, in their order.
     pub fitted: Vec<Fitted>,
     /// Lag-one autocorrelation of the weighted residuals.
     pub autocorrelation: f64,
-    /// Correlation time of the most probable noise model, s; zero of white noise.
+    /// Correlation time of the most probable noise model, s; zero for white noise.
     pub correlation_time_s: f64,
-    /// The share of white noise in the variance of the most probable noise model.
+    /// Fraction of white noise in the variance of the most probable noise model.
     pub white_share: f64,
     /// Variance of the most probable noise model, in squares of the stated deviations.
     pub noise_variance: f64,
-    /// How many independent samples would determine the factors as well.
+    /// Effective sample size: independent samples that would determine the factors as well.
     pub effective_samples: f64,
     /// Samples fitted, over all cases and sensors.
     pub samples: usize,
-    /// By how much the stated deviations fall short of how the data scatter and follow each other: beside priors, in profiles
-    /// and in the posterior data count with so many times their deviations.
+    /// Ratio of the effective noise level, from scatter and autocorrelation of the residuals, to the stated standard
+    /// deviations. Next to priors, in profiles and in the posterior, the stated deviations are multiplied by it.
     pub shortfall: f64,
-    /// Of a pair of factors: the objective over the plane of the two.
+    /// Objective over the plane of the two factors, for an estimate of two.
     pub landscape: Option<Landscape>,
-    /// Of the factors they were asked of.
+    /// Profiles of the requested factors.
     pub profiles: Vec<Profile>,
 }
 
@@ -102,79 +106,81 @@ impl Estimated {
         (of(self.path.first()), of(self.path.last()))
     }
 
-    /// Whether the data determine an estimate: they change with it, and its interval is no wider than twice its bounds.
+    /// Whether the data determine an estimate: they depend on it, and its interval is at most twice as wide as its
+    /// bounds.
     pub fn is_determined(&self, place: usize) -> bool {
         let ((low, high), (least, most)) = (self.intervals[place], self.factors[place].bounds);
         self.has_effect[place] && high - low <= 2.0 * (most - least)
     }
 }
 
-/// One of the cases fitted.
+/// Fit of one case.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Fitted {
     /// Indices of the sensors whose observations were fitted.
     pub sensors: Vec<usize>,
-    /// The nominal march.
+    /// The prediction at the nominal factors.
     pub before: Nominal,
-    /// The march at the estimates.
+    /// The prediction at the estimates.
     pub after: Nominal,
     /// Misfit of each fitted observation before and after, over its window.
     pub misfits: Vec<(Misfit, Misfit)>,
-    /// One a fitted observation: times and measured less predicted, over its window.
+    /// One per fitted observation: times (s) and measured minus predicted temperature (K), over its window.
     pub residuals: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
-/// One accepted iteration.
+/// One accepted iteration of the minimisation.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Turn {
-    /// The point, one value a factor.
+    /// The point, one value per factor.
     pub values: Vec<f64>,
-    /// S, the objective that is minimised (the paper's Eqs 3 and 4 for deviations of 1 K): squares of the residuals in their
-    /// standard deviations, or their losses; beside priors over the square of the shortfall, and squares of the priors.
+    /// The objective S (the paper's Eqs 3 and 4 for standard deviations of 1 K): the sum of squared standardised
+    /// residuals, or of their losses. With priors this sum is divided by the square of the noise inflation, and the
+    /// squared standardised deviations from the priors are added.
     pub objective: f64,
-    /// The damping parameter of the Levenberg-Marquardt step that led here.
+    /// Damping parameter of the Levenberg–Marquardt step that led here.
     pub damping: f64,
 }
 
-/// One start and where it led.
+/// One start of the minimisation and its end.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct End {
-    /// Where the minimisation started, one value a factor.
+    /// Start, one value per factor.
     pub start: Vec<f64>,
-    /// Where it ended, one value a factor.
+    /// End, one value per factor.
     pub values: Vec<f64>,
-    /// What is made least: weighted squares or their loss, and those of priors.
+    /// The objective at the end.
     pub objective: f64,
     /// Whether it ended at a minimum.
     pub converged: bool,
-    /// Whether no data tell this end from the estimate: its objective is higher by less than a hundredth of what one
-    /// standard error adds, or than rounding and the tolerance of the last step account for.
+    /// Whether the objective equals that of the estimate within tolerance: the excess is below a hundredth of the rise
+    /// at one standard error, or below rounding and the tolerance of the last step.
     pub is_least: bool,
 }
 
-/// How to look for the least.
+/// Settings of the minimisation.
 #[derive(Clone, Debug)]
 pub struct Search {
     /// Options of the minimisation.
     pub options: Options,
-    /// The case's own start, and as many drawn evenly between the bounds as make up this number, all side by side; the
-    /// lowest end counts. At least one.
+    /// Number of starts, at least one: the case's own, and others drawn uniformly between the bounds. All are minimised
+    /// as one batch, and the lowest end is the estimate.
     pub starts: usize,
-    /// The factors whose profiles are wanted, by name.
+    /// Names of the factors whose profiles are computed.
     pub profiles: Vec<String>,
-    /// Whether the objective over the plane of a pair of factors is wanted: it takes more members than the estimate.
+    /// Whether the objective is mapped over a pair of factors; the map takes more members than the estimate.
     pub landscape: bool,
 }
 
 impl Search {
-    /// From one start, with derivatives by differences of marches in a precision: a reduction below their error is not
-    /// waited for, for it never comes.
+    /// One start, with the finite-difference step of a precision. In f32 the tolerance of the reduction is above the
+    /// error of the differences, below which no reduction is reliable.
     pub fn of(precision: Precision) -> Self {
         let difference_step = difference_step(precision);
         let options = match precision {
@@ -185,19 +191,20 @@ impl Search {
     }
 }
 
-/// The paper's rules, whose tolerances it leaves open, for residuals in standard deviations: S of 1 is an estimate off by
-/// its standard error, so that 0.01 is off by a tenth of it, and nobody reads a millionth of a factor.
+/// The paper's minimisation rules. The paper leaves the tolerances open. For standardised residuals a rise of S by 1 is
+/// one standard error, so 0.01 is a tenth of a standard error; a step of a millionth of a factor is below any reported
+/// digit.
 pub const PAPER: Rules =
     Rules::Paper { damping: 1e-3, tolerance_objective: 1e-2, tolerance_slope: 1e-2, tolerance_step: 1e-6 };
 
-/// The seed of the starts drawn: which they are does not matter, and that they are the same does.
+/// Seed of the random starts, fixed for reproducibility.
 const STARTS_SEED: u64 = 1;
 
-/// Estimate the factors that the cases name from the sensors and the windows they name, all at once: one vector of
-/// residuals, in which a factor that cases share is one variable.
+/// Estimate the factors that the cases select, from the sensors and windows that they select, as one least-squares
+/// problem. A factor that cases share is one variable.
 ///
 /// # Errors
-/// When a case names nothing to estimate or to estimate from, the cases do not go together, or the device fails.
+/// When a case selects no factor or no data, the cases are incompatible, or the device fails.
 pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search) -> Result<Estimated, EstimateError> {
     let cases: Vec<&Case> = runs.iter().map(|(case, _)| *case).collect();
     let factors = estimands(&cases)?;
@@ -270,11 +277,11 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     let known = |(half, has_effect): (f64, &bool)| if *has_effect { half } else { f64::INFINITY };
     let halves: Vec<f64> = found.half_widths().into_iter().zip(&has_effect).map(known).collect();
 
-    // The rise of the objective at the ends of the linear interval, were the problem linear.
+    // Rise of the objective at the ends of the linear interval, if the problem were linear.
     let levels = halves.iter().zip(&judged.standard_errors).map(|(half, error)| (half / error).powi(2));
     let levels: Vec<f64> = levels.map(|level| if level.is_finite() { level } else { NORMAL_95.powi(2) }).collect();
     let shortfall = data.inflation();
-    // A fit without a residual left, or without samples to spare, has no scatter to weigh the data by.
+    // A fit with zero residuals or no spare samples has no scatter to weight the data by.
     let profiled = if shortfall.is_normal() { profiled } else { Vec::new() };
     let weighed = Weighed { problem: Robust { problem: &mut problem, loss }, weight: data.weight() };
     let about = About {
@@ -285,7 +292,7 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
         correlation: &judged.correlation,
     };
     let profiles = profiles(&mut WithPriors { problem: weighed, priors }, &profiled, &about, &search.options)?;
-    // S of one is one standard error: by itself where priors are, else in units of the data's inflation.
+    // A rise of S by one is one standard error with priors; without priors, by the square of the noise inflation.
     let unit = if prior.is_some() || !shortfall.is_finite() { 1.0 } else { shortfall.powi(2) };
     let indistinct = indistinct(fit, &flat, precision, tolerance, weight);
     let ends = fits.iter().map(|other| End {
@@ -333,7 +340,7 @@ pub fn estimate(runs: &[(&Case, &Plan)], march: &mut dyn March, search: &Search)
     })
 }
 
-/// The loss and the priors that all cases ask for.
+/// The common loss function and priors of all cases.
 fn objective(cases: &[&Case]) -> Result<(Loss, Option<Bounds>), EstimateError> {
     let asked = |case: &Case| (case.estimate.loss, case.estimate.prior);
     let first = cases.first().ok_or_else(|| EstimateError::no_factors(cases))?;
@@ -353,7 +360,7 @@ impl From<LossFunction> for Loss {
     }
 }
 
-/// That every case has something to estimate and to estimate it from.
+/// Check that every case has factors to estimate and data.
 fn check(cases: &[&Case], factors: &[Estimand], observed: &[Vec<Vec<Sample>>]) -> Result<(), EstimateError> {
     if factors.is_empty() {
         return Err(EstimateError::no_factors(cases));
@@ -370,7 +377,7 @@ fn check(cases: &[&Case], factors: &[Estimand], observed: &[Vec<Vec<Sample>>]) -
     Ok(())
 }
 
-/// What is known of the factors beforehand, where side constraints are taken to say it.
+/// Gaussian priors of the factors, from their side constraints.
 pub(super) fn priors(factors: &[Estimand], prior: Option<Bounds>) -> Vec<Prior> {
     let of = |bounds| {
         let each = factors.iter().enumerate();
@@ -383,7 +390,7 @@ pub(super) fn priors(factors: &[Estimand], prior: Option<Bounds>) -> Vec<Prior> 
     prior.map(of).into_iter().flatten().collect()
 }
 
-/// The cases' own start, and others drawn evenly between the bounds, one a column.
+/// The case's own start, and others drawn uniformly between the bounds, one per column.
 fn starts(factors: &[Estimand], starts: usize) -> DMatrix<f64> {
     let within: Vec<_> = factors
         .iter()
@@ -397,7 +404,7 @@ fn starts(factors: &[Estimand], starts: usize) -> DMatrix<f64> {
 }
 
 impl Fitted {
-    /// A case from its nominal march and the one at the estimates.
+    /// The fit of a case, from its march at the nominal factors and its march at the estimates.
     fn of((case, plan): (&Case, &Plan), observed: &[Vec<Sample>], (nominal, last): (&Traces, &Traces)) -> Self {
         let before = Nominal::of(case, plan, nominal, 0);
         let after = Nominal::of(case, plan, last, 0);

@@ -1,9 +1,11 @@
-//! How was the hot face heated? A flux, a radiant flux or the temperature of a gas through time, from what sensors read.
+//! Inverse heat conduction: flux, radiant flux or gas temperature at the hot face through time, from thermocouple
+//! readings.
 //!
-//! It is straight lines between knots, and every knot's value a variable, none of them below zero: all at once are sought such that the
-//! march meets all readings (whole-domain estimation: Beck, Blackwell & St Clair, *Inverse Heat Conduction*, 1985). Heat takes its time from the face to
-//! a sensor and blurs on the way, so a history is only as sharp as noise lets it be: it is held smooth ([`Smoothing`]) but across
-//! corners at which the case says that the flux jumps.
+//! The unknown is piecewise linear between knots, with one non-negative variable per knot. All variables are estimated
+//! together by least squares over the whole march (whole-domain estimation: Beck, Blackwell & St Clair, *Inverse Heat
+//! Conduction*, 1985). Conduction delays and damps the signal between face and sensor, so noise limits the resolution
+//! in time. Tikhonov regularisation ([`Smoothing`]) smooths the solution, except across the jumps of the case's own
+//! schedule.
 
 mod knots;
 mod schedules;
@@ -26,60 +28,63 @@ use nalgebra::{DMatrix, DVector};
 use schedules::Schedules;
 use smoothing::{Solved, chosen};
 
-/// What is asked of a history.
+/// Settings of a flux inversion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
-    /// `None` seeks the only one that the case has.
+    /// `None` selects the only quantity that heats the case's hot face.
     pub sought: Option<Sought>,
-    /// Knots beside the corners of the case's own schedule, spread over the time in which that is not zero.
+    /// Knots in addition to the corners of the case's own schedule, spread over the time in which that schedule heats.
     pub knots: usize,
-    /// How the smoothness is chosen.
+    /// How the regularisation weight is chosen.
     pub smoothing: Smoothing,
 }
 
-/// The history found, in W/m² of a flux and in K of a gas.
+/// The heating found: W/m² for a flux, K for a gas temperature.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct History {
-    /// The quantity that was found.
+    /// The quantity that was estimated.
     pub sought: Sought,
-    /// The knots, s; the history is straight lines between them. A jump is two at one time.
+    /// Knot times, s; the heating is linear between them. A jump is two knots at one time.
     pub times_s: Vec<f64>,
-    /// The value at each.
+    /// Value at each knot.
     pub values: Vec<f64>,
-    /// One standard deviation that noise makes of each at this smoothing; of one that is determined, the undetermined ones are
-    /// held at their values. What smoothing itself takes off is not in it.
+    /// Standard deviation of each knot value due to measurement noise, at this regularisation weight, with the
+    /// undetermined knots fixed. The bias of the regularisation is not included.
     pub deviations: Vec<f64>,
-    /// What smoothing takes off each to first order, told by the history found: less than it takes off the true one.
+    /// Regularisation bias of each knot value, to first order, computed from the estimated heating; the bias computed
+    /// from the true heating would be larger.
     pub smoothed: Vec<f64>,
-    /// What the case says at each.
+    /// Value of the case's own schedule at each knot.
     pub own: Vec<f64>,
-    /// Whether data and smoothness leave a knot undetermined: noise makes more of it than the largest value found.
+    /// Whether a knot is undetermined: its standard deviation exceeds the largest value found.
     pub undetermined: Vec<bool>,
-    /// The schedule of the whole exposure: past the end of the window that of the case, as no data tell of it.
+    /// Schedule of the whole exposure. After the end of the window it is the case's own schedule, because no data
+    /// constrain it.
     pub schedule: Schedule,
-    /// Integral over the window: J/m² of a flux, K s of a gas.
+    /// Integral over the window: J/m² for a flux, K s for a gas temperature.
     pub integral: f64,
-    /// One standard deviation of the integral, with undetermined knots held at their values.
+    /// Standard deviation of the integral, with the undetermined knots fixed.
     pub integral_deviation: f64,
-    /// The integral of what the case says.
+    /// Integral of the case's own schedule.
     pub integral_own: f64,
-    /// Values that the data determine; the others come of smoothness.
+    /// Effective degrees of freedom: the number of knot values that the data determine; regularisation determines the
+    /// others.
     pub determined: f64,
-    /// How the smoothness was chosen.
+    /// How the regularisation weight was chosen.
     pub chosen: Chosen,
-    /// The weight of the smoothing, and what it leaves.
+    /// The selected weight, with its misfit and roughness.
     pub rung: Rung,
     /// Every weight tried, the strongest first.
     pub rungs: Vec<Rung>,
-    /// One a sensor with readings.
+    /// One entry per sensor with readings.
     pub seen: Vec<Seen>,
-    /// The last end of the sensors' windows, s: nothing was sought after it.
+    /// End of the last sensor window, s: no value is estimated after it.
     pub end_s: f64,
     /// Samples used, over all sensors.
     pub samples: usize,
-    /// Histories marched.
+    /// Heating schedules marched.
     pub marches: usize,
     /// Whether the minimisation ended at a minimum.
     pub converged: bool,
@@ -96,30 +101,32 @@ pub struct Seen {
     pub sensor: usize,
     /// Times of the readings, s.
     pub times_s: Vec<f64>,
-    /// Measured less predicted with the history found, K.
+    /// Measured minus predicted temperature with the heating found, K.
     pub residuals_k: Vec<f64>,
     /// Standard deviation of each reading, K.
     pub sigma_k: Vec<f64>,
-    /// Root mean square of measured less predicted as the case has the flux, and as it was found, K.
+    /// Root mean square of measured minus predicted temperature, K: with the case's own schedule, and with the heating
+    /// found.
     pub rms_k: (f64, f64),
 }
 
-/// Why no history was found.
+/// Why a flux inversion failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum HistoryError {
     /// The hot face is held at a temperature.
     #[error(
-        "the hot face of {case:?} is held at a temperature: nothing heats it, expected kind = \"heated\" or \"convective\""
+        "the hot face of {case:?} is held at a temperature, so no flux heats it; expected kind = \"heated\" or \
+         \"convective\""
     )]
     Held {
         /// The case.
         case: String,
     },
-    /// The case has several quantities to seek, and none is named.
+    /// The case has several heating quantities, and none is selected.
     #[error(
-        "{case:?} has a {first} and a {second}, and data do not separate one from the other: give --seek {first} or --seek {second}, \
-         and the other stays as the case has it"
+        "{case:?} has a {first} and a {second}, which the data cannot separate: give --seek {first} or \
+         --seek {second}; the other stays as the case states it"
     )]
     Several {
         /// The case.
@@ -129,48 +136,48 @@ pub enum HistoryError {
         /// The second of the two.
         second: &'static str,
     },
-    /// The case has not the quantity that is named.
+    /// The case lacks the selected quantity.
     #[error("--seek {sought}: {case:?} has none: {reason}")]
     Absent {
         /// The case.
         case: String,
         /// The quantity.
         sought: &'static str,
-        /// Why it is not there.
+        /// The reason.
         reason: &'static str,
     },
     /// The chosen sensors have no samples in their windows.
-    #[error("nothing to find a history from: the sensors chosen have no samples between {from_s} s and {to_s} s")]
+    #[error("no data for the inversion: the selected sensors have no samples between {from_s} s and {to_s} s")]
     NoSamples {
         /// Start of the window, s.
         from_s: f64,
         /// End of the window, s.
         to_s: f64,
     },
-    /// There are more values to find than samples.
-    #[error("{values} values cannot be sought in {samples} samples; ask for fewer knots, or give more data")]
+    /// There are more knots than samples.
+    #[error("{values} knot values cannot be estimated from {samples} samples; give fewer knots or more data")]
     TooMany {
         /// Unknown values.
         values: usize,
         /// Samples in the windows.
         samples: usize,
     },
-    /// The case cannot be marched as it is.
-    #[error("as the case says it is heated it cannot be marched: a temperature left 0 to 4,000 K or a table")]
+    /// The march with the case's own heating diverged.
+    #[error("the march with the case's own heating failed: a temperature left 0 to 4,000 K or the range of a table")]
     Strayed,
     /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),
 }
 
-/// A change of the weighted squares that changes nothing: a history off by a tenth of its standard error has so much more. They
-/// sum to one a sample where data are met.
+/// Negligible reduction of the weighted sum of squares: an error of a tenth of a standard error adds so much. At
+/// convergence the sum is about one per sample.
 const NEGLIGIBLE: f64 = 1e-2;
 
-/// Find what heats the hot face from the readings of the sensors and the windows that the case names, its factors being nominal.
+/// Estimate the heating of the hot face from the sensors and windows that the case selects, with nominal factors.
 ///
 /// # Errors
-/// When the hot face has not what is sought, there is too little to find it from, or the device fails.
+/// When the hot face lacks the selected quantity, the data are insufficient, or the device fails.
 pub fn history(case: &Case, march: &mut dyn March, wanted: &Wanted) -> Result<History, HistoryError> {
     let sought = Sought::of(case, wanted.sought)?;
     let Some(own) = sought.schedule(&case.exposure.hot_face) else {
@@ -183,7 +190,7 @@ pub fn history(case: &Case, march: &mut dyn March, wanted: &Wanted) -> Result<Hi
     let on_knots = Case { exposure: sought.driven(&case.exposure, schedule(knots.own.clone())), ..case.clone() };
 
     let plan = pilot_monitored(&on_knots, &march.monitor())?;
-    // Nothing that comes after the window moves a reading in it.
+    // Later steps do not affect any reading in the window.
     let last = plan.instants_s.partition_point(|&instant_s| instant_s <= end_s).saturating_sub(1).max(1);
     let plan = plan.until(last);
     let observed = samples(&on_knots, &plan);
@@ -263,7 +270,7 @@ pub fn history(case: &Case, march: &mut dyn March, wanted: &Wanted) -> Result<Hi
     })
 }
 
-/// A schedule up to its end, and another from there to the end of the run, with its jumps.
+/// The estimated schedule up to its end, then the case's own schedule to the end of the run, with its jumps.
 fn gone_on(found: &Schedule, own: &Schedule, end_s: f64, duration_s: f64) -> Schedule {
     let mut whole = found.clone();
     if end_s < duration_s {
@@ -279,7 +286,7 @@ fn gone_on(found: &Schedule, own: &Schedule, end_s: f64, duration_s: f64) -> Sch
 }
 
 impl History {
-    /// The half-width of the band in which 95 % of histories lie that other noise would have made.
+    /// Half-width of the 95 % interval of a knot value under measurement noise.
     pub fn half_width(&self, knot: usize) -> f64 {
         1.96 * self.deviations[knot]
     }
@@ -303,27 +310,30 @@ impl Seen {
     }
 }
 
-/// What noise and smoothing make of a history, to first order: with J of the data and L of the roughness, both weighted, the history is
-/// `(JᵀJ + LᵀL)⁻¹ Jᵀ` times the data.
+/// The regularised estimate to first order. With J the weighted Jacobian of the data and L the weighted roughness
+/// operator, the estimate is `(JᵀJ + LᵀL)⁻¹ Jᵀ` times the data.
 struct Known {
-    /// Whether noise makes more of a variable than the largest value found, or neither data nor roughness have a hold of it.
+    /// Whether the standard deviation of a variable exceeds the largest value found, or neither data nor roughness
+    /// depend on it.
     undetermined: Vec<bool>,
-    /// Of each variable; of one that is determined with the undetermined ones held, infinite where nothing has a hold of it.
+    /// Standard deviation of each variable, with the undetermined variables fixed; infinite where nothing depends on
+    /// it.
     deviations: DVector<f64>,
-    /// Variable × sample: what a standard deviation of each sample makes of each variable, the undetermined ones being held.
+    /// Variable × sample: change of each variable per standard deviation of each sample, with the undetermined
+    /// variables fixed.
     spread: DMatrix<f64>,
-    /// What smoothing takes off each variable, `(JᵀJ + LᵀL)⁻¹ LᵀL` times the history; nothing of an undetermined one.
+    /// Regularisation bias of each variable, `(JᵀJ + LᵀL)⁻¹ LᵀL` times the estimate; zero for an undetermined variable.
     smoothed: DVector<f64>,
-    /// The trace of what data have to say in it.
+    /// Trace of the data part of the hat matrix: the effective degrees of freedom.
     determined: f64,
 }
 
 impl Known {
-    /// From a fit whose first rows are those of the data, and by how much noise is larger than their standard deviations.
+    /// From a fit whose first rows are the data. `noise` is the ratio of the actual to the stated standard deviations.
     ///
-    /// A knot may be undetermined: no reading and no roughness moves with it where it stands, as with a flux of zero that blowing
-    /// would keep off. What noise makes of it is unbounded and would be of every integral over it. So knots are told apart first, and what is
-    /// determined is judged with the others held at their values.
+    /// A knot may be undetermined: no reading and no roughness depends on it at the estimate, as with a flux of zero
+    /// that blowing blocks. Its standard deviation is unbounded and would spoil every integral over it. So undetermined
+    /// knots are found first, and the others are assessed with these fixed.
     fn of(fit: &Fit, samples: usize, noise: f64) -> Self {
         let knots = fit.point.len();
         let largest = fit.point.amax();
@@ -350,9 +360,10 @@ impl Known {
         known
     }
 
-    /// Of some of the variables, the others being held.
+    /// For some of the variables, with the others fixed.
     fn among(fit: &Fit, places: &[usize], samples: usize, noise: f64) -> Among {
-        // A knot that is next to open; a length no longer than rounding keeps it from being no number.
+        // Lower limit of a diagonal element, relative to the largest: avoids division by zero for a nearly undetermined
+        // knot.
         const LEAST: f64 = 1e-12;
         if places.is_empty() {
             return Among { spread: DMatrix::zeros(0, samples), smoothed: DVector::zeros(0), determined: 0.0 };
@@ -382,7 +393,7 @@ impl Known {
     }
 }
 
-/// What noise and smoothing make of some of the variables.
+/// The regularised estimate to first order, for some of the variables.
 struct Among {
     spread: DMatrix<f64>,
     smoothed: DVector<f64>,
@@ -394,9 +405,9 @@ mod tests {
     use super::*;
     use crate::fit::Termination;
 
-    /// Two variables, each measured; the second also tied to zero as firmly as it was measured.
+    /// Two variables, each measured once; the second is also tied to zero with the same weight.
     #[test]
-    fn smoothing_halves_what_it_ties_as_firmly_as_it_was_measured_and_its_noise() {
+    fn smoothing_of_equal_weight_halves_a_variable_and_its_noise() {
         let jacobian = DMatrix::from_row_slice(3, 2, &[2.0, 0.0, 0.0, 4.0, 0.0, 4.0]);
         let fit = Fit {
             point: DVector::from_vec(vec![3.0, 5.0]),
@@ -411,13 +422,13 @@ mod tests {
         let known = Known::of(&fit, 2, 1.0);
         assert!((known.determined - 1.5).abs() < 1e-12);
         assert!((known.spread.row(0).norm() - 0.5).abs() < 1e-12);
-        assert!((known.spread.row(1).norm() - 0.125).abs() < 1e-12, "half of the quarter that data alone give");
+        assert!((known.spread.row(1).norm() - 0.125).abs() < 1e-12, "half of 0.25, the deviation without smoothing");
         assert!(known.smoothed[0].abs() < 1e-12 && (known.smoothed[1] - 2.5).abs() < 1e-12);
     }
 
-    /// Two variables, one measured and one that nothing depends on.
+    /// Two variables: one measured, and one without effect on any residual.
     #[test]
-    fn a_variable_that_nothing_depends_on_is_undetermined_and_widens_no_other() {
+    fn a_variable_without_effect_is_undetermined_and_widens_no_other() {
         let fit = Fit {
             point: DVector::from_vec(vec![3.0, 0.0]),
             objective: 0.0,

@@ -1,4 +1,4 @@
-//! Questions about a case, and their answers: one function a question, in the file of its answer.
+//! The studies of a case: one module each, with one entry function and the struct of its results.
 
 pub mod answers;
 pub mod beside;

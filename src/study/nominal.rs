@@ -1,4 +1,4 @@
-//! What temperatures does the case predict?
+//! Predicted temperatures of a case.
 
 use crate::case::{Case, Observation};
 use crate::ensemble::Ensemble;
@@ -7,7 +7,7 @@ use crate::plan::Plan;
 pub use crate::plan::Reached;
 use crate::traces::{Arrival, Balance, Gauge, Traces};
 
-/// The march at the nominal factors.
+/// The prediction of one member: at the nominal factors, or at an estimate.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -16,55 +16,55 @@ pub struct Nominal {
     pub instants_s: Vec<f64>,
     /// Sensor × instant, K.
     pub temperatures_k: Vec<Vec<f64>>,
-    /// One a sensor.
+    /// One per sensor.
     pub peaks: Vec<Peak>,
-    /// One a gauge, in the order of [`Gauge::ALL`]; none where nothing decomposes and no gas flows.
+    /// One per gauge, in the order of [`Gauge::ALL`]; empty where nothing decomposes and no gas flows.
     pub readings: Vec<Reading>,
-    /// How the march ended.
+    /// Status at the end of the march.
     pub arrival: Arrival,
     /// Heat and mass in, out and stored.
     pub balance: Balance,
     /// Coldest and hottest temperature of each ply, K.
     pub extremes_k: Vec<(f64, f64)>,
-    /// One an observation, in their order.
+    /// One per observation, in their order.
     pub misfits: Vec<Misfit>,
     /// Time steps of the plan.
     pub steps: usize,
     /// Cells of the plan.
     pub cells: usize,
-    /// How far the temperatures are off, where a pilot found out.
+    /// Estimated discretisation error, where grid and time steps were adapted.
     pub reached: Option<Reached>,
 }
 
-/// The highest temperature of a trace.
+/// Peak temperature of a trace.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Peak {
     /// The highest temperature, K.
     pub temperature_k: f64,
-    /// When it is reached, s.
+    /// Time of the peak, s.
     pub time_s: f64,
 }
 
-/// One gauge through the march, in its own unit.
+/// One gauge over time, in its own unit.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Reading {
-    /// Which gauge.
+    /// The gauge.
     pub gauge: Gauge,
-    /// One an instant.
+    /// One value per instant.
     pub values: Vec<f64>,
-    /// The value farthest from zero, with its sign: a flux that only goes in has no other peak.
+    /// The value of largest magnitude, with its sign: a gas flux that is always inward has no positive peak.
     pub peak: f64,
-    /// When it is reached, s.
+    /// Time of the peak, s.
     pub peak_time_s: f64,
     /// The value at the end of the march.
     pub end: f64,
 }
 
-/// Prediction less measurement, over the trusted window of the sensor.
+/// Predicted minus measured temperature, over the sensor's time window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -73,9 +73,9 @@ pub struct Misfit {
     pub rms_k: f64,
     /// Mean, K.
     pub bias_k: f64,
-    /// The difference of the largest magnitude, K.
+    /// The difference of largest magnitude, K.
     pub worst_k: f64,
-    /// When that occurs, s.
+    /// Time of that difference, s.
     pub worst_time_s: f64,
     /// Samples compared.
     pub samples: usize,
@@ -91,7 +91,7 @@ pub fn nominal(case: &Case, plan: &Plan, march: &mut dyn March) -> Result<Nomina
 }
 
 impl Nominal {
-    /// What one marched member predicts.
+    /// The prediction of one member of `traces`.
     pub fn of(case: &Case, plan: &Plan, traces: &Traces, member: usize) -> Self {
         let temperatures_k: Vec<Vec<f64>> =
             (0..traces.sensors).map(|sensor| traces.trace(member, sensor).to_vec()).collect();
@@ -118,34 +118,34 @@ impl Nominal {
         }
     }
 
-    /// What a gauge read, where gauges were read.
+    /// A gauge over time; `None` where gauges were not recorded.
     pub fn reading(&self, gauge: Gauge) -> Option<&Reading> {
         self.readings.iter().find(|reading| reading.gauge == gauge)
     }
 }
 
 impl Reading {
-    /// The first value farthest from zero, and the last.
+    /// The first value of largest magnitude, and the last value.
     pub fn of(gauge: Gauge, values: &[f64], instants_s: &[f64]) -> Self {
         let (peak, peak_time_s) =
             values.iter().zip(instants_s).fold((0.0, 0.0), |peak: (f64, f64), (&value, &time_s)| {
                 if value.abs() > peak.0.abs() { (value, time_s) } else { peak }
             });
-        // A front that is nowhere may be a negative zero, which nobody wants to read.
+        // Adding zero turns a negative zero, which a front at the surface may return, into a positive one.
         let values: Vec<f64> = values.iter().map(|value| value + 0.0).collect();
         Self { gauge, peak, peak_time_s, end: values.last().copied().unwrap_or(f64::NAN), values }
     }
 }
 
 impl Nominal {
-    /// The temperature of a sensor at the instant nearest a time, K.
+    /// Temperature of a sensor at the instant nearest to a time, K.
     pub fn at(&self, sensor: usize, time_s: f64) -> f64 {
         self.temperatures_k[sensor][nearest(&self.instants_s, time_s)]
     }
 }
 
 impl Peak {
-    /// The first highest temperature of a trace.
+    /// The first maximum of a trace.
     pub fn of(trace_k: &[f64], instants_s: &[f64]) -> Self {
         let none = Self { temperature_k: f64::NEG_INFINITY, time_s: 0.0 };
         trace_k.iter().zip(instants_s).fold(none, |peak, (&temperature_k, &time_s)| {
@@ -154,14 +154,14 @@ impl Peak {
     }
 }
 
-/// The samples of an observation within the trusted window: the index of each, and of the instant at it.
+/// The samples of an observation within its time window: index of each sample, and index of its instant.
 pub fn trusted(case: &Case, seen: &Observation, instants_s: &[f64]) -> Vec<(usize, usize)> {
     let (start_s, end_s) = case.window_s(seen.sensor);
     let samples = seen.times_s.iter().enumerate().filter(|(_, time_s)| (start_s..=end_s).contains(*time_s));
     samples.map(|(sample, &time_s)| (sample, nearest(instants_s, time_s))).collect()
 }
 
-/// The instant nearest a time. The clock lands on every sample of every observation.
+/// The instant nearest to a time. The time steps include every sample of every observation.
 fn nearest(instants_s: &[f64], time_s: f64) -> usize {
     let after = instants_s.partition_point(|&instant_s| instant_s < time_s).min(instants_s.len() - 1);
     if after > 0 && time_s - instants_s[after - 1] < instants_s[after] - time_s { after - 1 } else { after }
@@ -190,7 +190,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gas_that_only_flows_in_has_its_peak_where_most_flows_in() {
+    fn the_peak_of_an_inward_gas_flux_is_its_largest_magnitude() {
         let instants_s = [0.0, 1.0, 2.0, 3.0];
         let inwards = Reading::of(Gauge::GasFlux, &[0.0, -0.3, -0.3, -0.1], &instants_s);
         assert_eq!((inwards.peak, inwards.peak_time_s, inwards.end), (-0.3, 1.0, -0.1));

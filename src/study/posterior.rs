@@ -1,11 +1,11 @@
-//! How likely is each value of the factors, and what does that say of every thermocouple?
+//! Posterior distribution of the estimated factors, and of the temperature at every thermocouple.
 //!
-//! The density is that of the fit itself: residuals over standard deviations and by their loss, weighed by how they scatter
-//! and follow each other as intervals and profiles weigh them, times that of priors, between the bounds and even there
-//! where there are none. [Walkers](crate::fit::walk()) draw from it, which needs no straightness: where the problem is near
-//! linear it agrees with the linear interval, and where it is not, or a bound is near, it has the shape that data give it.
+//! The log density is minus half of the objective of the estimate: robust losses of the standardised residuals,
+//! weighted for scatter and autocorrelation as in intervals and profiles, plus the priors, within the bounds. [Ensemble
+//! MCMC](crate::fit::ensemble_mcmc()) samples it without a linear approximation. For a nearly linear problem the
+//! intervals equal the linear ones; otherwise, or near a bound, they follow the shape of the density.
 //!
-//! What the factors predict of a thermocouple is a band of its own, and not all there is to doubt: see [`Discrepancy`].
+//! The posterior predictive distribution of a thermocouple also needs the model error: see [`Discrepancy`].
 
 mod discrepancy;
 mod predicted;
@@ -24,78 +24,79 @@ use crate::march::{March, MarchError};
 use crate::plan::Plan;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// How many walkers, how far they go, and which of all walks it is.
+/// Settings of the ensemble MCMC sampler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Walkers {
-    /// Walkers.
+    /// Number of walkers.
     pub number: usize,
-    /// Moves of each.
+    /// Iterations of each walker.
     pub moves: usize,
-    /// The same seed makes the same walk.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
-/// What data and priors say of the factors of an estimate, and through them of every thermocouple.
+/// The posterior of the factors of an estimate, and the posterior predictive distribution of every thermocouple.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Posterior {
-    /// How many walkers there were, and how far they went.
+    /// Settings of the sampler.
     pub walkers: Walkers,
-    /// Moves at the beginning that do not count: five autocorrelation times, or half of all where those are longer.
+    /// Iterations discarded as burn-in: five autocorrelation times, at most half of all iterations.
     pub burn_in: usize,
-    /// The share of proposals that was taken.
+    /// Acceptance rate.
     pub acceptance: f64,
-    /// Members marched, those of the bands among them, one with its derivatives counted once.
+    /// Members marched, including those of the predictive bands; a member with its derivatives counts once.
     pub marches: usize,
-    /// One a factor, in the order of the estimate.
+    /// One per factor, in the order of the estimate.
     pub marginals: Vec<Marginal>,
     /// Each factor with each before it: (1, 0), (2, 0), (2, 1) …
     pub pairs: Vec<Pair>,
-    /// Some of what was drawn, two thousand at most, each of another walker or at another move: draw × factor.
+    /// At most two thousand posterior draws, spread over walkers and iterations: draw × factor.
     pub draws: Vec<Vec<f64>>,
-    /// By how much the lowest point met lies below the estimate, in squares of a standard error; nought where none does.
+    /// Decrease of the objective from the estimate to the lowest point sampled, in squares of a standard error; zero
+    /// where no point is lower.
     pub gain: f64,
-    /// The error of the model beyond that of the factors.
+    /// The model discrepancy.
     pub discrepancy: Discrepancy,
-    /// One a case, in their order.
+    /// One per case, in their order.
     pub predicted: Vec<Predicted>,
 }
 
-/// Why there is no posterior.
+/// Errors of a posterior.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PosteriorError {
-    /// There are fewer walkers than directions to span.
-    #[error("{walkers} walkers are too few for {factors} factors: expected {least} at least")]
+    /// Too few walkers to span the parameter space.
+    #[error("{walkers} walkers are too few for {factors} factors: expected at least {least}")]
     FewWalkers {
-        /// Chains asked for.
+        /// Requested walkers.
         walkers: usize,
-        /// Factors.
+        /// Number of factors.
         factors: usize,
-        /// The fewest chains.
+        /// Smallest number of walkers.
         least: usize,
     },
-    /// The residuals have no scatter to weigh the data by.
-    #[error("no posterior: the fit leaves no residual, or no sample to spare, to weigh the data by")]
+    /// The residuals have no scatter to weight the data by.
+    #[error("no posterior: the noise level is undefined, because the fit has zero residuals or no spare samples")]
     NoScatter,
     /// The march failed or was cancelled.
     #[error(transparent)]
     March(#[from] MarchError),
 }
 
-/// Draws that are kept, and marched for the bands.
+/// Largest number of draws stored and marched for the predictive bands.
 const DRAWS: usize = 2000;
-/// Autocorrelation times after which a start is forgotten: to less than a hundredth.
+/// Autocorrelation times of burn-in: the influence of the start falls below 1 %.
 const BURN_IN: f64 = 5.0;
-/// Streams of chance of the starts; those of moves lie below.
+/// First random stream of the starts; the streams of the moves are below.
 const STARTS: u64 = 1 << 63;
 
-/// The posterior of an estimate of these cases, by walkers that begin about it.
+/// Sample the posterior of an estimate of these cases.
 ///
 /// # Errors
-/// When there are too few walkers, nothing to weigh the data by, or the device fails.
+/// When there are too few walkers, the noise level is undefined, or the device fails.
 pub fn posterior(
     runs: &[(&Case, &Plan)],
     march: &mut dyn March,
@@ -103,7 +104,7 @@ pub fn posterior(
     walkers: &Walkers,
 ) -> Result<Posterior, PosteriorError> {
     let factors = found.factors.len();
-    // Walkers of one half span all directions only where they are more than those.
+    // Each half of the walkers spans the parameter space only with more walkers than factors.
     let least = 2 * (factors + 1);
     if walkers.number < least {
         return Err(PosteriorError::FewWalkers { walkers: walkers.number, factors, least });
@@ -127,13 +128,13 @@ pub fn posterior(
     let walk = walk(&mut problem, &starts(found, walkers), walkers.moves, walkers.seed)?;
 
     let burn_in = burn_in(&walk);
-    let kept: Vec<&[f64]> = walk.trails.iter().map(|trail| &trail[burn_in * walk.walkers..]).collect();
-    let draws = draws(&kept, walk.walkers);
-    let bounded = kept.iter().zip(&found.factors);
+    let chains: Vec<&[f64]> = walk.trails.iter().map(|chain| &chain[burn_in * walk.walkers..]).collect();
+    let draws = draws(&chains, walk.walkers);
+    let bounded = chains.iter().zip(&found.factors);
     let marginals: Vec<Marginal> =
-        bounded.map(|(kept, factor)| Marginal::of(kept, walk.walkers, factor.bounds)).collect();
+        bounded.map(|(chains, factor)| Marginal::of(chains, walk.walkers, factor.bounds)).collect();
     let pairs = (0..factors).flat_map(|second| (0..second).map(move |first| (second, first)));
-    let pairs = pairs.map(|(y, x)| Pair::of((x, kept[x], &marginals[x]), (y, kept[y], &marginals[y]))).collect();
+    let pairs = pairs.map(|(y, x)| Pair::of((x, chains[x], &marginals[x]), (y, chains[y], &marginals[y]))).collect();
 
     let WithPriors { problem: Weighed { problem: Robust { problem: walked, .. }, .. }, .. } = problem;
     let mut marches = walked.marches + runs.len() * draws.len();
@@ -164,43 +165,43 @@ pub fn posterior(
 }
 
 impl Posterior {
-    /// Whether walkers have been everywhere, in every factor, and a start is forgotten.
+    /// Whether the chains have converged: R-hat of every factor is below its limit, and the burn-in is long enough.
     pub fn is_settled(&self) -> bool {
         self.marginals.iter().all(|marginal| marginal.mixing.r_hat <= Mixing::R_HAT) && !self.is_short()
     }
 
-    /// Whether the burn-in is cut short by half of the moves.
+    /// Whether half of the iterations is too short for the burn-in.
     fn is_short(&self) -> bool {
         BURN_IN * self.autocorrelation_moves() > self.burn_in as f64 && 2 * self.burn_in >= self.walkers.moves
     }
 
-    /// The longest autocorrelation time of a factor, moves.
+    /// Longest autocorrelation time of a factor, iterations.
     pub fn autocorrelation_moves(&self) -> f64 {
         self.marginals.iter().map(|marginal| marginal.mixing.autocorrelation_moves).fold(0.0, f64::max)
     }
 
-    /// Moves that would do, by the autocorrelation time at hand: five times it to forget a start, and trails whose halves
-    /// are five times it long, with a quarter to spare.
+    /// Recommended iterations, from the present autocorrelation time τ: a burn-in of 5 τ and two half chains of 5 τ
+    /// each, plus a margin of 25 %.
     pub fn enough_moves(&self) -> f64 {
         1.25 * 3.0 * BURN_IN * self.autocorrelation_moves()
     }
 }
 
-/// The places of the estimated factors among those of a case.
+/// Indices of the estimated factors in a case.
 fn places(found: &Estimated, which: usize) -> Vec<Option<usize>> {
     found.factors.iter().map(|factor| factor.places[which]).collect()
 }
 
-/// A plan up to the instant after the last sample that judges it: what comes later moves no residual. One more, as the last
-/// step of a march that reacts knows no next one, which is worth microkelvins.
+/// The plan up to one instant after the last fitted sample: later steps change no residual. The extra instant is needed
+/// because the last step of a reacting march cannot extrapolate to a next one, which costs some microkelvins.
 fn up_to_the_last(plan: &Plan, observed: &[Sample]) -> Plan {
     let last = observed.iter().map(|sample| sample.instant).max().unwrap_or(0);
     plan.until((last + 1).min(plan.instants_s.len() - 1))
 }
 
-/// Starts about the estimate, one a column: normal with the correlations of the linear intervals and twice the deviations,
-/// cut off at the bounds, so that walkers come from outside in. Where nothing is determined, half of the bounds' distance
-/// is the deviation.
+/// Starts around the estimate, one per column: normal with the linear correlations and twice the standard errors,
+/// truncated at the bounds, so that the walkers are overdispersed. Where a factor is not determined, the deviation is
+/// half of the distance between its bounds.
 fn starts(found: &Estimated, walkers: &Walkers) -> DMatrix<f64> {
     let factors = found.factors.len();
     let spreads: Vec<f64> = found
@@ -235,23 +236,23 @@ fn starts(found: &Estimated, walkers: &Walkers) -> DMatrix<f64> {
     DMatrix::from_vec(factors, walkers.number, columns)
 }
 
-/// The least variance of starts along a direction, of a correlation: walkers never leave a plane that all begin in.
+/// Smallest eigenvalue of the correlation of the starts: the moves never leave a hyperplane that contains all walkers.
 const FLAT: f64 = 1e-8;
-/// Draws of a start before it is taken from anywhere between the bounds.
+/// Attempts at drawing a start within the bounds, before it is drawn uniformly between them.
 const TRIES: usize = 100;
 
 fn burn_in(walk: &Walk) -> usize {
     let half = walk.moves / 2 * walk.walkers;
-    let times = walk.trails.iter().map(|trail| Mixing::of(&trail[half..], walk.walkers).autocorrelation_moves);
+    let times = walk.trails.iter().map(|chain| Mixing::of(&chain[half..], walk.walkers).autocorrelation_moves);
     ((BURN_IN * times.fold(0.0, f64::max)).ceil() as usize).min(walk.moves / 2)
 }
 
-/// Draws spread over the moves, one walker after the other.
-fn draws(kept: &[&[f64]], walkers: usize) -> Vec<Vec<f64>> {
-    let all = kept.first().map_or(0, |trail| trail.len());
+/// Draws spread over the iterations, alternating between walkers.
+fn draws(chains: &[&[f64]], walkers: usize) -> Vec<Vec<f64>> {
+    let all = chains.first().map_or(0, |chain| chain.len());
     let count = all.min(DRAWS);
     let place = |draw: usize| draw * (all / walkers) / count * walkers + draw % walkers;
-    (0..count).map(|draw| kept.iter().map(|trail| trail[place(draw)]).collect()).collect()
+    (0..count).map(|draw| chains.iter().map(|chain| chain[place(draw)]).collect()).collect()
 }
 
 #[cfg(test)]
@@ -261,7 +262,7 @@ mod tests {
     use crate::pilot::pilot;
 
     #[test]
-    fn a_march_that_ends_with_the_last_sample_shows_what_the_whole_one_does_up_to_there() {
+    fn a_march_truncated_after_the_last_sample_equals_the_full_march_up_to_there() {
         for id in ["lcat-2259-tc3", "lcat-2259", "kaowool", "lcat-2259-pyrolysis"] {
             let folder = format!("{}/cases/{id}", env!("CARGO_MANIFEST_DIR"));
             let mut case = Case::load(folder.as_ref()).expect("a shipped case loads");
@@ -284,13 +285,13 @@ mod tests {
     }
 
     #[test]
-    fn draws_are_of_all_walkers_and_of_all_moves() {
-        let trail: Vec<f64> = (0..50 * 100).map(f64::from).collect();
-        let found = draws(&[&trail], 100);
+    fn draws_cover_all_walkers_and_all_iterations() {
+        let chain: Vec<f64> = (0..50 * 100).map(f64::from).collect();
+        let found = draws(&[&chain], 100);
         assert_eq!(found.len(), DRAWS);
         let (walkers, moves): (Vec<usize>, Vec<usize>) =
             found.iter().map(|draw| (draw[0] as usize % 100, draw[0] as usize / 100)).unzip();
         assert!((0..100).all(|walker| walkers.contains(&walker)) && (0..50).all(|turn| moves.contains(&turn)));
-        assert_eq!(draws(&[&trail[..30]], 10).len(), 30);
+        assert_eq!(draws(&[&chain[..30]], 10).len(), 30);
     }
 }

@@ -1,38 +1,38 @@
-//! A share that was counted: so many of so many.
+//! A binomial proportion: a count out of a total.
 
 use statrs::distribution::{Binomial, DiscreteCDF, Hypergeometric};
 use statrs::function::beta::beta_reg;
 use statrs::function::gamma::ln_gamma;
 
-/// How many of how many had a property.
+/// A count out of a total.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Proportion {
-    /// Those counted.
+    /// The count.
     pub count: usize,
-    /// All of them.
+    /// The total.
     pub of: usize,
 }
 
 impl Proportion {
-    /// The share; NaN of none.
+    /// The proportion; NaN for a total of zero.
     pub fn share(self) -> f64 {
         self.count as f64 / self.of as f64
     }
 
-    /// The probabilities that a count like this leaves open at 95 %: the interval of Clopper & Pearson (Biometrika 26, 1934),
-    /// which covers the truth at least as often as it says, for few as for many, and at a share of one too.
+    /// 95 % confidence interval of the probability, by Clopper & Pearson (Biometrika 26, 1934). Its coverage is at
+    /// least 95 % for any total and any probability.
     pub fn interval_95(self) -> (f64, f64) {
         let (count, of) = (self.count as f64, self.of as f64);
-        // P(X ≥ k) of n draws at probability q is I_q(k, n − k + 1), which rises with q.
+        // P(X ≥ k) for n draws with probability q is I_q(k, n − k + 1), which rises with q.
         let at_least = |least: f64, q: f64| if least <= 0.0 { 1.0 } else { beta_reg(least, of - least + 1.0, q) };
         let low = if self.count == 0 { 0.0 } else { root(|q| at_least(count, q) - 0.025) };
         let high = if self.count == self.of { 1.0 } else { root(|q| at_least(count + 1.0, q) - 0.975) };
         (low, high)
     }
 
-    /// Whether two counts differ by no more than happens to 95 of 100 of one probability: Fisher's exact test, as of what is
-    /// rare there are too few for a normal one.
+    /// Whether two counts are consistent with one probability at the 95 % level: Fisher's exact test, because a normal
+    /// approximation fails for rare events.
     pub fn is_like(self, other: Self) -> bool {
         let (all, had) = ((self.of + other.of) as u64, (self.count + other.count) as u64);
         let Ok(chance) = Hypergeometric::new(all, had, other.of as u64) else { return false };
@@ -43,7 +43,7 @@ impl Proportion {
     }
 }
 
-/// Where a function that rises from 0 to 1 passes zero.
+/// Root of a rising function on 0 to 1, by bisection.
 fn root(rising: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..60 {
@@ -53,9 +53,8 @@ fn root(rising: impl Fn(f64) -> f64) -> f64 {
     (low + high) / 2.0
 }
 
-/// Of so many draws in order, counted from one, the two between which the quantile of a probability lies with 95 %
-/// confidence, whatever the distribution (David & Nagaraja, *Order Statistics*, 2003, section 7.1): none where so few draws
-/// have none so far out.
+/// Ranks, counted from one, of the two ordered draws that enclose a quantile with 95 % confidence for any distribution
+/// (David & Nagaraja, *Order Statistics*, 2003, section 7.1); `None` where there are too few draws.
 pub fn ranks_95(draws: usize, probability: f64) -> (Option<usize>, Option<usize>) {
     let Ok(binomial) = Binomial::new(probability, draws as u64) else { return (None, None) };
     let low = usize::try_from(binomial.inverse_cdf(0.025)).unwrap_or(usize::MAX);
@@ -63,13 +62,12 @@ pub fn ranks_95(draws: usize, probability: f64) -> (Option<usize>, Option<usize>
     ((low >= 1).then_some(low), (high <= draws).then_some(high))
 }
 
-/// Of so many further draws, the least and the most that lie below the draw of a rank, counted from one, among so many
-/// earlier ones, in 95 of 100 pairs of samples: whatever the distribution, the count is negative hypergeometric, or binomial
-/// with a probability of Beta(rank, draws − rank + 1) (David & Nagaraja, *Order Statistics*, 2003, section 2.5). Each side
-/// is left in at most 2.5 %.
+/// 95 % range of the number of further draws below the draw of a rank (counted from one) among earlier ones. For any
+/// distribution the number is negative hypergeometric: binomial with a probability of Beta(rank, draws − rank + 1)
+/// (David & Nagaraja, *Order Statistics*, 2003, section 2.5). Each tail has at most 2.5 %.
 pub fn counts_below_95(rank: usize, draws: usize, further: usize) -> (usize, usize) {
     let (k, n, m) = (rank as f64, draws as f64, further as f64);
-    // P(X = x) = C(x + k − 1, x) C(m − x + n − k, m − x)/C(n + m, m), in logarithms as the first may be too small for a number.
+    // P(X = x) = C(x + k − 1, x) C(m − x + n − k, m − x)/C(n + m, m), in logarithms to avoid underflow.
     let choose = |n: f64, k: f64| ln_gamma(n + 1.0) - ln_gamma(k + 1.0) - ln_gamma(n - k + 1.0);
     let chance = |x: usize| {
         let x = x as f64;
@@ -86,13 +84,13 @@ pub fn counts_below_95(rank: usize, draws: usize, further: usize) -> (usize, usi
     (end(Box::new(0..=further)), end(Box::new((0..=further).rev())))
 }
 
-/// The fewest draws of which the highest lies above the quantile of a probability with 97.5 % confidence, `pⁿ ≤ 0.025`: with
-/// fewer there is no upper end to any interval (Wilks, Ann. Math. Stat. 12, 1941).
+/// Smallest number of draws whose maximum exceeds a quantile with 97.5 % confidence, `pⁿ ≤ 0.025`; with fewer draws the
+/// interval has no upper end (Wilks, Ann. Math. Stat. 12, 1941).
 pub fn fewest_draws(probability: f64) -> usize {
     (0.025_f64.ln() / probability.ln()).ceil() as usize
 }
 
-/// The draws at which the counted share of what is rare has a standard error of a tenth of itself.
+/// Number of draws for a relative standard error of 10 % in the estimated probability of the complementary rare event.
 pub fn draws_to_a_tenth(probability: f64) -> usize {
     (100.0 * probability / (1.0 - probability)).ceil() as usize
 }
@@ -101,9 +99,9 @@ pub fn draws_to_a_tenth(probability: f64) -> usize {
 mod tests {
     use super::*;
 
-    /// Tables of Clopper and Pearson's limits: 8 of 10, 0 of 20 (`1 − 0.025^(1/20)`), 95 of 100.
+    /// Tables of Clopper and Pearson: 8 of 10, 0 of 20 (`1 − 0.025^(1/20)`), 95 of 100.
     #[test]
-    fn limits_of_a_counted_share_are_those_of_the_tables() {
+    fn limits_of_a_proportion_equal_the_tables() {
         for (count, of, low, high) in
             [(8, 10, 0.4439, 0.9748), (0, 20, 0.0, 0.1684), (20, 20, 0.8316, 1.0), (95, 100, 0.8872, 0.9836)]
         {
@@ -113,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn counts_of_what_is_rare_are_told_apart_no_sooner_than_chance_allows() {
+    fn counts_of_rare_events_differ_only_beyond_chance() {
         let failed = |count| Proportion { count, of: 400 };
         assert!(failed(4).is_like(failed(4)) && failed(4).is_like(failed(12)) && failed(12).is_like(failed(4)));
         assert!(!failed(4).is_like(failed(16)) && !failed(16).is_like(failed(4)));
@@ -122,14 +120,14 @@ mod tests {
     }
 
     #[test]
-    fn a_quantile_lies_between_its_ranks_as_often_as_is_said_and_not_much_more() {
+    fn a_quantile_lies_between_its_ranks_with_the_stated_confidence() {
         let (Some(low), Some(high)) = ranks_95(1000, 0.99) else { panic!("a thousand are enough") };
         let binomial = Binomial::new(0.99, 1000).expect("a probability");
         let within = binomial.cdf(high as u64 - 1) - binomial.cdf(low as u64 - 1);
         assert!((0.95..0.98).contains(&within), "{low} to {high}: {within}");
     }
 
-    /// Against a count of pairs of samples: 400 draws, the 380th of them, and of 400 further draws those below it.
+    /// Monte Carlo: 400 draws, the 380th of them in order, and the number of 400 further draws below it.
     #[test]
     fn counts_below_a_ranked_draw_lie_between_their_limits_in_95_of_100_pairs_of_samples() {
         let (low, high) = counts_below_95(380, 400, 400);
@@ -148,7 +146,7 @@ mod tests {
             clopper_pearson += usize::from((least..=most).contains(&0.95));
         }
         assert!((3780..=3880).contains(&within), "{low} to {high} hold {within} of 4000");
-        // The negative control: the interval of the check alone, which does not know that the thickness scatters too.
+        // Negative control: the binomial interval of the check, which ignores the scatter of the thickness.
         assert!(clopper_pearson < 3500, "{clopper_pearson}");
     }
 

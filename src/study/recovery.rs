@@ -1,7 +1,7 @@
-//! Does an estimate find the truth, and do its intervals hold it as often as they say?
+//! Coverage study: do the 95 % intervals of an estimate contain the true factors in 95 % of repetitions?
 //!
-//! Data sets are made of truths drawn between the side constraints, with noise, and each is fitted as a measurement would be.
-//! What they leave is judged by counting: this is the only test of an interval that takes nothing for granted but the noise.
+//! Synthetic data sets are generated from factors drawn between the side constraints, with noise, and each is fitted
+//! like a measurement. Counting coverage tests the intervals without any assumption except the noise model.
 
 use super::estimate::{EstimateError, Estimated, Search, estimate};
 use super::nominal::trusted;
@@ -14,77 +14,77 @@ use crate::march::{March, MarchError, march_all};
 use crate::plan::Plan;
 use crate::traces::Arrival;
 
-/// What many twins of a case say of its estimates. All of it is over the twins that were fitted, whether the fit converged or not.
+/// Results over all fitted data sets, converged or not.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Recovery {
-    /// One a factor estimated.
+    /// One per estimated factor.
     pub recovered: Vec<Recovered>,
-    /// One a data set.
+    /// One per data set.
     pub twins: Vec<TwinFit>,
-    /// The standard deviation of the noise, K; `None` where each sample had the one that the case states of it.
+    /// Standard deviation of the noise, K; `None` where each sample has the one that the case states.
     pub noise_k: Option<f64>,
     /// Correlation time and seed of the noise.
     pub noise: Noise,
-    /// Between which side constraints truths were drawn.
+    /// The side constraints between which true factors were drawn.
     pub drawn: Bounds,
-    /// Of all factors of all twins fitted, those whose interval held the truth.
+    /// Coverage over all factors of all fitted data sets: intervals that contain the truth.
     pub covered: Proportion,
-    /// Samples of each data set, and of how many independent ones they carry the information on average.
+    /// Samples per data set.
     pub samples: usize,
-    /// How many independent samples carry the information of those of a data set, on average.
+    /// Mean effective sample size of a data set.
     pub effective_samples: f64,
 }
 
-/// How well one factor was found, over the twins fitted.
+/// Error and coverage of one factor over the fitted data sets.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Recovered {
     /// The name of the factor.
     pub name: String,
-    /// Its place among the factors of the case.
+    /// Index of the factor in the case.
     pub factor: usize,
-    /// Mean of estimate less truth, its standard error, and the root mean square.
+    /// Bias: mean of estimate minus truth.
     pub bias: f64,
     /// Standard error of the bias.
     pub bias_error: f64,
-    /// Root mean square of estimate less truth.
+    /// Root mean square of estimate minus truth.
     pub rms: f64,
     /// Mean half-width of the 95 % intervals.
     pub half_width: f64,
-    /// Twins whose 95 % interval holds the truth.
+    /// Data sets whose 95 % interval contains the truth.
     pub covered: Proportion,
-    /// Twins whose estimate stands on a bound: these count too.
+    /// Data sets whose estimate is on a bound; they count in every other number.
     pub at_bound: usize,
 }
 
-/// One twin.
+/// The fit of one data set.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct TwinFit {
-    /// One a factor estimated.
+    /// One per estimated factor.
     pub truth: Vec<f64>,
-    /// How its fit ended.
+    /// Outcome of the fit.
     pub end: TwinEnd,
 }
 
-/// How the fit of a twin ended.
+/// Outcome of the fit of a data set.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum TwinEnd {
-    /// At a minimum.
+    /// The fit converged to a minimum.
     Converged(Found),
-    /// It ended elsewhere: what it found, which counts as a user would read it, and why.
+    /// The fit did not converge: its result, which counts because a user would read it, and the reason.
     NotConverged(Found, String),
-    /// There are no data to fit: why.
+    /// No data set was generated; the reason.
     Failed(String),
 }
 
-/// What was found: one a factor estimated.
+/// The result of one fit: one entry per estimated factor.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -93,63 +93,63 @@ pub struct Found {
     pub values: Vec<f64>,
     /// The 95 % intervals.
     pub intervals: Vec<(f64, f64)>,
-    /// Whether each estimate stands on a bound.
+    /// Whether each estimate is on a bound.
     pub at_bound: Vec<bool>,
     effective_samples: f64,
     samples: usize,
 }
 
-/// How many data sets are made, of which truths and with which noise, and how each is fitted.
+/// Settings of a coverage study.
 #[derive(Clone, Debug)]
 pub struct Design {
-    /// Data sets.
+    /// Number of data sets.
     pub twins: usize,
-    /// The side constraints between which truths are drawn.
+    /// The side constraints between which true factors are drawn.
     pub drawn: Bounds,
-    /// The standard deviation of the noise, K; `None` takes the one that the case states of each sample.
+    /// Standard deviation of the noise, K; `None` uses the one that the case states for each sample.
     pub noise_k: Option<f64>,
     /// Correlation time and seed of the noise.
     pub noise: Noise,
-    /// How each data set is fitted.
+    /// Settings of each fit.
     pub search: Search,
 }
 
-/// Make so many data sets at the times of the case's observations, and fit each with the same search. Truths are drawn of what
-/// is estimated; every other factor is nominal, as the fit takes it to be: what an estimate makes of a wrong model is another
-/// question. All fits go side by side. None depends on how many there are, nor on what marches beside it.
+/// Generate synthetic data sets at the times of the case's observations, and fit each with the same settings. The
+/// estimated factors are drawn; the others are nominal, as in the fit, because the effect of a wrong model is a
+/// separate question. All fits are marched as one batch, and their results do not depend on its size.
 ///
 /// # Errors
-/// When there is nothing to estimate, or to estimate it from, or the device fails. A fit that fails is counted.
+/// When there are no factors or no data to estimate from, or the device fails. A fit that fails is counted.
 pub fn recovery(case: &Case, plan: &Plan, march: &mut dyn March, design: &Design) -> Result<Recovery, EstimateError> {
-    let Design { twins, drawn, noise_k, noise, ref search } = *design;
+    let Design { twins: data_sets, drawn, noise_k, noise, ref search } = *design;
     let estimated = &case.estimate.factors;
     if estimated.is_empty() {
         return Err(EstimateError::no_factors(&[case]));
     }
     let sampling = Sampling { kind: SamplingKind::Normal, seed: noise.seed };
-    let ensemble = Ensemble::sample(&case.factors, drawn, &sampling, twins);
-    let truths: Vec<Vec<f64>> = (0..twins)
-        .map(|twin| {
-            let drawn = ensemble.member(twin);
+    let ensemble = Ensemble::sample(&case.factors, drawn, &sampling, data_sets);
+    let truths: Vec<Vec<f64>> = (0..data_sets)
+        .map(|data_set| {
+            let drawn = ensemble.member(data_set);
             let of =
                 |factor: usize| if estimated.contains(&factor) { drawn[factor] } else { case.factors[factor].nominal };
             (0..case.factors.len()).map(of).collect()
         })
         .collect();
     let data = observed(case, plan, march, &truths, noise_k, &noise)?;
-    let fits = together(march, plan, twins, |twin, march| {
-        data[twin].as_ref().map(|data| estimate(&[(data, plan)], march, search))
+    let fits = together(march, plan, data_sets, |data_set, march| {
+        data[data_set].as_ref().map(|data| estimate(&[(data, plan)], march, search))
     })?;
-    let mut found = Vec::with_capacity(twins);
+    let mut found = Vec::with_capacity(data_sets);
     for (truth, fit) in truths.iter().zip(fits) {
         let end = match fit {
-            None => TwinEnd::Failed("the truth cannot be marched".to_owned()),
+            None => TwinEnd::Failed("the march at the true factors failed".to_owned()),
             Some(fit) => ended(fit?),
         };
         found.push(TwinFit { truth: estimated.iter().map(|&factor| truth[factor]).collect(), end });
     }
     let fitted: Vec<(&[f64], &Found)> =
-        found.iter().filter_map(|twin| Some((twin.truth.as_slice(), twin.end.found()?))).collect();
+        found.iter().filter_map(|fit| Some((fit.truth.as_slice(), fit.end.found()?))).collect();
     let recovered: Vec<Recovered> = estimated
         .iter()
         .enumerate()
@@ -172,16 +172,16 @@ pub fn recovery(case: &Case, plan: &Plan, march: &mut dyn March, design: &Design
 }
 
 impl Recovery {
-    /// Twins whose fit converged.
+    /// Number of data sets whose fit converged.
     pub fn converged(&self) -> usize {
-        self.twins.iter().filter(|twin| matches!(twin.end, TwinEnd::Converged(_))).count()
+        self.twins.iter().filter(|fit| matches!(fit.end, TwinEnd::Converged(_))).count()
     }
 
-    /// Why fits failed, and how many each.
+    /// Reasons of failed fits, with their counts.
     pub fn failures(&self) -> Vec<(&str, usize)> {
         let mut failures: Vec<(&str, usize)> = Vec::new();
-        for twin in &self.twins {
-            let (TwinEnd::Failed(reason) | TwinEnd::NotConverged(_, reason)) = &twin.end else { continue };
+        for fit in &self.twins {
+            let (TwinEnd::Failed(reason) | TwinEnd::NotConverged(_, reason)) = &fit.end else { continue };
             match failures.iter_mut().find(|(known, _)| known == reason) {
                 Some((_, count)) => *count += 1,
                 None => failures.push((reason, 1)),
@@ -192,7 +192,7 @@ impl Recovery {
 }
 
 impl TwinEnd {
-    /// What the fit found, converged or not.
+    /// Result of the fit, converged or not.
     pub fn found(&self) -> Option<&Found> {
         match self {
             Self::Converged(found) | Self::NotConverged(found, _) => Some(found),
@@ -201,7 +201,7 @@ impl TwinEnd {
     }
 }
 
-/// The case with the observations of each truth; none where a truth cannot be marched.
+/// The case with synthetic observations for each set of true factors; `None` where the march failed.
 fn observed(
     case: &Case,
     plan: &Plan,
@@ -218,9 +218,9 @@ fn observed(
                 data.push(None);
                 continue;
             }
-            let mut twin = case.clone();
-            for (seen, made) in case.observations.iter().zip(&mut twin.observations) {
-                // From one on: of nought the numbers that make noise are those that draw truths.
+            let mut synthetic = case.clone();
+            for (seen, made) in case.observations.iter().zip(&mut synthetic.observations) {
+                // Data sets are numbered from one, because the random stream of number zero draws the true factors.
                 let noise = noise.at(&seen.times_s, traces.first + member + 1, seen.sensor);
                 let trace_k = traces.trace(member, seen.sensor);
                 for (sample, instant) in trusted(case, seen, &plan.instants_s) {
@@ -228,7 +228,7 @@ fn observed(
                     made.temperatures_k[sample] = trace_k[instant] + deviation_k * noise[sample];
                 }
             }
-            data.push(Some(twin));
+            data.push(Some(synthetic));
         }
     })?;
     Ok(data)

@@ -1,19 +1,19 @@
-//! How long a question took.
+//! Run time of a question.
 
 use std::time::Instant;
 
-/// Where the time of a question went before its report, s.
+/// Run time of a question by phase, before its report, s.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Seconds {
-    /// Adapting cells and time steps.
+    /// Adaptation of cells and time steps, s.
     pub plan_s: f64,
-    /// Marching.
+    /// Marches, s.
     pub march_s: f64,
-    /// All else that the question took: statistics, minimisation.
+    /// Everything else: statistics, minimisation, s.
     pub reduce_s: f64,
-    /// When the question was asked: the total is counted from here.
+    /// Start of the question.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub began: Instant,
 }

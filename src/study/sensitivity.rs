@@ -1,4 +1,4 @@
-//! What does each factor do to each thermocouple, and which can be estimated together?
+//! Local sensitivities of every thermocouple to every factor, and identifiability of the factors.
 
 use super::thermocouples::{Part, Sample, Thermocouples, samples};
 use crate::case::Case;
@@ -10,43 +10,42 @@ use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
 use nalgebra::{DMatrix, DVector};
 
-/// Derivatives of every temperature by every factor, and what they say of estimation.
+/// Derivatives of every temperature with respect to every factor, and the identifiability that follows.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Sensitivity {
-    /// Relative step of the differences (the paper's Eq. 14) that the derivatives are; `None` where the march told them
-    /// exactly.
+    /// Relative step of the finite differences (the paper's Eq. 14); `None` where the march computed exact tangents.
     pub step: Option<f64>,
     /// Instants of the derivatives, s.
     pub instants_s: Vec<f64>,
     /// Factor × sensor × instant, K per unit of the factor.
     pub derivatives_k: Vec<Vec<Vec<f64>>>,
-    /// What the observations of the trusted sensors and window, or where there are none every instant of
-    /// every sensor at 2 K, say of all factors taken together.
+    /// Identifiability of all factors together, from the observations of the selected sensors and window; without
+    /// observations, from every instant of every sensor with a standard deviation of 2 K.
     pub all: Identifiability,
-    /// The share that each factor makes of the variance of those data, sample by sample in units of its deviation, were
-    /// each drawn by its side constraints: to first order. NaN where no factor moves them.
+    /// Fraction of the variance of the standardised data due to each factor drawn from its side constraints, to first
+    /// order. NaN where no factor changes them.
     pub shares: Vec<f64>,
-    /// The set proposed for estimation: those that matter, as far as the data tell them apart.
+    /// The set recommended for estimation: the influential factors, as far as the data separate them.
     pub proposed: Identifiability,
-    /// The factors left out of it, in the order they went: first those that do not matter. Widths of standard errors are
-    /// one, in units of the factor's own deviation.
+    /// The dropped factors in order, those without influence first. Standard errors are in units of the factor's prior
+    /// standard deviation.
     pub reduction: Vec<Dropped>,
-    /// The set that the case states for estimation, where it does.
+    /// The set that the case selects for estimation, if any.
     pub stated: Option<Identifiability>,
-    /// Members marched, one with its derivatives counted once.
+    /// Members marched; one with its derivatives counts once.
     pub marches: usize,
 }
 
 impl Sensitivity {
-    /// How the derivatives were found: `tangent` or `difference`.
+    /// Method of the derivatives: `tangent` or `difference`.
     pub fn method(&self) -> &'static str {
         if self.step.is_none() { "tangent" } else { "difference" }
     }
 }
 
-/// How well a set of factors is determined by the data.
+/// Identifiability of a set of factors from the data.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -55,25 +54,25 @@ pub struct Identifiability {
     pub factors: Vec<usize>,
     /// Root mean square of the scaled sensitivity P ∂T/∂P over the data, K.
     pub magnitude_k: Vec<f64>,
-    /// Standard error each factor would have; infinite where it is not determined.
+    /// Standard error of each factor; infinite where it is not determined.
     pub standard_errors: Vec<f64>,
     /// Correlation of the estimates.
     pub correlation: Vec<Vec<f64>>,
-    /// Correlation (cosine) of the sensitivity curves themselves.
+    /// Cosine of the angle between the sensitivity vectors of each pair.
     pub alignment: Vec<Vec<f64>>,
-    /// Of the Jacobian weighted by the data, its columns at unit length.
+    /// Condition number of the weighted Jacobian with columns scaled to unit length.
     pub condition_number: f64,
     /// The rank of the scaled sensitivities.
     pub rank: usize,
-    /// The direction in which the data say least, in words.
+    /// The least determined direction in factor space, in words.
     pub weakest: String,
 }
 
-/// Standard deviation of a reading where the case has no observations, K.
+/// Standard deviation assumed for a reading where the case has no observations, K.
 const SIGMA_K: f64 = 2.0;
 
-/// The relative step of a difference that loses least: the cube root of the error of the traces, as the
-/// truncation grows with its square. In f32 the traces come down in two words.
+/// Optimal relative step of a central difference: the cube root of the relative error of the traces, because truncation
+/// grows with the square of the step. In f32 the traces carry two words per temperature.
 pub fn difference_step(precision: Precision) -> f64 {
     match precision {
         Precision::F32 => 1e-3,
@@ -81,8 +80,8 @@ pub fn difference_step(precision: Precision) -> f64 {
     }
 }
 
-/// Derivatives at the nominal factors: as the march tells them, or where it tells none or a relative step is given by central
-/// differences, one ensemble of 2n + 1 members.
+/// Derivatives at the nominal factors: exact tangents where the march computes them, otherwise, or with a given
+/// relative step, central differences from one ensemble of 2n + 1 members.
 ///
 /// # Errors
 /// When the device fails.
@@ -102,13 +101,13 @@ pub fn sensitivity(
     let part = Part::new(case, plan, factors.iter().copied().map(Some).collect(), whole.clone());
     let bounds = case.factors.iter().map(|factor| factor.bounds(case.estimate.bounds)).collect();
     let mut problem = Thermocouples::new(march, vec![part], bounds);
-    let told = match step {
+    let exact = match step {
         Some(_) => None,
         None => {
-            problem.tangents(&DMatrix::from_columns(std::slice::from_ref(&nominal)))?.and_then(|mut told| told.pop())
+            problem.tangents(&DMatrix::from_columns(std::slice::from_ref(&nominal)))?.and_then(|mut exact| exact.pop())
         }
     };
-    let (tangent, step) = match told {
+    let (tangent, step) = match exact {
         Some(tangent) => (tangent, None),
         None => {
             let step = step.unwrap_or(default_step);
@@ -129,10 +128,11 @@ pub fn sensitivity(
         tangent.jacobian[(judges[i].sensor * instants + judges[i].instant, factor)] / judges[i].sigma_k
     });
     let widths: Vec<f64> = case.factors.iter().map(|factor| factor.deviation(case.estimate.bounds)).collect();
-    // In units of what is known beforehand: of two factors that stand in each other's way, the one whose doubt moves
-    // the data less goes, not the one that is worth less per unit of itself.
-    let doubts = DMatrix::from_fn(judges.len(), factors.len(), |i, factor| jacobian[(i, factor)] * widths[factor]);
-    let reduced = subset(&doubts, 1.0, &vec![1.0; factors.len()], &Limits::default());
+    // In units of the prior standard deviations: of two correlated factors the one whose prior uncertainty changes the
+    // data less is dropped, independent of its unit.
+    let prior_scaled =
+        DMatrix::from_fn(judges.len(), factors.len(), |i, factor| jacobian[(i, factor)] * widths[factor]);
+    let reduced = subset(&prior_scaled, 1.0, &vec![1.0; factors.len()], &Limits::default());
     let names: Vec<&str> = case.factors.iter().map(|factor| factor.name.as_str()).collect();
     let of = |set: &[usize]| {
         let values: Vec<f64> = set.iter().map(|&factor| nominal[factor]).collect();
@@ -152,27 +152,27 @@ pub fn sensitivity(
 }
 
 impl Sensitivity {
-    /// What 1 % more of a factor, of its nominal value, changes to first order: sensor × instant, K.
+    /// Temperature change due to 1 % of a factor's nominal value, to first order: sensor × instant, K.
     pub fn per_percent_k(&self, case: &Case, factor: usize) -> Vec<Vec<f64>> {
         let percent = 0.01 * case.factors[factor].nominal;
         self.derivatives_k[factor].iter().map(|trace| trace.iter().map(|slope_k| percent * slope_k).collect()).collect()
     }
 
-    /// The factors that matter: all but those that went as the data hardly change with them. Indices, rising.
+    /// The influential factors: all except those dropped for a small effect. Indices, rising.
     pub fn matter(&self) -> Vec<usize> {
         let slight = |factor: usize| self.left_out(factor).is_some_and(|dropped| dropped.reason.is_of_effect());
         self.all.factors.iter().copied().filter(|&factor| !slight(factor)).collect()
     }
 
-    /// How a factor was left out of the set proposed, where it was.
+    /// The record of a dropped factor; `None` for a recommended one.
     pub fn left_out(&self, factor: usize) -> Option<&Dropped> {
         self.reduction.iter().find(|dropped| dropped.variable == factor)
     }
 }
 
 impl Identifiability {
-    /// What a Jacobian, weighted as its samples are, says of some of the factors of these names at their values; `variance`
-    /// is that of the weighted residuals. Rows after those of the samples are of what is known beforehand.
+    /// Identifiability of the factors with these names and values from a weighted Jacobian; `variance` is that of the
+    /// weighted residuals. Rows after those of the samples belong to priors.
     pub fn of(
         names: &[&str],
         factors: &[usize],
@@ -203,7 +203,7 @@ impl Identifiability {
     }
 }
 
-/// The direction in which the data say least, as changes of factors in per cent and what they do to the data.
+/// The least determined direction, as changes of factors in per cent and the resulting change of the data.
 fn weakest(
     names: &[&str],
     factors: &[usize],
@@ -214,12 +214,12 @@ fn weakest(
 ) -> String {
     let name = |place: usize| names[factors[place]];
     if let Some(place) = found.lengths.iter().position(|&length| length == 0.0) {
-        return format!("the data do not change with {} at all", name(place));
+        return format!("the data do not depend on {}", name(place));
     }
     let change = DVector::from_fn(factors.len(), |place, _| found.weakest[place] / found.lengths[place]);
     let percent: Vec<f64> = change.iter().zip(values).map(|(change, value)| 100.0 * change / value).collect();
     let Some(lead) = (0..percent.len()).max_by(|&a, &b| percent[a].abs().total_cmp(&percent[b].abs())) else {
-        return "there is nothing to estimate".to_owned();
+        return "no factor to estimate".to_owned();
     };
     let scale = 1.0 / percent[lead];
     let moved = jacobian * &change * scale;
@@ -229,14 +229,14 @@ fn weakest(
     order.sort_by(|&a, &b| percent[b].abs().total_cmp(&percent[a].abs()));
     let parts: Vec<String> =
         order.iter().take(4).map(|&place| format!("{} {:+.1} %", name(place), scale * percent[place])).collect();
-    let tail = format!("move the data by {moved_k:.2} K rms together");
+    let tail = format!("change the data by {moved_k:.2} K rms in total");
     match order.as_slice() {
-        [only] => format!("{} alone: {} moves the data by {moved_k:.2} K rms", name(*only), parts[0]),
+        [only] => format!("{} alone: {} changes the data by {moved_k:.2} K rms", name(*only), parts[0]),
         [first, second] if (scale * percent[*second] + 1.0).abs() < 0.02 => {
-            format!("only the product {}·{} acts: {} {tail}", name(*first), name(*second), parts.join(" with "))
+            format!("only the product {}·{} matters: {} {tail}", name(*first), name(*second), parts.join(" with "))
         }
         [first, second] if (scale * percent[*second] - 1.0).abs() < 0.02 => {
-            format!("only the ratio {}:{} acts: {} {tail}", name(*first), name(*second), parts.join(" with "))
+            format!("only the ratio {}:{} matters: {} {tail}", name(*first), name(*second), parts.join(" with "))
         }
         _ => format!("{} {tail}", parts.join(", ")),
     }

@@ -1,4 +1,4 @@
-//! How thick must a ply be for a sensor to stay below its limit?
+//! Sizing: the thickness of a ply that keeps a sensor below its temperature limit with a given probability.
 
 mod needed;
 mod stretched;
@@ -17,105 +17,107 @@ use crate::traces::Arrival;
 use stretched::{mass_kg_m2, redrawn};
 use trial::{Trial, guess};
 
-/// What is asked of a ply.
+/// Requirement on a ply.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Demand {
-    /// A ply, or a group whose plies are stretched alike.
+    /// A ply, or a group whose plies are scaled by one ratio.
     pub ply: String,
-    /// The sensor whose highest temperature over the whole run is to stay below the limit.
+    /// Index of the sensor whose peak must stay below the limit.
     pub sensor: usize,
     /// The limit, K.
     pub limit_k: f64,
-    /// The share of members that are to hold it.
+    /// Required fraction of members below the limit.
     pub probability: f64,
-    /// The thinnest and the thickest allowed, of all the plies together, m; `None` takes a quarter of what is drawn to four
-    /// times that.
+    /// Smallest and largest total thickness of the plies, m; `None` for a quarter to four times the case's thickness.
     pub within_m: Option<(f64, f64)>,
 }
 
-/// The thickness that a ply needs.
+/// Result of sizing a ply.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Sizing {
-    /// What was asked of the ply.
+    /// The requirement.
     pub demand: Demand,
-    /// The thinnest and the thickest allowed, and the thickness as drawn, m.
+    /// Smallest and largest thickness allowed, m.
     pub within_m: (f64, f64),
-    /// The thickness as drawn, m.
+    /// Thickness in the case, m.
     pub drawn_m: f64,
-    /// With every factor nominal.
+    /// Required thickness with nominal factors.
     pub nominal: Needed,
-    /// For the share of members that is asked for.
+    /// Thickness for the required fraction of members.
     pub needed: Needed,
-    /// Where that lies with 95 % confidence, as the members are so many draws; `None` where these are too few to say.
+    /// 95 % confidence interval of that thickness, from the number of members; an end is `None` where there are too
+    /// few.
     pub interval: (Option<Needed>, Option<Needed>),
     /// Members drawn.
     pub members: usize,
-    /// Members that failed at a thickness, and count there as if they had exceeded the limit.
+    /// Members whose march failed at a thickness; they count as exceeding the limit there.
     pub failures: Vec<Failure>,
-    /// What each member needs, thinnest first, m; infinite where the thickest allowed does not hold.
+    /// Thickness required by each member, m, in rising order; infinite where the largest thickness does not suffice.
     pub each_m: Vec<f64>,
-    /// Squared correlations of the factors with what members need, over their sum; zero where nothing varies.
+    /// Squared correlation of each factor with the required thickness, normalised to a sum of one; zero where nothing
+    /// varies.
     pub shares: Vec<f64>,
-    /// Peaks over thickness, thinnest first.
+    /// Peak temperature over thickness, thinnest first.
     pub rungs: Vec<Rung>,
-    /// Mass on an area of the plies that are sized, per thickness of them all together, kg/m³.
+    /// Mean density of the sized plies, kg/m³: their mass per area divided by their thickness.
     pub density_kg_m3: f64,
-    /// Whether the sensor is at its hottest when the run ends, and so may still become hotter.
+    /// Whether the sensor peaks at the end of the run, so that its true peak may be later and higher.
     pub still_warming: bool,
-    /// Other members at the thickness found; none where none was found.
+    /// Independent Monte Carlo at the thickness found; `None` where none was found.
     pub check: Option<Check>,
-    /// Members marched, those of the check among them.
+    /// Members marched, including the check.
     pub marches: usize,
 }
 
-/// Peaks at one thickness.
+/// Peak temperatures at one thickness.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Rung {
     /// The thickness, m.
     pub thickness_m: f64,
-    /// The peak with nominal factors.
+    /// Peak with nominal factors.
     pub nominal: Peak,
-    /// Percentiles 2.5, 50, 97.5 of the same members' peaks at every rung, K; infinite where so many failed.
+    /// Percentiles 2.5, 50, 97.5 of the members' peaks, K, for the same members at every thickness; infinite where that
+    /// many failed.
     pub percentiles_k: [f64; 3],
 }
 
-/// An independent Monte Carlo at the thickness found: the case is drawn and planned anew, so that neither its members nor
-/// its cells are those of the search.
+/// An independent Monte Carlo at the thickness found, with a new seed and a newly adapted plan, so that it shares
+/// neither members nor cells with the search.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Check {
     /// The seed of the members.
     pub seed: u64,
-    /// Members that held the limit; one that failed did not.
+    /// Members below the limit; a failed member is not.
     pub held: Proportion,
     /// Members that failed.
     pub failed: usize,
-    /// The nominal peak, and percentiles 2.5, 50, 97.5 of the members', K.
+    /// Nominal peak, K.
     pub nominal_k: f64,
     /// Percentiles 2.5, 50, 97.5 of the members' peaks, K.
     pub percentiles_k: [f64; 3],
 }
 
-/// Why nothing was sized.
+/// Errors of sizing.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SizeError {
-    /// The case has no such ply or group.
-    #[error("no ply or group is called {name:?}; there are {known}")]
+    /// The case has no ply or group of this name.
+    #[error("no ply or group is named {name:?}; the names are {known}")]
     NoPly {
-        /// The name that was given.
+        /// The requested name.
         name: String,
-        /// The names that there are.
+        /// The available names.
         known: String,
     },
-    /// A factor scales the thickness of other plies with that of this one.
-    #[error("{ply:?} cannot be sized alone: factor {factor:?} scales the thickness of other plies with it")]
+    /// A factor scales the thickness of this ply and of others together.
+    #[error("{ply:?} cannot be sized alone: factor {factor:?} also scales the thickness of other plies")]
     OtherPlies {
         /// The ply.
         ply: String,
@@ -123,11 +125,11 @@ pub enum SizeError {
         factor: String,
     },
     /// The case has no factors.
-    #[error("the case has no factors to vary, and a probability needs some")]
+    #[error("the case has no factors, so a probability is undefined")]
     NoFactors,
-    /// The sensor's peak does not fall with the thickness.
+    /// The sensor's peak does not decrease with thickness.
     #[error(
-        "{sensor} is not cooled by a thicker {ply}: it peaks at {thin_k:.1} K with {thin_mm} mm and at {thick_k:.1} K with \
+        "{sensor} is not cooled by a thicker {ply}: its peak is {thin_k:.1} K at {thin_mm} mm and {thick_k:.1} K at \
          {thick_mm} mm"
     )]
     NotCooled {
@@ -135,7 +137,7 @@ pub enum SizeError {
         sensor: String,
         /// The ply.
         ply: String,
-        /// The least thickness, mm.
+        /// The smallest thickness, mm.
         thin_mm: f64,
         /// The peak there, K.
         thin_k: f64,
@@ -149,18 +151,19 @@ pub enum SizeError {
     March(#[from] MarchError),
 }
 
-/// Thicknesses at which peaks are told, evenly spaced in their logarithm.
+/// Number of thicknesses in the peak curve, evenly spaced in the logarithm.
 const RUNGS: usize = 13;
-/// Members whose peaks are told there: enough for percentiles that are drawn, and few beside those that are counted.
+/// Members marched for the percentiles of the peak curve.
 pub const BAND: usize = 400;
-/// A sensor whose nominal peak falls by less over all that is allowed is not cooled, K.
+/// Smallest decrease of the nominal peak over the allowed range; below it, thickness does not cool the sensor, K.
 const FALL_K: f64 = 1.0;
 
-/// Find the thickness. Every member is the same at every thickness, so what members need is as smooth as their peaks.
+/// Find the required thickness. The same members are marched at every thickness (common random numbers), so the
+/// required thickness is as smooth as the peaks.
 ///
 /// # Errors
-/// When the ply cannot be sized, its thickness does not cool the sensor, or the device fails. That no thickness allowed
-/// suffices, or every one does, is an answer.
+/// When the ply cannot be sized, its thickness does not cool the sensor, or the device fails. No allowed thickness
+/// sufficing, or every one, is a result and no error.
 pub fn size(case: &Case, march: &mut dyn March, demand: &Demand, sweep: &Sweep) -> Result<Sizing, SizeError> {
     if case.factors.is_empty() {
         return Err(SizeError::NoFactors);
@@ -227,24 +230,23 @@ pub fn size(case: &Case, march: &mut dyn March, demand: &Demand, sweep: &Sweep) 
 }
 
 impl Sizing {
-    /// What uncertainty adds to the thickness that suffices nominally, m, where both were found.
+    /// Margin: required minus nominal thickness, m, where both were found.
     pub fn margin_m(&self) -> Option<f64> {
         Some(self.needed.found_m()? - self.nominal.found_m()?)
     }
 
-    /// Mass of the plies that are sized on an area, so thick all together, kg/m².
+    /// Mass per area of the sized plies at a total thickness, kg/m².
     pub fn mass_kg_m2(&self, thickness_m: f64) -> f64 {
         self.density_kg_m3 * thickness_m
     }
 
-    /// Members that hold the limit with a thickness.
+    /// Members below the limit at a thickness.
     pub fn held(&self, thickness_m: f64) -> Proportion {
         Proportion { count: self.each_m.partition_point(|needed_m| *needed_m <= thickness_m), of: self.members }
     }
 
-    /// The shares of the members of the check between which the share that holds lies in 95 of 100 sizings of the same
-    /// number of members, where the model holds. Both scatter: the thickness, which is a quantile of as many draws as there
-    /// were members, and the count of the check.
+    /// 95 % range of the count of the check over repeated sizings with as many members, if the model is right. Both the
+    /// thickness, a sample quantile, and the count of the check scatter.
     pub fn expected_95(&self) -> Option<(Proportion, Proportion)> {
         let of = self.check.as_ref()?.held.of;
         let rank = rank(self.members, self.demand.probability);
@@ -252,14 +254,14 @@ impl Sizing {
         Some((Proportion { count: low, of }, Proportion { count: high, of }))
     }
 
-    /// Whether as many members of the check hold the limit as are to be [expected](Self::expected_95).
+    /// Whether the count of the check is within the [expected](Self::expected_95) range.
     pub fn is_borne_out(&self) -> Option<bool> {
         let (low, high) = self.expected_95()?;
         Some((low.count..=high.count).contains(&self.check.as_ref()?.held.count))
     }
 }
 
-/// From thinnest to thickest, evenly in the logarithm.
+/// Thicknesses evenly spaced in the logarithm, rising.
 fn ladder((low_m, high_m): (f64, f64)) -> Vec<f64> {
     let at = |rung: usize| low_m * (high_m / low_m).powf(rung as f64 / (RUNGS - 1) as f64);
     (0..RUNGS).map(|rung| if rung + 1 == RUNGS { high_m } else { at(rung) }).collect()
@@ -271,7 +273,7 @@ fn is_cooled(case: &Case, demand: &Demand, curve: &[(f64, Peak)]) -> Result<(), 
     if !thin_k.is_finite() || thick_k <= thin_k - FALL_K {
         return Ok(());
     }
-    // To a tenth of a micrometre.
+    // Rounded to 0.1 µm.
     let mm = |length_m: f64| (1e7 * length_m).round() / 1e4;
     Err(SizeError::NotCooled {
         sensor: case.sensors[demand.sensor].name.clone(),
@@ -283,13 +285,14 @@ fn is_cooled(case: &Case, demand: &Demand, curve: &[(f64, Peak)]) -> Result<(), 
     })
 }
 
-/// The place, counted from one, of the least of so many in order that a share of them does not exceed.
+/// Rank, counted from one, of the sample quantile: the smallest rank that covers the fraction.
 fn rank(members: usize, share: f64) -> usize {
-    // What rounding adds to a whole number of members makes no further one.
+    // Rounding above an integer must not raise the rank.
     ((share * members as f64 - 1e-9).ceil() as usize).max(1).min(members)
 }
 
-/// Squared correlations with what members need, over their sum, of those that need something between the bounds.
+/// Squared correlations of the factors with the required thickness, normalised, over the members with one between the
+/// bounds.
 fn shares(factors: usize, needed: &[Needed], row: impl Fn(usize) -> Vec<f64>) -> Vec<f64> {
     let (rows, found_m): (Vec<Vec<f64>>, Vec<f64>) =
         needed.iter().enumerate().filter_map(|(member, needed)| Some((row(member), needed.found_m()?))).unzip();
@@ -309,7 +312,7 @@ fn shares(factors: usize, needed: &[Needed], row: impl Fn(usize) -> Vec<f64>) ->
     squares.iter().map(|square| if total > 0.0 { square / total } else { 0.0 }).collect()
 }
 
-/// Members of another seed, drawn independently, at the thickness found, by the path that `uncertainty` takes; and the nominal
+/// Independent random members of another seed at the thickness found, by the path of `uncertainty`; and the nominal
 /// peak.
 fn check(anew: &Case, march: &mut dyn March, demand: &Demand, sweep: &Sweep) -> Result<(Check, Peak), MarchError> {
     let plan = pilot_monitored(anew, &march.monitor())?;
@@ -340,7 +343,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_quantile_of_members_is_the_least_that_the_share_does_not_exceed() {
+    fn the_rank_of_a_quantile_is_the_smallest_that_covers_the_fraction() {
         assert_eq!([(100, 0.99), (100, 0.991), (3, 0.5), (5, 1e-9)].map(|(n, p)| rank(n, p)), [99, 100, 2, 1]);
     }
 }

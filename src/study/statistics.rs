@@ -1,13 +1,14 @@
-//! Statistics of an ensemble, gathered member by member and exactly.
+//! Streaming statistics of an ensemble, in exact integer arithmetic.
 //!
-//! Floating-point sums depend on the order of their terms, and with it on the batch and on the number of threads. Here
-//! every deviation from a reference is rounded once, to a whole number of quanta, and all sums are sums of integers:
-//! they come out the same in any order, and two tallies of half an ensemble merge to exactly the tally of the whole.
-//! Compensated or pairwise summation would only make the differences small.
+//! Floating-point sums depend on the order of their terms, hence on batch size and thread count. Here every deviation
+//! from a reference is rounded once to an integer number of quanta, and all sums are integer sums. The results do not
+//! depend on the order, and accumulators of two halves merge to exactly that of the whole. Compensated or pairwise
+//! summation would only reduce the differences.
 //!
-//! With `d` the deviation of an output and `x` that of a factor, a tally holds `Σd, Σd², Σx, Σx², Σxd`, the extremes, for
-//! the percentiles a histogram of `d`, for the ranks one that knows the factors' grades, and for the Sobol indices `Σφφ'`
-//! and `Σφd` with functions `φ` of one factor and of two. Its memory has a bound that does not depend on the members.
+//! With `d` the deviation of an output and `x` that of a factor, the accumulator holds `Σd, Σd², Σx, Σx², Σxd`, the
+//! extremes, a histogram of `d` for percentiles, a histogram with the factors' grades for rank correlations, and `Σφφ'`
+//! and `Σφd` with basis functions `φ` of one and two factors for the Sobol indices. Its memory does not depend on the
+//! number of members.
 
 mod basis;
 mod causes;
@@ -30,34 +31,35 @@ use output::{Output, Shifts};
 use rayon::prelude::*;
 use sums::{Sums, centred};
 
-/// Quanta of an output in one unit of it: one is 2⁻²⁰ K, far below what a march resolves.
+/// Quanta per unit of an output: 2⁻²⁰ K, far below the resolution of a march.
 const OUTPUT_QUANTA: f64 = (1u64 << 20) as f64;
-/// Quanta of a factor in one unit of it.
+/// Quanta per unit of a factor.
 const FACTOR_QUANTA: f64 = (1u64 << 40) as f64;
-/// Fine quanta of an output in a coarse one, as a power of two. Products of coarse quanta and of functions, summed over a
-/// block, are whole numbers below 2⁵³: a product of matrices in f64 has them exactly, in whatever order it adds.
+/// Fine quanta per coarse quantum, as a power of two. Products of coarse quanta and basis functions, summed over a
+/// block, are integers below 2⁵³, so a matrix product in f64 is exact in any order of summation.
 const COARSE_LOG2: u32 = 9;
-/// Quanta of a grade, which lies between zero and one.
+/// Quanta per unit of a grade, the value of the cumulative distribution function.
 const GRADE_QUANTA: f64 = (1u64 << 20) as f64;
-/// The largest deviation of an output that is counted, K: a sum of squares then stays in range for 2⁵⁴ members.
+/// Largest deviation of an output that is counted, K: sums of squares stay in range for 2⁵⁴ members.
 const OUTPUT_REACH: f64 = (1u64 << 16) as f64;
-/// The largest deviation of a factor that is counted: a sum of squares then stays in range for 2²⁶ members.
+/// Largest deviation of a factor that is counted: sums of squares stay in range for 2²⁶ members.
 const FACTOR_REACH: f64 = (1u64 << 10) as f64;
-/// Outputs, or functions, that a thread takes at a time, at least: fewer, and preparing a product of matrices takes longer than the product.
+/// Smallest number of outputs or functions per task: with fewer, preparing a matrix product takes longer than the
+/// product.
 const STRETCH_LEAST: usize = 32;
-/// Stretches a thread, so that none waits long for the last.
+/// Tasks per thread, for load balance.
 const STRETCHES: usize = 4;
-/// Members whose products are summed at once.
+/// Members per matrix product.
 pub const BLOCK: usize = 1024;
 
-/// Coarse quanta of the furthest output, times those of the furthest function, over all members of a block.
+/// Largest sum over a block: largest output in coarse quanta times largest function.
 const SUM_MOST: f64 = OUTPUT_REACH * OUTPUT_QUANTA / (1u64 << COARSE_LOG2) as f64 * basis::REACH * BLOCK as f64;
 const _: () = assert!(SUM_MOST <= (1u64 << f64::MANTISSA_DIGITS) as f64, "a product of matrices would round");
 
-/// What has been counted of an ensemble: `outputs` numbers of each member, temperatures in K or times in s, and the
-/// `factors` that led to them.
+/// Accumulated statistics of `outputs` numbers per member, temperatures in K or times in s, and of the `factors` that
+/// produced them.
 ///
-/// Where no member has been counted, mean and percentiles are NaN.
+/// Without members, mean and percentiles are NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tally {
     reference: Vec<f64>,
@@ -66,16 +68,15 @@ pub struct Tally {
     left_out: usize,
     outputs: Vec<Output>,
     factors: Vec<Sums>,
-    /// Of each factor the sum of its grades, the shares of all draws that lie below a member's value, and the sums of their
-    /// products with those of each factor up to it.
+    /// Per factor: sum of its grades, and sums of products with the grades of each factor up to it.
     grades: Vec<Vec<i128>>,
-    /// Σφφ', of each function with those up to it.
+    /// Σφφ': each function with those up to it.
     gram: Vec<Vec<i128>>,
 }
 
 impl Tally {
-    /// An empty tally. The references, one an output, and the nominal values of the factors are what deviations are
-    /// counted from; members are drawn from the marginals, one a factor.
+    /// An empty accumulator. Deviations are relative to the references, one per output, and to the nominal values of
+    /// the factors; members are drawn from the marginals, one per factor.
     pub fn new(reference: &[f64], marginals: &[Marginal]) -> Self {
         let basis = Basis::new(marginals);
         Self {
@@ -90,28 +91,28 @@ impl Tally {
         }
     }
 
-    /// Counts one member.
+    /// Add one member.
     ///
     /// # Panics
-    /// When there are not as many outputs and factors as references.
+    /// When the lengths differ from the number of references and factors.
     pub fn add(&mut self, outputs: &[f64], factors: &[f64]) {
         self.add_block(outputs, factors, &[true]);
     }
 
-    /// Counts a block of members: `outputs` is member × output, `factors` is member × factor, and only the members
-    /// that `arrived` are counted, the others passed over.
+    /// Add a block of members: `outputs` is member × output, `factors` is member × factor, and only members with a
+    /// `true` status in `is_complete` are counted.
     ///
-    /// A member that arrived with a number that is not finite, or further than 65,536 from its reference (a factor
-    /// 1,024), is left out whole and counted in [`left_out`](Self::left_out): clamped, it would bias every figure.
+    /// A member with a non-finite number, or with a deviation above 65,536 from a reference (1,024 for a factor), is
+    /// excluded entirely and counted in [`excluded`](Self::excluded), because clamping would bias every result.
     ///
     /// # Panics
-    /// When the lengths do not fit the references and the number of members.
-    pub fn add_block(&mut self, outputs: &[f64], factors: &[f64], arrived: &[bool]) {
+    /// When the lengths do not match the references and the number of members.
+    pub fn add_block(&mut self, outputs: &[f64], factors: &[f64], is_complete: &[bool]) {
         let (width, breadth) = (self.reference.len(), self.factors());
-        assert_eq!(outputs.len(), arrived.len() * width, "outputs are not member × output");
-        assert_eq!(factors.len(), arrived.len() * breadth, "factors are not member × factor");
+        assert_eq!(outputs.len(), is_complete.len() * width, "outputs are not member × output");
+        assert_eq!(factors.len(), is_complete.len() * breadth, "factors are not member × factor");
 
-        let arrivals: Vec<usize> = (0..arrived.len()).filter(|&member| arrived[member]).collect();
+        let completed: Vec<usize> = (0..is_complete.len()).filter(|&member| is_complete[member]).collect();
         let counted = |member: &usize| {
             let (outputs, factors) = (&outputs[member * width..][..width], &factors[member * breadth..][..breadth]);
             let far =
@@ -120,12 +121,12 @@ impl Tally {
                 outputs.iter().zip(&self.reference).map(|(value, &nominal)| far(value, nominal, OUTPUT_REACH));
             let drawn = factors.iter().zip(self.basis.marginals());
             let factors = drawn.map(|(value, marginal)| far(value, marginal.nominal, FACTOR_REACH));
-            // Counted and not looked for: nearly all are near, and a loop that may end at each is slower than one that never does.
+            // A sum without early exit: nearly all values are in range, and a branch per value is slower.
             outputs.sum::<usize>() + factors.sum::<usize>() == 0
         };
-        let members: Vec<usize> = arrivals.par_iter().copied().filter(counted).collect();
+        let members: Vec<usize> = completed.par_iter().copied().filter(counted).collect();
         self.members += members.len();
-        self.left_out += arrivals.len() - members.len();
+        self.left_out += completed.len() - members.len();
 
         let each = stretch(width);
         for members in members.chunks(BLOCK) {
@@ -140,7 +141,7 @@ impl Tally {
         }
     }
 
-    /// Counts the factors of members, and tells what those add to an output.
+    /// Add the factors of members, and return their deviations and grades.
     fn add_factors(&mut self, rows: &[&[f64]]) -> Shifts {
         let marginals = self.basis.marginals();
         let quanta = |factor: usize| {
@@ -166,7 +167,7 @@ impl Tally {
         shifts
     }
 
-    /// Counts the functions of members; all of them, function × member.
+    /// Add the basis functions of members; returns them, function × member.
     fn add_functions(&mut self, rows: &[&[f64]]) -> DMatrix<f64> {
         let mut functions = DMatrix::zeros(self.basis.len(), rows.len());
         let members = functions.as_mut_slice().par_chunks_mut(self.basis.len()).zip(rows);
@@ -184,14 +185,14 @@ impl Tally {
         functions
     }
 
-    /// Counts what another tally has counted.
+    /// Add another accumulator.
     ///
     /// # Panics
-    /// When the two do not count from the same references.
+    /// When the references differ.
     pub fn merge(&mut self, other: &Self) {
         assert!(
             self.reference == other.reference && self.basis == other.basis,
-            "tallies count from different references"
+            "accumulators have different references"
         );
         self.members += other.members;
         self.left_out += other.left_out;
@@ -207,17 +208,17 @@ impl Tally {
         }
     }
 
-    /// Members counted.
+    /// Number of members.
     pub fn members(&self) -> usize {
         self.members
     }
 
-    /// Factors that led to the outputs.
+    /// Number of factors.
     pub fn factors(&self) -> usize {
         self.factors.len()
     }
 
-    /// Members that arrived but could not be counted.
+    /// Completed members that were excluded as out of range.
     pub fn left_out(&self) -> usize {
         self.left_out
     }
@@ -228,25 +229,25 @@ impl Tally {
         self.reference[output] + sum / self.members as f64 / OUTPUT_QUANTA
     }
 
-    /// Standard deviation of an output, of a sample (divided by members less one); zero for a single member.
+    /// Sample standard deviation of an output (divisor: members minus one); zero for a single member.
     pub fn deviation(&self, output: usize) -> f64 {
         let sums = &self.outputs[output].sums;
         let squares = centred(self.members, sums.squares, sums.first, sums.first);
         if self.members < 2 { 0.0 } else { (squares / (self.members - 1) as f64).sqrt() / OUTPUT_QUANTA }
     }
 
-    /// The lowest value of an output, positive infinity where no member has been counted.
+    /// Minimum of an output; positive infinity without members.
     pub fn low(&self, output: usize) -> f64 {
         self.outputs[output].low
     }
 
-    /// The highest value of an output, negative infinity where no member has been counted.
+    /// Maximum of an output; negative infinity without members.
     pub fn high(&self, output: usize) -> f64 {
         self.outputs[output].high
     }
 
-    /// The value below which `percent` of the members lie, from up to 1,024 bins between the extremes within which
-    /// members are taken as evenly spread: right to a fraction of a 512th of their range, and never beyond it.
+    /// Percentile of an output, from at most 1,024 bins between the extremes with linear interpolation; the error is
+    /// below a 512th of the range.
     pub fn percentile(&self, output: usize, percent: f64) -> f64 {
         let Output { low, high, histogram, .. } = &self.outputs[output];
         match histogram.above(percent / 100.0 * self.members as f64) {
@@ -255,7 +256,7 @@ impl Tally {
         }
     }
 
-    /// Pearson correlation of an output and a factor (the paper's Eq. 13); zero where either does not vary.
+    /// Pearson correlation of an output and a factor (the paper's Eq. 13); zero where either is constant.
     pub fn correlation(&self, output: usize, factor: usize) -> f64 {
         let (y, x) = (&self.outputs[output], &self.factors[factor]);
         let output_squares = centred(self.members, y.sums.squares, y.sums.first, y.sums.first);
@@ -265,8 +266,7 @@ impl Tally {
         if both > 0.0 { (products / both).clamp(-1.0, 1.0) } else { 0.0 }
     }
 
-    /// A factor's share of the uncertainty of an output: its squared correlation over the sum of all factors'; zero
-    /// where nothing varies.
+    /// Normalised squared correlation of a factor: divided by the sum over all factors; zero where nothing varies.
     pub fn share(&self, output: usize, factor: usize) -> f64 {
         let square = |factor| self.correlation(output, factor).powi(2);
         let all: f64 = (0..self.factors.len()).map(square).sum();
@@ -274,9 +274,9 @@ impl Tally {
     }
 }
 
-/// Counts some outputs of members, of each a row.
+/// Add some outputs of members, one row per member.
 ///
-/// Rows lie far apart, so that each is fetched once, and only then gone through output by output.
+/// Rows are far apart in memory, so each is read once before its outputs are processed.
 fn add_outputs<'a>(
     tallied: &mut [Output],
     reference: &[f64],
@@ -308,18 +308,18 @@ fn add_outputs<'a>(
     }
 }
 
-/// The whole number nearest to one that is not far from nothing; halves go away from it. `round` is a call on processors as old as
-/// those that this is built for, and takes as long as all else that is done to a number here.
+/// Round a small number to the nearest integer, halves away from zero. `round` is a library call on the baseline target
+/// and would dominate this loop.
 fn nearest(value: f64) -> i64 {
     (value + f64::copysign(0.5, value)) as i64
 }
 
-/// How many of so many a thread takes at a time.
+/// Number of items per task.
 fn stretch(all: usize) -> usize {
     all.div_ceil(STRETCHES * rayon::current_num_threads()).max(STRETCH_LEAST)
 }
 
-/// Adds products that are whole numbers, and small enough to be so exactly.
+/// Add products that are exact integers.
 fn add_whole<'a>(sums: &mut [i128], products: impl Iterator<Item = &'a f64>) {
     for (sum, product) in sums.iter_mut().zip(products) {
         *sum += i128::from(*product as i64);

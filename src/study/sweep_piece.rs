@@ -1,8 +1,9 @@
-//! A piece of a sweep: the statistics of some of its members in a file, to be merged with those of the others.
+//! A piece of a sweep: the statistics of some of its members in a JSON file, for merging with the other pieces.
 //!
-//! JSON that says what it is of: the case, by its path and a fingerprint of all it holds, the draw, the backend, and the
-//! nominal march from which members are counted. The counts themselves are whole numbers, in the order that
-//! [`Tally::numbers`](crate::study::statistics::Tally::numbers) tells; numbers with a point are read back to the bit.
+//! The file identifies the case (path and fingerprint of its content), the sampling, the backend, and the nominal march
+//! about which deviations are accumulated. The accumulators are integers in the order of
+//! [`Accumulator::to_integers`](crate::study::statistics::Accumulator::to_integers); floating-point numbers survive to
+//! the bit.
 
 use super::nominal::Nominal;
 use super::uncertainty::{Failure, Gathered};
@@ -17,42 +18,42 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use twox_hash::XxHash3_128;
 
-/// What a piece is of, and what was counted.
+/// Content of a piece file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Piece {
-    /// The version that made it.
+    /// The version of bondline that wrote it.
     pub bondline: String,
     /// The case that was marched.
     pub case: CaseMark,
-    /// How the members of the whole sweep are drawn.
+    /// Sampling of the whole sweep.
     pub draw: Draw,
-    /// What marched.
+    /// The backend.
     pub backend: Backend,
-    /// Of the draw, the first and the one behind the last.
+    /// The members of this piece: first, and one past the last.
     pub members: Range<usize>,
     failures: Vec<FailureRecord>,
     nominal: NominalRecord,
     numbers: Vec<i128>,
-    /// Whole traces of the first members of the sweep, of those that are in this piece.
+    /// Stored traces of those of the first members of the sweep that are in this piece.
     kept: BTreeMap<usize, Vec<i32>>,
 }
 
-/// Which case, and what it held.
+/// Identity of the case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CaseMark {
     /// The id of the case.
     pub id: String,
-    /// Where it lay, as an absolute path.
+    /// Absolute path of the case.
     pub path: PathBuf,
-    /// What `--set` changed, as name and value.
+    /// Changes by `--set`, as name and value.
     pub sets: Vec<(String, String)>,
-    /// Of all that the case holds, as [`fingerprint`] takes it.
+    /// Hash of the case's content, by [`fingerprint`].
     pub fingerprint: String,
 }
 
-/// How the members of the whole sweep are drawn.
+/// Sampling of the whole sweep.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Draw {
@@ -66,11 +67,11 @@ pub struct Draw {
     pub bounds: String,
 }
 
-/// What marched.
+/// The backend.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Backend {
-    /// The device in words.
+    /// Description of the device.
     pub name: String,
     /// `cpu` or `gpu`.
     pub kind: String,
@@ -91,7 +92,7 @@ struct FailureRecord {
 #[serde(deny_unknown_fields)]
 struct NominalRecord {
     temperatures_k: Vec<f64>,
-    /// The envelope in which deviations of temperatures are measured, K.
+    /// The envelope that scales deviations of temperatures, K.
     below_k: Vec<f64>,
     above_k: Vec<f64>,
     gauges: Vec<f64>,
@@ -99,19 +100,19 @@ struct NominalRecord {
     extremes_k: Vec<(f64, f64)>,
 }
 
-/// A file that cannot be read, or is no piece.
+/// An unreadable or invalid piece file.
 #[derive(Debug, thiserror::Error)]
 #[error("{path:?}: {message}")]
 #[non_exhaustive]
 pub struct PieceError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The error.
     pub message: String,
 }
 
 impl Piece {
-    /// What was gathered of `members`, about a nominal march that arrived.
+    /// A piece with the statistics of `members` about a completed nominal march.
     pub fn new(
         case: CaseMark,
         draw: Draw,
@@ -148,33 +149,33 @@ impl Piece {
         }
     }
 
-    /// The name of its file: of members 0 to 2,499 of `slab` it is `slab-0-2500.json`.
+    /// File name: `slab-0-2500.json` for members 0 to 2,499 of `slab`.
     pub fn file_name(&self) -> String {
         format!("{}-{}-{}.json", self.case.id, self.members.start, self.members.end)
     }
 
-    /// The text of its file.
+    /// The JSON text.
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).expect("numbers, texts and maps of whole numbers can be written")
     }
 
-    /// Read one back.
+    /// Read a piece file.
     ///
     /// # Errors
-    /// When the file cannot be read or is no piece.
+    /// When the file is unreadable or invalid.
     pub fn read(path: &Path) -> Result<Self, PieceError> {
         let fault = |message: String| PieceError { path: path.to_owned(), message };
         let text = fs::read_to_string(path).map_err(|error| fault(unreadable(&error)))?;
         serde_json::from_str(&text)
-            .map_err(|error| fault(format!("not a piece that `uncertainty --members` left: {error}")))
+            .map_err(|error| fault(format!("not a piece file of `uncertainty --members`: {error}")))
     }
 
-    /// Whether members of both are counted from the same march, to the bit.
+    /// Whether both pieces have the same nominal march, to the bit.
     pub fn has_nominal_of(&self, other: &Self) -> bool {
         self.nominal == other.nominal
     }
 
-    /// The nominal march as it came back, of a case with so many sensors.
+    /// The nominal march, of a case with `sensors` sensors.
     pub fn nominal(&self, sensors: usize) -> Traces {
         Traces {
             first: 0,
@@ -188,7 +189,7 @@ impl Piece {
         }
     }
 
-    /// Why members failed.
+    /// Failures by reason.
     pub fn failures(&self) -> Vec<Failure> {
         let failure = |record: &FailureRecord| Failure {
             reason: record.reason.clone(),
@@ -198,26 +199,26 @@ impl Piece {
         self.failures.iter().map(failure).collect()
     }
 
-    /// Whole traces of the first members, as whole numbers.
+    /// Stored traces of the first members, in quanta.
     pub fn kept(&self) -> &BTreeMap<usize, Vec<i32>> {
         &self.kept
     }
 
-    /// The envelope in which deviations of temperatures were measured.
+    /// The envelope that scales deviations of temperatures.
     pub fn envelope(&self) -> Envelope {
         Envelope { below_k: self.nominal.below_k.clone(), above_k: self.nominal.above_k.clone() }
     }
 
-    /// What was counted, as whole numbers.
+    /// The accumulators, as integers.
     pub fn numbers(&self) -> &[i128] {
         &self.numbers
     }
 }
 
-/// A hash of all that a case holds, changes of `--set` included: XXH3 of its JSON with keys in alphabetical order.
-/// Numbers are written so that they are read back to the bit. It finds mistakes, not malice.
+/// Hash of the case's content, including changes by `--set`: XXH3 of its JSON with sorted keys. Numbers are written
+/// exactly. It detects mistakes, not tampering.
 pub fn fingerprint(case: &Case) -> String {
-    // A value of serde_json holds its keys sorted, so that the order of fields in the source does not matter.
+    // `serde_json::Value` sorts its keys, so the order of fields in the source does not matter.
     let content = serde_json::to_value(case).expect("a case is made of numbers, texts, lists and maps of texts");
     format!("{:032x}", XxHash3_128::oneshot(content.to_string().as_bytes()))
 }

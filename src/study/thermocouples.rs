@@ -1,8 +1,7 @@
-//! Thermocouples as a least-squares problem: predicted less measured, over the standard deviation, of one case or of
-//! several at once.
+//! Standardised residuals of thermocouple data as a least-squares problem, for one case or several.
 //!
-//! With `r = (T − Y)/σ` the sum of squares is the paper's S (Eqs 3, 4) for σ of one kelvin, and the
-//! Jacobian of the residuals its sensitivity matrix (Eq. 5).
+//! With `r = (T − Y)/σ`, predicted minus measured over the standard deviation, the sum of squares is the paper's S (Eqs
+//! 3, 4) for σ of one kelvin, and the Jacobian of the residuals is its sensitivity matrix (Eq. 5).
 
 use super::nominal::trusted;
 use crate::case::Case;
@@ -14,7 +13,7 @@ use crate::plan::Plan;
 use crate::traces::{Arrival, Traces};
 use nalgebra::{DMatrix, DVector};
 
-/// One number to be met.
+/// One measured sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     /// Index into the sensors of the case.
@@ -27,33 +26,33 @@ pub struct Sample {
     pub sigma_k: f64,
 }
 
-/// Some factors, the others at their nominal values, and the samples of every case that judge them.
+/// Residuals of several cases as a function of the estimated factors, with the others at their nominal values.
 pub struct Thermocouples<'a> {
     march: &'a mut dyn March,
     parts: Vec<Part<'a>>,
     bounds: Vec<(f64, f64)>,
-    /// Whether derivatives are those that the march tells, where it tells any.
+    /// Whether tangents computed by the march are used, where available.
     tells: bool,
-    /// Members marched so far, one with its derivatives counted once.
+    /// Members marched so far; one with its derivatives counts once.
     pub marches: usize,
 }
 
-/// One case of them.
+/// The part of one case.
 pub struct Part<'a> {
     plan: &'a Plan,
     nominal: Vec<f64>,
-    /// Of each variable the place among the factors of the case, where it is one of them.
+    /// Index of each variable among the factors of the case; `None` where the case lacks it.
     places: Vec<Option<usize>>,
     samples: Vec<Sample>,
 }
 
 impl<'a> Part<'a> {
-    /// A case with its plan and samples; `places` says of each variable which factor of the case it is, if any.
+    /// A case with its plan and samples; `places` maps each variable to a factor of the case, if any.
     pub fn new(case: &Case, plan: &'a Plan, places: Vec<Option<usize>>, samples: Vec<Sample>) -> Self {
         Self { plan, nominal: case.factors.iter().map(|factor| factor.nominal).collect(), places, samples }
     }
 
-    /// Members with these values, a point each, for the factors that vary.
+    /// An ensemble with these values of the variables, one member per point.
     pub fn ensemble<'p>(&self, points: impl Iterator<Item = &'p [f64]>) -> Ensemble {
         let row = |point: &[f64]| {
             let mut row = self.nominal.clone();
@@ -69,12 +68,12 @@ impl<'a> Part<'a> {
 }
 
 impl<'a> Thermocouples<'a> {
-    /// Several cases as one problem, its variables between these bounds.
+    /// Several cases as one problem, with bounds on its variables.
     pub fn new(march: &'a mut dyn March, parts: Vec<Part<'a>>, bounds: Vec<(f64, f64)>) -> Self {
         Self { march, parts, bounds, tells: true, marches: 0 }
     }
 
-    /// With all derivatives by differences, whatever the march tells: the paper's way.
+    /// The same problem with finite differences instead of tangents, as in the paper.
     #[must_use]
     pub fn by_differences(self) -> Self {
         Self { tells: false, ..self }
@@ -91,10 +90,11 @@ impl<'a> Thermocouples<'a> {
         self.parts.iter().map(at).collect()
     }
 
-    /// The discretisation error of each residual at a point. Its course in time is that of the finer of a plan's two resolutions, a third of the
-    /// difference of both; extrapolation takes that off, and what is left is no larger than the error that the plan was adapted to, so the
-    /// largest is scaled to that one. Zero where a plan has one resolution, and of members that fail. The processor marches in double
-    /// precision, as discretisation errors do not depend on the backend.
+    /// Discretisation error of each residual at a point. Its shape in time is a third of the difference between the
+    /// plan's two resolutions, the error of the finer one. Extrapolation removes that error, and the remainder is at
+    /// most the tolerance of the adaptation, so the largest error is scaled to the adapted estimate. Zero for a plan
+    /// with one resolution, and for failed members. The CPU marches in double precision, because the error does not
+    /// depend on the backend.
     ///
     /// # Errors
     /// When the march fails.
@@ -199,7 +199,7 @@ impl LeastSquares for Thermocouples<'_> {
     }
 }
 
-/// The trusted samples of the observations that judge, one vector an observation.
+/// The samples of the fitted observations within their windows, one vector per observation.
 pub fn samples(case: &Case, plan: &Plan) -> Vec<Vec<Sample>> {
     case.judges()
         .map(|seen| {

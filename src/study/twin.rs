@@ -1,4 +1,4 @@
-//! Observations made of known factors: what thermocouples would show if the truth were this.
+//! Synthetic measurements from known factors (the twin experiment).
 
 use crate::case::Case;
 use crate::chance::Numbers;
@@ -18,23 +18,23 @@ pub struct Twin {
     pub measured_k: Vec<Vec<f64>>,
 }
 
-/// Normal noise that forgets itself over a time: `exp(−Δt/correlation)` is the correlation of two readings, of which those
-/// before the first tell nothing more (a first-order autoregression where samples are even).
+/// Gaussian noise with correlation `exp(−Δt/correlation)` between readings: a first-order autoregression on even
+/// sampling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Noise {
-    /// s; zero where every reading has noise of its own.
+    /// Correlation time, s; zero for white noise.
     pub correlation_s: f64,
-    /// The same seed makes the same noise.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
-/// Why no observations could be made.
+/// Errors of synthetic data.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TwinError {
-    /// A temperature left the range in which properties are known; with the reason.
-    #[error("the truth cannot be marched: {0}")]
+    /// A temperature left the valid range; with the reason.
+    #[error("the march at the true factors failed: {0}")]
     Strayed(String),
     /// The march failed or was cancelled.
     #[error(transparent)]
@@ -42,7 +42,7 @@ pub enum TwinError {
 }
 
 impl Noise {
-    /// Noise of standard deviation one at these times. It depends on the seed, the data set and the sensor's place alone.
+    /// Noise of standard deviation one at these times. It depends only on seed, data set and sensor index.
     pub fn at(&self, times_s: &[f64], data_set: usize, sensor: usize) -> Vec<f64> {
         let mut numbers = Numbers::of(self.seed, (data_set as u64) << 32 | sensor as u64);
         let mut before: Option<(f64, f64)> = None;
@@ -62,10 +62,10 @@ impl Noise {
     }
 }
 
-/// March the case at `truth`, one value a factor, and add noise of a standard deviation of `noise_k` to every reading.
+/// March the case at `truth`, one value per factor, and add noise of standard deviation `noise_k` to every reading.
 ///
 /// # Errors
-/// When the truth cannot be marched or the device fails.
+/// When the march at the truth or the device fails.
 pub fn twin(
     case: &Case,
     plan: &Plan,
@@ -94,7 +94,7 @@ pub fn twin(
 mod tests {
     use super::*;
 
-    /// Mean square, and correlations of neighbours and of samples two apart.
+    /// Mean square, and autocorrelations at lags one and two.
     fn moments(noise: &[f64]) -> [f64; 3] {
         let mean = |lag: usize| {
             let products = noise.iter().zip(&noise[lag..]).map(|(a, b)| a * b);
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_correlates_by_the_time_between_readings_and_has_the_deviation_asked_for() {
+    fn noise_has_unit_variance_and_exponential_correlation() {
         let times_s: Vec<f64> = (0..40_000).map(|i| 0.5 * f64::from(i)).collect();
         for correlation_s in [0.0, 2.0] {
             let found = moments(&Noise { correlation_s, seed: 3 }.at(&times_s, 0, 0));
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn every_data_set_and_sensor_has_noise_of_its_own_and_the_same_each_time() {
+    fn noise_depends_on_seed_data_set_and_sensor_and_is_reproducible() {
         let of = |seed, data_set, sensor| Noise { correlation_s: 1.0, seed }.at(&[0.0, 1.0], data_set, sensor);
         assert_eq!(of(1, 2, 3), of(1, 2, 3));
         for other in [of(2, 2, 3), of(1, 3, 3), of(1, 2, 4)] {

@@ -1,4 +1,4 @@
-//! How far may the prediction be off, and which factor is to blame?
+//! Monte Carlo uncertainty of the prediction, and its attribution to factors.
 
 use super::nominal::{Nominal, Peak};
 use super::statistics::{BLOCK, Causes, Tally};
@@ -11,7 +11,7 @@ use crate::traces::{Arrival, Traces};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// What a Monte Carlo over the factors says.
+/// Results of a Monte Carlo sweep over the factors.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -22,32 +22,33 @@ pub struct Uncertainty {
     pub bounds: Bounds,
     /// `normal`, `uniform`, `lhs`, `sobol`.
     pub sampling: &'static str,
-    /// Whether each factor was drawn by itself: if not, the indices of [`Causes`] are those of factors that go together.
+    /// Whether the factors are independent; if not, the indices of [`SensitivityIndices`] are those for correlated
+    /// factors.
     pub is_independent: bool,
     /// Members drawn.
     pub asked: usize,
     /// Members that completed the march and were counted.
     pub ok: usize,
-    /// Why members failed, how many each, and one of them.
+    /// Failures by reason, with their number and first member.
     pub failures: Vec<Failure>,
     /// Instants of the spreads, s.
     pub instants_s: Vec<f64>,
-    /// One a sensor.
+    /// One per sensor.
     pub spreads: Vec<Spread>,
-    /// The members' own peaks: one a sensor.
+    /// Distribution of each sensor's peak over the members.
     pub peaks: Vec<PeakSpread>,
 }
 
-/// A reason for failure.
+/// Members that failed for one reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Failure {
-    /// Why, in words that do not depend on the member.
+    /// Reason, in words that do not depend on the member.
     pub reason: String,
-    /// How many failed so.
+    /// Number of members.
     pub members: usize,
-    /// The first member that failed so.
+    /// Index of the first such member.
     pub first: usize,
 }
 
@@ -66,9 +67,9 @@ pub struct Spread {
     pub high_k: Vec<f64>,
     /// Percentiles 2.5, 25, 50, 75, 97.5, in this order.
     pub percentiles_k: [Vec<f64>; 5],
-    /// What the factors have to do with the temperature, one an instant.
+    /// Sensitivity indices of the temperature, one per instant.
     pub causes: Vec<Causes>,
-    /// The band that holds whole traces, and how many stay between the percentiles, which are pointwise.
+    /// The simultaneous band of whole traces, and the coverage of the pointwise percentiles.
     pub whole: WholeTraces,
 }
 
@@ -87,50 +88,50 @@ pub struct PeakSpread {
     pub percentiles_k: [f64; 5],
     /// Percentiles 2.5, 25, 50, 75, 97.5 of the time of the peak, s.
     pub percentiles_s: [f64; 5],
-    /// What the factors have to do with the peak temperature.
+    /// Sensitivity indices of the peak temperature.
     pub causes: Causes,
-    /// What they have to do with the time of the peak.
+    /// Sensitivity indices of the time of the peak.
     pub causes_of_time: Causes,
 }
 
-/// How many members are drawn, and how.
+/// Settings of a Monte Carlo sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sweep {
-    /// Members to draw.
+    /// Number of members.
     pub members: usize,
-    /// The distribution, the way of drawing and the seed.
+    /// Distribution, sampling method and seed.
     pub sampling: Sampling,
-    /// The side constraints to draw between.
+    /// Side constraints between which factors are drawn.
     pub bounds: Bounds,
 }
 
 impl Sweep {
-    /// The members of the sweep, of the factors of a case and with their correlation.
+    /// The ensemble of the sweep, with the correlations of the case.
     pub fn ensemble(&self, case: &Case) -> Ensemble {
         Ensemble::sample(&case.factors, self.bounds, &self.sampling, self.members).correlated(&case.correlation)
     }
 }
 
-/// The percentiles of every spread.
+/// Percentiles of every distribution.
 const PERCENTS: [f64; 5] = [2.5, 25.0, 50.0, 75.0, 97.5];
 
-/// What has been counted of some members of an ensemble. Parts that were gathered apart merge to what the whole would
-/// have been, to the last bit, in any order.
+/// Accumulated statistics of some members of an ensemble. Parts merge to the statistics of the whole, to the bit and in
+/// any order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gathered {
     tally: Tally,
     traces: TraceCounts,
     bounds: Bounds,
     is_independent: bool,
-    /// How many failed so, and the first of them, by reason.
+    /// Number of failures and first member, by reason.
     failures: BTreeMap<String, (usize, usize)>,
 }
 
-/// March the members of a sweep. Each run of members is shown to `watch` as it
-/// arrives, with the ensemble that it belongs to; nothing of it is kept here but its statistics.
+/// March the members of a sweep. `watch` receives each batch of traces with its ensemble; only the statistics are
+/// stored.
 ///
 /// # Errors
-/// When the device fails. A member that fails is counted with its reason, and the others stand.
+/// When the device fails. A failed member is counted with its reason.
 pub fn uncertainty(
     case: &Case,
     plan: &Plan,
@@ -147,8 +148,7 @@ pub fn uncertainty(
 }
 
 impl Gathered {
-    /// Nothing yet, of members drawn so between these side constraints about this nominal march, and about this
-    /// envelope of its traces.
+    /// Empty statistics about a nominal march and an envelope of its traces.
     pub fn new(case: &Case, nominal: &Nominal, envelope: &Envelope, bounds: Bounds, kind: SamplingKind) -> Self {
         let (reference, marginals) = references(case, nominal, bounds, kind);
         let (tally, is_independent) = (Tally::new(&reference, &marginals), case.correlation.is_none());
@@ -156,7 +156,7 @@ impl Gathered {
         Self { tally, traces, bounds, is_independent, failures: BTreeMap::new() }
     }
 
-    /// March some members of an ensemble and count them; `watch` is shown each run of them as [`uncertainty`] says.
+    /// March some members of an ensemble and accumulate them; `watch` is as in [`uncertainty`].
     ///
     /// # Errors
     /// When the device fails.
@@ -169,7 +169,7 @@ impl Gathered {
         members: Range<usize>,
         watch: &mut dyn FnMut(&Ensemble, &Traces),
     ) -> Result<(), MarchError> {
-        let (mut outputs, mut factors, mut arrived) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut outputs, mut factors, mut is_complete) = (Vec::new(), Vec::new(), Vec::new());
         march_some(march, &plan.clone().without_gauges(), ensemble, members, &mut |traces| {
             for member in 0..traces.members() {
                 outputs.extend(traces.member(member));
@@ -182,22 +182,22 @@ impl Gathered {
                     self.traces.keep(traces.first + member, traces.member(member));
                 }
                 factors.extend(ensemble.member(traces.first + member));
-                arrived.push(traces.arrivals[member] == Arrival::Done);
+                is_complete.push(traces.arrivals[member] == Arrival::Done);
                 if let Some(reason) = reason(case, &traces.arrivals[member]) {
                     self.fail(reason, 1, traces.first + member);
                 }
-                if arrived.len() == BLOCK || member + 1 == traces.members() {
-                    self.tally.add_block(&outputs, &factors, &arrived);
+                if is_complete.len() == BLOCK || member + 1 == traces.members() {
+                    self.tally.add_block(&outputs, &factors, &is_complete);
                     outputs.clear();
                     factors.clear();
-                    arrived.clear();
+                    is_complete.clear();
                 }
             }
             watch(ensemble, &traces);
         })
     }
 
-    /// Counts what another has counted, of other members about the same nominal march.
+    /// Add the statistics of other members about the same nominal march.
     ///
     /// # Panics
     /// When the nominal marches or the side constraints differ.
@@ -214,42 +214,42 @@ impl Gathered {
         *failure = (failure.0 + members, failure.1.min(first));
     }
 
-    /// Members that arrived and were counted.
+    /// Members that completed and were counted.
     pub fn ok(&self) -> usize {
         self.tally.members()
     }
 
-    /// Members that are accounted for: counted, left out of the count, or failed.
+    /// All members: counted, excluded, or failed.
     pub fn members(&self) -> usize {
         self.tally.members() + self.tally.left_out() + self.failures.values().map(|(members, _)| members).sum::<usize>()
     }
 
-    /// Why members failed.
+    /// Failures by reason.
     pub fn failures(&self) -> Vec<Failure> {
         let failure = |(reason, &(members, first)): (&String, _)| Failure { reason: reason.clone(), members, first };
         self.failures.iter().map(failure).collect()
     }
 
-    /// What has been counted, as whole numbers, to be put by beside [`failures`](Self::failures).
+    /// The accumulators as integers, for storage together with [`failures`](Self::failures).
     pub fn numbers(&self) -> Vec<i128> {
         self.tally.numbers()
     }
 
-    /// What deviations from the nominal traces are measured in.
+    /// The envelope that scales deviations from the nominal traces.
     pub fn envelope(&self) -> &Envelope {
         self.traces.envelope()
     }
 
-    /// Whole traces of the first members, as whole numbers.
+    /// Stored traces of the first members, in quanta.
     pub fn kept(&self) -> &BTreeMap<usize, Vec<i32>> {
         self.traces.kept()
     }
 
-    /// From what was put by, about what this one is about; `None` where the numbers do not belong to it.
-    pub fn restored(&self, numbers: &[i128], kept: BTreeMap<usize, Vec<i32>>, failures: &[Failure]) -> Option<Self> {
+    /// Restored statistics about the same nominal march; `None` where the integers do not fit.
+    pub fn restored(&self, numbers: &[i128], traces: BTreeMap<usize, Vec<i32>>, failures: &[Failure]) -> Option<Self> {
         let mut restored = Self {
             tally: self.tally.refilled(numbers)?,
-            traces: self.traces.clone().with_kept(kept)?,
+            traces: self.traces.clone().with_kept(traces)?,
             failures: BTreeMap::new(),
             ..*self
         };
@@ -257,8 +257,8 @@ impl Gathered {
         Some(restored)
     }
 
-    /// What so many members, drawn so, say.
-    pub fn answer(&self, nominal: &Nominal, sampling: &Sampling, asked: usize) -> Uncertainty {
+    /// The results for `members` members of this sampling.
+    pub fn answer(&self, nominal: &Nominal, sampling: &Sampling, members: usize) -> Uncertainty {
         let Self { tally, .. } = self;
         let (sensors, instants) = (nominal.temperatures_k.len(), nominal.instants_s.len());
         let causes = tally.causes(self.is_independent);
@@ -296,7 +296,7 @@ impl Gathered {
             bounds: self.bounds,
             sampling: sampling.kind.name(),
             is_independent: self.is_independent,
-            asked,
+            asked: members,
             ok: tally.members(),
             failures: self.failures(),
             instants_s: nominal.instants_s.clone(),
@@ -306,8 +306,8 @@ impl Gathered {
     }
 }
 
-/// What members are counted from: every temperature, then every peak and its time, of the nominal march, and no deviation
-/// from its traces; and what the factors are drawn from.
+/// Reference values of the accumulator: every temperature, every peak and its time of the nominal march, and zero
+/// deviation from its traces; and the distributions of the factors.
 fn references(case: &Case, nominal: &Nominal, bounds: Bounds, kind: SamplingKind) -> (Vec<f64>, Vec<Marginal>) {
     let mut reference: Vec<f64> = nominal.temperatures_k.concat();
     reference.extend(nominal.peaks.iter().map(|peak| peak.temperature_k));
@@ -317,16 +317,19 @@ fn references(case: &Case, nominal: &Nominal, bounds: Bounds, kind: SamplingKind
     (reference, marginals.collect())
 }
 
-/// Why a member failed, in words that do not depend on the member; `None` of one that arrived.
+/// Reason of a failure, in words that do not depend on the member; `None` for a completed member.
 pub fn reason(case: &Case, arrival: &Arrival) -> Option<String> {
     match arrival {
         Arrival::Done => None,
         Arrival::Strayed { .. } => {
-            Some("a temperature left 0 to 4,000 K, beyond which no property is known".to_owned())
+            Some("a temperature left 0 to 4,000 K, the valid range of all properties".to_owned())
         }
         Arrival::LeftTable { ply, .. } => {
             let ply = &case.layup.plies[*ply];
-            Some(format!("ply {:?} left the tables of {}, which refuse to be left", ply.name, ply.material.id))
+            Some(format!(
+                "ply {:?} left the temperature range of the tables of {}, which forbid extrapolation",
+                ply.name, ply.material.id
+            ))
         }
     }
 }

@@ -1,16 +1,16 @@
-//! Whole traces: in which band a member stays at every instant.
+//! Simultaneous bands: bands that contain whole traces.
 //!
-//! A band between percentiles is pointwise: at each instant 95 % of members lie in it, but fewer stay in it throughout. A
-//! simultaneous band holds whole traces (Davison & Hinkley, *Bootstrap Methods and their Application*, 1997, section 4.2.4).
-//! Here it reaches, at every instant, so many times as far from the nominal trace as the furthest of some members that are
-//! marched beforehand: one number a sensor, the 95th percentile over members of the largest deviation in units of this
-//! envelope. As the envelope is known before any member of the sweep is marched, that deviation is one number of each
-//! member, and is counted as every other output. Any envelope makes a true band; one that has the shape of the spread,
-//! with its two sides apart, makes a narrow one. First-order standard deviations would not do: where effects cancel to first
-//! order, or all members lie on one side, bands of them are several times as wide as all members.
+//! A band between percentiles is pointwise: at each instant it contains 95 % of the members, but fewer stay in it
+//! throughout. A simultaneous band contains whole traces (Davison & Hinkley, *Bootstrap Methods and their Application*,
+//! 1997, section 4.2.4). Here its distance from the nominal trace is an envelope times one number per sensor: the 95th
+//! percentile over members of the largest deviation in units of the envelope. The envelope is the extreme deviation of
+//! some members marched before the sweep, so the largest deviation of a member is one number, accumulated like any
+//! other output. Any envelope gives a valid band; one with the shape of the spread, separate on both sides, gives a
+//! narrow one. First-order standard deviations are unsuitable: where effects cancel to first order, or all members lie
+//! on one side, their bands are several times too wide.
 //!
-//! The pointwise band is known only when all members have been counted. How many whole traces stay in it is counted of the
-//! first members, whose traces are kept. They are the same in any batch and any piece of a sweep.
+//! The pointwise band is known only after all members are counted. Its coverage of whole traces is counted over the
+//! first members, whose traces are stored and do not depend on batches or pieces.
 
 use super::nominal::Nominal;
 use super::proportion::Proportion;
@@ -24,65 +24,66 @@ use crate::plan::Plan;
 use crate::traces::Arrival;
 use std::collections::BTreeMap;
 
-/// The share of whole traces that a simultaneous band holds, in per cent.
+/// Coverage of a simultaneous band, per cent.
 pub const PERCENT: f64 = 95.0;
-/// Members whose traces are kept, where memory allows: a share of 80 % is then uncertain by 3.5 %.
+/// Members whose traces are stored, where memory allows: a coverage of 80 % is then known to ± 3.5 %.
 const KEPT: usize = 500;
-/// Temperatures kept at most.
+/// Largest number of stored temperatures.
 const TEMPERATURES: usize = 1 << 21;
-/// Quanta in which deviations from the nominal trace are kept, of one kelvin.
+/// Resolution of stored deviations from the nominal trace, quanta per kelvin.
 const QUANTA: f64 = 4096.0;
-/// Members that make the envelope: about as many as reach what 95 % of whole traces do, and few beside those of a sweep.
+/// Members that define the envelope: enough to reach about the 95 % band, and few compared with a sweep.
 const ENVELOPE: usize = 200;
-/// Their seed: which they are matters little, and that they are the same does.
+/// Seed of the envelope members, fixed for reproducibility.
 const ENVELOPE_SEED: u64 = 0x656e_7665_6c6f_7065;
-/// Least reach on either side, as a share of both and in K: others may go where none of these did.
+/// Smallest reach on either side, as a fraction of both and in K, because other members may deviate where none of these
+/// did.
 const LEAST_SHARE: f64 = 0.05;
 const LEAST_K: f64 = 1e-3;
-/// Largest deviation told apart, in reaches of the envelope.
+/// Largest deviation counted, in units of the envelope.
 const FARTHEST: f64 = 1e4;
 
-/// How whole traces of a sensor lie.
+/// The simultaneous band of a sensor, and the coverage of both bands.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct WholeTraces {
-    /// The lower side of the simultaneous band, in which 95 % of members stay at every instant, K, over the instants.
+    /// Lower limit of the simultaneous band, which contains 95 % of members at every instant, K, over the instants.
     pub low_k: Vec<f64>,
-    /// The upper side of the simultaneous band, K, over the instants.
+    /// Upper limit of the simultaneous band, K, over the instants.
     pub high_k: Vec<f64>,
-    /// How many times as far from the nominal trace it reaches as the envelope of members marched beforehand.
+    /// Ratio of the band to the envelope.
     pub stretch: f64,
-    /// Of the members whose traces were kept, those that stay between the percentiles 2.5 and 97.5 at every instant.
+    /// Stored members that stay between the percentiles 2.5 and 97.5 at every instant.
     pub in_pointwise: Proportion,
-    /// Of the members whose traces were kept, those that stay in the simultaneous band.
+    /// Stored members that stay in the simultaneous band.
     pub in_simultaneous: Proportion,
 }
 
-/// What is known of whole traces while members are counted.
+/// Accumulated data for the coverage of whole traces.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct TraceCounts {
     sensors: usize,
     /// Sensor × instant, K.
     nominal_k: Vec<f64>,
     envelope: Envelope,
-    /// Of the first members, deviations from the nominal traces in quanta.
+    /// Deviations of the first members from the nominal traces, in quanta.
     kept: BTreeMap<usize, Vec<i32>>,
 }
 
-/// How far members that are marched beforehand reach from the nominal traces, sensor × instant, K.
+/// Largest deviations of some members from the nominal traces, sensor × instant, K.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Envelope {
-    /// The reach below.
+    /// Largest deviation below.
     pub below_k: Vec<f64>,
-    /// The reach above.
+    /// Largest deviation above.
     pub above_k: Vec<f64>,
 }
 
 impl Envelope {
-    /// Of members drawn as those of a sweep are. Marched in double precision on the processor, so that it is the same
-    /// whatever marches the sweep; `monitor` sees the march.
+    /// The envelope of members sampled like those of the sweep, marched on the CPU in double precision, so that it does
+    /// not depend on the backend; `monitor` observes the march.
     ///
     /// # Errors
     /// When the march fails or is cancelled.
@@ -118,7 +119,7 @@ impl Envelope {
 }
 
 impl TraceCounts {
-    /// Nothing yet, about nominal traces and an envelope of them.
+    /// Empty, about nominal traces and their envelope.
     pub(super) fn new(nominal_k: &[Vec<f64>], envelope: &Envelope) -> Self {
         Self {
             sensors: nominal_k.len(),
@@ -128,8 +129,7 @@ impl TraceCounts {
         }
     }
 
-    /// The largest deviation of each sensor from its nominal trace, in reaches of the envelope, from the temperatures of a
-    /// member.
+    /// Largest deviation of each sensor of a member from its nominal trace, in units of the envelope.
     pub(super) fn farthest(&self, temperatures_k: &[f64]) -> impl Iterator<Item = f64> {
         let instants = (self.nominal_k.len() / self.sensors.max(1)).max(1);
         let sides = self.envelope.below_k.chunks(instants).zip(self.envelope.above_k.chunks(instants));
@@ -143,7 +143,7 @@ impl TraceCounts {
         })
     }
 
-    /// Keeps the temperatures of a member, where it is one of the first.
+    /// Store the trace of a member, if it is one of the first.
     pub(super) fn keep(&mut self, member: usize, temperatures_k: &[f64]) {
         if member < self.kept_at_most() {
             let quanta = |(at_k, nominal_k): (&f64, &f64)| ((at_k - nominal_k) * QUANTA).round() as i32;
@@ -167,14 +167,14 @@ impl TraceCounts {
         &self.kept
     }
 
-    /// With the traces that others kept; `None` where they are not such of these sensors and instants.
-    pub(super) fn with_kept(mut self, kept: BTreeMap<usize, Vec<i32>>) -> Option<Self> {
+    /// With stored traces; `None` where they do not fit the sensors and instants.
+    pub(super) fn with_kept(mut self, stored: BTreeMap<usize, Vec<i32>>) -> Option<Self> {
         let (most, width) = (self.kept_at_most(), self.nominal_k.len());
-        self.kept = kept;
+        self.kept = stored;
         self.kept.iter().all(|(&member, quanta)| member < most && quanta.len() == width).then_some(self)
     }
 
-    /// How whole traces of a sensor lie, whose band reaches so many times as far as the envelope, beside its pointwise band.
+    /// The simultaneous band of a sensor at a ratio to the envelope, and the coverage of it and of the pointwise band.
     pub(super) fn of(&self, sensor: usize, stretch: f64, pointwise_k: [&[f64]; 2]) -> WholeTraces {
         let instants = pointwise_k[0].len();
         let range = sensor * instants..(sensor + 1) * instants;
@@ -184,7 +184,7 @@ impl TraceCounts {
             each.map(|(nominal_k, reach_k)| nominal_k + sign * stretch * reach_k).collect()
         };
         let (low_k, high_k) = (end(&self.envelope.below_k, -1.0), end(&self.envelope.above_k, 1.0));
-        // Traces are kept to half a quantum, an eighth of a millikelvin.
+        // Stored traces are rounded to half a quantum, an eighth of a millikelvin.
         let slack_k = 0.5 / QUANTA;
         let staying = |low_k: &[f64], high_k: &[f64]| Proportion {
             count: (self.kept.values())

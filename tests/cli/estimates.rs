@@ -194,6 +194,6 @@ fn a_posterior_is_the_same_on_any_number_of_threads_and_foresees_every_sensor() 
     assert!(page.contains("id=\"posterior\"") && page.contains("What the posterior predicts of TC1 of thick"));
     assert!(estimated(&scratch, "thin", "").get("posterior").is_none());
     say(&scratch, "estimate thin --walkers 50").ended(2).saying(&["--posterior"]);
-    say(&scratch, "estimate thin --posterior --walkers 3 --quiet").ended(2).saying(&["3 walkers", "4 at least"]);
+    say(&scratch, "estimate thin --posterior --walkers 3 --quiet").ended(2).saying(&["3 walkers", "at least 4"]);
     say(&scratch, "estimate thin --posterior --moves 3").ended(2).saying(&["--moves 3", "10 at least"]);
 }

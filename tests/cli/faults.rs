@@ -79,10 +79,13 @@ fn cases_that_do_not_go_together_are_told_with_what_keeps_them_apart() {
     scratch.write("d/case.toml", text.replace("f_k", "f_other"));
     scratch.write("e/case.toml", CASE);
     for (line, said) in [
-        ("estimate a b", "\"b\" asks for another loss or prior than \"a\"; give --loss and --prior for all"),
-        ("estimate a c", "factor \"f_k\": the cases allow no value in common; the highest low bound is 1.4"),
-        ("estimate a d --factors f_k", "nothing to estimate in \"d\": it has none of the factors of the others"),
-        ("estimate a e", "the sensors chosen of \"e\" have no samples between 0 s and 30 s"),
+        ("estimate a b", "\"b\" has another loss or prior than \"a\"; give --loss and --prior for all"),
+        ("estimate a c", "factor \"f_k\": the bounds of the cases do not overlap; the highest lower bound is 1.4"),
+        (
+            "estimate a d --factors f_k",
+            "no factor to estimate in \"d\": it shares no estimated factor with the other cases",
+        ),
+        ("estimate a e", "the selected sensors of \"e\" have no samples between 0 s and 30 s"),
         ("estimate a b --sensors TC7", "--sensors: no sensor is called \"TC7\"; there are TC1, TC2"),
     ] {
         refused(&scratch, say(&scratch, line), 5, &[said]);
@@ -133,7 +136,7 @@ fn what_is_typed_wrong_is_told_with_what_was_expected() {
         ("estimate c --loss huber=0", "--loss \"huber=0\": expected a width in standard deviations above zero"),
         ("estimate c --prior wide", "invalid value 'wide'"),
         ("estimate c --starts 0", "--starts 0: expected from 1 to 10000"),
-        ("estimate c --profile f_q", "no profile of \"f_q\": it is not estimated; there are f_k"),
+        ("estimate c --profile f_q", "no profile of \"f_q\": it is not estimated; the estimated factors are f_k"),
         ("estimate c c", "c: there is a case \"c\" already"),
         ("estimate c missing.toml", "missing.toml: no such file"),
         ("estimate c c --beside c", "cannot be used with"),
@@ -182,7 +185,7 @@ fn what_is_typed_wrong_is_told_with_what_was_expected() {
 fn a_case_without_observations_cannot_be_estimated() {
     let scratch = Scratch::new("unobserved");
     scratch.write("c/case.toml", CASE);
-    refused(&scratch, say(&scratch, "estimate c"), 1, &["nothing to estimate from"]);
+    refused(&scratch, say(&scratch, "estimate c"), 1, &["no data to estimate from"]);
 }
 
 #[test]

@@ -97,7 +97,7 @@ fn what_has_no_flux_to_find_or_too_little_to_find_it_from_is_refused() {
         say(&scratch, &format!("{line} --quiet")).ended(2).saying(words);
     };
     refused("history held", &["held", "held at a temperature", "kind = \"heated\""]);
-    refused("history c", &["values cannot be sought in 4 samples"]);
+    refused("history c", &["knot values cannot be estimated from 4 samples"]);
     refused("history c --window 11:19", &["no samples between 11 s and 19 s"]);
     refused("history c --knots 1 --seek gas", &["--seek gas", "the hot face has no film"]);
     refused("history c --knots 1 --seek heat", &["--seek \"heat\"", "flux, radiant-flux or gas"]);

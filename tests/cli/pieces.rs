@@ -86,7 +86,7 @@ fn pieces_that_do_not_make_one_sweep_are_refused_in_words_and_nothing_is_written
         (vec![p(0, 20), other("-n 60 --precision f32", "f32.json")], "their backends differ, cpu f32 and cpu f64"),
         (vec![p(0, 20), other("-n 60 --set pressure=1kPa", "set.json")], "their cases differ, c ("),
         (vec![p(0, 20), "old.json".to_owned()], "made by bondline 0.0.9, expected"),
-        (vec!["c/case.toml".to_owned()], "c/case.toml\": not a piece that `uncertainty --members` left"),
+        (vec!["c/case.toml".to_owned()], "c/case.toml\": not a piece file of `uncertainty --members`"),
         (vec!["p/none.json".to_owned()], "p/none.json\": no such file"),
         (vec!["p".to_owned()], "p\": is a folder: expected a file"),
     ];

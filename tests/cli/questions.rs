@@ -51,7 +51,7 @@ fn a_case_beside_explains_what_its_physics_does_and_other_observations_are_refus
     // It is predicted too hot as it is.
     assert!(explained(&colder) > 0.1, "less heating explains {}", explained(&colder));
     assert!(explained(&hotter) < -0.1, "more heating explains {}", explained(&hotter));
-    say(&scratch, "estimate same --beside other --quiet").ended(2).saying(&["TC2", "are others"]);
+    say(&scratch, "estimate same --beside other --quiet").ended(2).saying(&["TC2", "differ"]);
 }
 
 #[test]

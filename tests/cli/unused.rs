@@ -32,13 +32,13 @@ fn an_option_that_would_change_nothing_is_refused() {
         ("study unseen --loss huber", "--loss: nothing is estimated: the case has no observations"),
         (
             "study unasked --profile f_k",
-            "--profile: nothing is estimated: choose some of the factors f_k, f_q with --factors, or in [estimate]",
+            "--profile: nothing is estimated: select some of the factors f_k, f_q with --factors or in [estimate]",
         ),
         (
             "estimate unasked",
-            "nothing to estimate: choose some of the factors f_k, f_q with --factors, or in [estimate]",
+            "no factor to estimate: select some of the factors f_k, f_q with --factors or in [estimate]",
         ),
-        ("estimate unasked unasked-too", "nothing to estimate: choose some of the factors f_k, f_q with"),
+        ("estimate unasked unasked-too", "no factor to estimate: select some of the factors f_k, f_q with"),
         ("estimate c --sensors TC1,TC2", no_samples),
         ("history c --sensors TC2,TC1", no_samples),
         ("sensitivity c --sensors TC2,TC1", no_samples),

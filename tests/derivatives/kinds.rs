@@ -1,4 +1,4 @@
-//! Generated cases, one of each kind that the program can march, with every factor that the kind has a property for.
+//! Generated cases, one per kind that the program can march, with factors on every property of the kind.
 
 mod inert;
 mod porous;
@@ -8,10 +8,10 @@ use bondline::Case;
 use bondline::case::Property;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// A substance that decomposes in a chain, of orders that have no closed form without a logarithm.
+/// A material that decomposes in a chain of reactions with non-integer orders.
 const CHAIN: &str = include_str!("chain.toml");
 
-/// Every property that a factor can scale. A property that is new fails to compile here until it has a word.
+/// Every property that a factor can scale, with its word in a case file.
 pub(super) const PROPERTIES: [(Property, &str); 18] = [
     (Property::Conductivity, "conductivity"),
     (Property::ConductivitySolid, "conductivity.solid"),
@@ -33,7 +33,8 @@ pub(super) const PROPERTIES: [(Property, &str); 18] = [
     (Property::Depth, "depth"),
 ];
 
-/// The place of a property in [`PROPERTIES`]; exhaustive, so that none is forgotten.
+/// Index of a property in [`PROPERTIES`]; the match is exhaustive, so a new property fails to compile until it is
+/// added.
 pub(super) fn place(property: Property) -> usize {
     match property {
         Property::Conductivity => 0,
@@ -57,15 +58,15 @@ pub(super) fn place(property: Property) -> usize {
     }
 }
 
-/// Layers: name, which is their group too, material, and thickness, mm.
+/// Plies: name (also their group), material, and thickness, mm.
 type Plies<'a> = &'a [(&'a str, &'a str, f64)];
 
-/// A case file as it grows.
+/// The text of a case file under construction.
 #[derive(Clone)]
 struct Text(String);
 
 impl Text {
-    /// A layup with a sensor under each ply but the last.
+    /// A layup with a sensor below each ply except the last.
     fn new(name: &str, plies: Plies<'_>) -> Self {
         let mut text = Self(format!("name = \"{name}\"\n"));
         text.top("duration = \"60 s\"\ninitial_temperature = \"300 K\"");
@@ -93,11 +94,11 @@ impl Text {
         self.add(&format!("[[sensor]]\nname = \"{name}\"\ndepth = \"{depth_mm:.4} mm\"\n{more}"));
     }
 
-    /// Factors of one group, or of none where it is empty, by the words of their properties.
+    /// Factors of one group (of none if empty), by the words of their properties.
     fn factors(&mut self, group: &str, properties: &[&str]) {
         let group_line = if group.is_empty() { String::new() } else { format!("group = \"{group}\"\n") };
         for property in properties {
-            // Bounds that no char yield and no sensor of these cases forbids.
+            // Bounds that are valid for every char yield and sensor of these cases.
             self.add(&format!(
                 "[[factor]]\nname = \"f_{group}_{}\"\nproperty = \"{property}\"\n{group_line}small = [0.9, 1.1]",
                 property.replace('.', "_")
@@ -109,7 +110,7 @@ impl Text {
 const RESOLUTION: &str = "[resolution]\ncells = 28\nfirst_step = \"20 ms\"\ngrowth = 0.1\nlargest_step = \"0.5 s\"\n\
                           every = \"2 s\"";
 
-/// A flux that comes in a second, stays and goes, W/cm².
+/// A flux that rises within a second, holds, and falls, W/cm².
 fn flux(key: &str, w_cm2: f64) -> String {
     format!(
         "{key}.points = [[\"0 s\", \"0 W/cm^2\"], [\"1 s\", \"{w_cm2:.3} W/cm^2\"], [\"30 s\", \"{w_cm2:.3} W/cm^2\"], \
@@ -121,9 +122,9 @@ const SOLID: [&str; 3] = ["conductivity", "heat_capacity", "thickness"];
 const KINETICS: [&str; 4] = ["kinetics", "activation_energy", "pyrolysis_heat", "char_yield"];
 const PARTS: [&str; 3] = ["conductivity.solid", "conductivity.gas", "conductivity.radiative"];
 
-/// The cases of a seed, each named by its kind.
+/// The cases of a seed, named by kind.
 pub(super) fn cases(seed: u64) -> Vec<Case> {
-    // Tests run side by side, each with files of its own.
+    // Tests run in parallel, each with its own files.
     static FOLDERS: AtomicUsize = AtomicUsize::new(0);
     let folder = Scratch::new(&format!("derivatives-{}", FOLDERS.fetch_add(1, Ordering::Relaxed)));
     folder.write("materials/chain.toml", CHAIN);

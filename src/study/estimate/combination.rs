@@ -1,34 +1,33 @@
-//! What pairs of estimates determine that neither does alone.
+//! Products and ratios of two correlated estimates, which the data determine better than each alone.
 
 use crate::fit::LinearizedPosterior;
 use crate::fit::interval::NORMAL_95;
 use nalgebra::DVector;
 
-/// Of two estimates that stand in each other's way, what the data do determine: what one gains the other gives in the
-/// same proportion, or takes in the inverse one.
+/// The well-determined combination of two highly correlated estimates: their ratio or their product.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Combination {
-    /// Places among the estimated factors.
+    /// Indices of the two estimated factors.
     pub pair: (usize, usize),
-    /// Of their estimates.
+    /// Correlation of the two estimates.
     pub correlation: f64,
-    /// The ratio of the first to the second, where they rise together; else their product.
+    /// Whether the combination is the ratio of the first to the second (positive correlation) or the product
+    /// (negative).
     pub is_ratio: bool,
     /// The value of the ratio or product.
     pub value: f64,
-    /// One standard deviation relative to the value, to first order, as those of the estimates; no number where one of the two is not
-    /// determined.
+    /// Relative standard error of the value, to first order; NaN where one of the two is not determined.
     pub relative_error: f64,
 }
 
-/// Two estimates that correlate beyond this cannot be told apart in practice (Beck & Arnold, *Parameter
-/// Estimation*, 1977, draw the line at 0.9).
+/// Correlation above which two estimates cannot be separated in practice (Beck & Arnold, *Parameter Estimation*, 1977,
+/// use 0.9).
 const CORRELATION: f64 = 0.95;
 
 impl Combination {
-    /// Of every pair of estimates that cannot be told apart.
+    /// The combinations of all pairs of estimates that cannot be separated.
     pub fn all(values: &[f64], correlation: &[Vec<f64>], found: &LinearizedPosterior) -> Vec<Self> {
         let pairs = (0..values.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
         pairs
@@ -37,7 +36,7 @@ impl Combination {
                 let correlation = correlation[second][first];
                 let is_ratio = correlation > 0.0;
                 let (one, other) = (values[first], values[second]);
-                // Of the logarithm of the combination.
+                // Gradient of the logarithm of the combination.
                 let mut gradient = DVector::zeros(values.len());
                 gradient[first] = 1.0 / one;
                 gradient[second] = if is_ratio { -1.0 / other } else { 1.0 / other };
@@ -63,8 +62,8 @@ mod tests {
 
     const VALUES: [f64; 2] = [0.5, 2.0];
 
-    /// Residuals in the logarithms of two variables, which they determine through sum or difference `ratio` times better than alone, with
-    /// white noise of a hundredth of the sum.
+    /// Residuals in the logarithms of two variables; the data determine their sum or difference `ratio` times better
+    /// than the other. White noise of a hundredth of the sum.
     fn judged(sign: f64, ratio: f64) -> (Vec<Vec<f64>>, LinearizedPosterior) {
         let row = |together: f64, apart: f64| [together + apart, sign * (together - apart)];
         let rows =
@@ -77,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn what_two_estimates_determine_together_has_the_error_of_its_logarithm() {
+    fn a_combination_has_the_error_of_its_logarithm() {
         for (sign, is_ratio, value) in [(1.0, false, 1.0), (-1.0, true, 0.25)] {
             let (correlation, judged) = judged(sign, 100.0);
             let errors = judged.standard_errors();
@@ -92,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn estimates_that_can_be_told_apart_need_no_combination() {
+    fn separable_estimates_have_no_combination() {
         let (correlation, found) = judged(1.0, 3.0);
         assert!(correlation[0][1].abs() < 0.95 && Combination::all(&VALUES, &correlation, &found).is_empty());
     }

@@ -1,20 +1,22 @@
-//! Why nothing was estimated.
+//! Errors of an estimation.
 
 use crate::case::Case;
 use crate::march::MarchError;
 
-/// Why nothing was estimated.
+/// Errors of an estimation.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EstimateError {
-    /// No factor is chosen; with what there is to choose from.
-    #[error("nothing to estimate: {0}")]
+    /// No factor is selected; the text lists the factors available.
+    #[error("no factor to estimate: {0}")]
     NoFactors(String),
-    /// A case of a joint estimate has none of the factors of the others.
-    #[error("nothing to estimate in {0:?}: it has none of the factors of the others")]
+    /// A case of a joint estimate shares no factor with the others.
+    #[error("no factor to estimate in {0:?}: it shares no estimated factor with the other cases")]
     NothingShared(String),
-    /// The chosen sensors have no samples in their window.
-    #[error("nothing to estimate from: the sensors chosen of {case:?} have no samples between {from_s} s and {to_s} s")]
+    /// The selected sensors have no samples in their windows.
+    #[error(
+        "no data to estimate from: the selected sensors of {case:?} have no samples between {from_s} s and {to_s} s"
+    )]
     NoSamples {
         /// The case.
         case: String,
@@ -23,28 +25,29 @@ pub enum EstimateError {
         /// End of the window, s.
         to_s: f64,
     },
-    /// The bounds of a shared factor have no value in common.
+    /// The bounds of a shared factor do not overlap.
     #[error(
-        "factor {factor:?}: the cases allow no value in common; the highest low bound is {low}, the lowest high one {high}"
+        "factor {factor:?}: the bounds of the cases do not overlap; the highest lower bound is {low}, the lowest upper \
+         bound {high}"
     )]
     NoRoom {
         /// The factor.
         factor: String,
-        /// Its lower bound.
+        /// The highest lower bound.
         low: f64,
-        /// Its upper bound.
+        /// The lowest upper bound.
         high: f64,
     },
-    /// A profile is wanted of a factor that is not estimated.
-    #[error("no profile of {name:?}: it is not estimated; there are {known}")]
+    /// A profile is requested for a factor that is not estimated.
+    #[error("no profile of {name:?}: it is not estimated; the estimated factors are {known}")]
     NoProfile {
-        /// The name that was given.
+        /// The requested name.
         name: String,
-        /// The names that there are.
+        /// The names of the estimated factors.
         known: String,
     },
-    /// The cases of a joint estimate state different losses or priors.
-    #[error("{case:?} asks for another loss or prior than {first:?}; give --loss and --prior for all")]
+    /// The cases of a joint estimate have different losses or priors.
+    #[error("{case:?} has another loss or prior than {first:?}; give --loss and --prior for all")]
     OtherObjective {
         /// The first of the two.
         first: String,
@@ -57,13 +60,13 @@ pub enum EstimateError {
 }
 
 impl EstimateError {
-    /// No factors were chosen of these cases, and which there are.
+    /// The error for cases that select no factor.
     pub(in crate::study) fn no_factors(cases: &[&Case]) -> Self {
         Self::NoFactors(no_factors(cases))
     }
 }
 
-/// Why no factor of some cases is estimated, and which there are to choose.
+/// Text that lists the factors available in cases that select none.
 pub fn no_factors(cases: &[&Case]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for factor in cases.iter().flat_map(|case| &case.factors) {
@@ -73,6 +76,6 @@ pub fn no_factors(cases: &[&Case]) -> String {
     }
     match names.as_slice() {
         [] => "the case has no [[factor]]".to_owned(),
-        names => format!("choose some of the factors {} with --factors, or in [estimate]", names.join(", ")),
+        names => format!("select some of the factors {} with --factors or in [estimate]", names.join(", ")),
     }
 }

@@ -1,27 +1,27 @@
-//! What is estimated of several cases at once: their factors, shared by name.
+//! The variables of a joint estimate: the factors of several cases, shared by name.
 
 use super::EstimateError;
 use crate::case::{Case, Factor};
 
-/// A factor that is estimated, in every case that has it.
+/// A factor to estimate, in every case that has it.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Estimand {
-    /// As the first of the cases has it; its name ends in `@` and the case's where the other cases mean something else by
-    /// it.
+    /// The factor as the first case defines it. Its name ends in `@` and the case id where other cases define a
+    /// different factor of that name.
     pub factor: Factor,
-    /// Its place among the factors of each case, where it is one of them.
+    /// Its index among the factors of each case; `None` where the case lacks it.
     pub places: Vec<Option<usize>>,
-    /// Side constraints that all its cases allow.
+    /// Intersection of the side constraints of all its cases.
     pub bounds: (f64, f64),
-    /// The value from which the first minimisation starts.
+    /// Start of the first minimisation.
     pub start: f64,
 }
 
-/// The factors that any of the cases names to be estimated, in their order. One of a name is one in all cases in which it
-/// scales the same property of the same substances; where it scales others, as the insulator of another layup, it is
-/// another, and only a case that names it itself estimates it.
+/// The factors that any case selects, in order. Factors of one name are one variable in all cases where they scale the
+/// same property of the same materials. Where the materials differ, they are different variables, estimated only by the
+/// cases that select them.
 pub(super) fn estimands(cases: &[&Case]) -> Result<Vec<Estimand>, EstimateError> {
     let mut found: Vec<Estimand> = Vec::new();
     for (which, case) in cases.iter().enumerate() {
@@ -46,12 +46,12 @@ pub(super) fn estimands(cases: &[&Case]) -> Result<Vec<Estimand>, EstimateError>
     Ok(found)
 }
 
-/// The place of the factor in another case that has the name of this one and scales the same.
+/// Index of the factor in another case with the same name, property and materials.
 fn alike(case: &Case, factor: &Factor, other: &Case) -> Option<usize> {
-    other.factors.iter().position(|twin| {
-        let is_same = (&twin.name, twin.property, &twin.state, &twin.group)
+    other.factors.iter().position(|candidate| {
+        let is_same = (&candidate.name, candidate.property, &candidate.state, &candidate.group)
             == (&factor.name, factor.property, &factor.state, &factor.group);
-        is_same && substances(other, twin) == substances(case, factor)
+        is_same && substances(other, candidate) == substances(case, factor)
     })
 }
 
@@ -87,19 +87,19 @@ mod tests {
     }
 
     #[test]
-    fn a_factor_is_shared_by_name_where_it_scales_the_same_substance_and_split_where_it_does_not() {
+    fn a_factor_is_shared_by_name_where_it_scales_the_same_material_and_split_otherwise() {
         let cases = [case("thick", "pyrogel3350"), case("thin", "pyrogel2250")];
         let found = estimands(&cases.each_ref()).expect("bounds that meet");
-        let told: Vec<(&str, &[Option<usize>])> =
+        let variables: Vec<(&str, &[Option<usize>])> =
             found.iter().map(|estimand| (estimand.factor.name.as_str(), estimand.places.as_slice())).collect();
         let (cloth, thick, thin) = ([Some(0), Some(0)], [Some(3), None], [None, Some(3)]);
-        assert_eq!(told, [("f_eps_OF", &cloth[..]), ("f_k_INS@thick", &thick[..]), ("f_k_INS@thin", &thin[..])]);
+        assert_eq!(variables, [("f_eps_OF", &cloth[..]), ("f_k_INS@thick", &thick[..]), ("f_k_INS@thin", &thin[..])]);
         let same = [case("a", "pyrogel3350"), case("b", "pyrogel3350")];
         assert_eq!(estimands(&same.each_ref()).expect("bounds that meet").len(), 2);
     }
 
     #[test]
-    fn a_case_that_has_a_factor_shares_it_though_another_asks_for_it_and_what_it_scales_counts() {
+    fn a_case_shares_a_factor_that_another_selects_only_for_the_same_property() {
         let mut cases = [case("a", "pyrogel3350"), case("b", "pyrogel3350")];
         cases[1].estimate.factors.clear();
         let found = estimands(&cases.each_ref()).expect("bounds that meet");
@@ -109,12 +109,12 @@ mod tests {
     }
 
     #[test]
-    fn bounds_are_those_that_all_cases_allow_and_none_in_common_is_a_fault() {
+    fn bounds_are_the_intersection_over_cases_and_an_empty_one_is_an_error() {
         let mut cases = [case("a", "pyrogel3350"), case("b", "pyrogel3350")];
         cases[0].estimate.bounds = Bounds::Large;
         cases[0].estimate.start = vec![1.0, 1.4];
         let found = estimands(&cases.each_ref()).expect("bounds that meet");
-        assert_eq!((found[1].bounds, found[1].start), ((0.75, 1.25), 1.25), "a start is moved between them");
+        assert_eq!((found[1].bounds, found[1].start), ((0.75, 1.25), 1.25), "a start is clamped to the bounds");
         cases[1].factors[3].small = (1.6, 1.8);
         let fault = estimands(&cases.each_ref()).expect_err("no room");
         assert!(fault.to_string().contains("f_k_INS") && fault.to_string().contains("1.6"), "{fault}");

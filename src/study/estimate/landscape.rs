@@ -1,56 +1,56 @@
 //! The objective over two factors: the paper's design space.
 //!
-//! S is a sum of squares of residuals that are smooth, but S itself is not: across a valley it may rise a thousandfold within
-//! a hundredth of the bounds. Interpolated between a few nodes, S has false minima where the valley passes near nodes. So the
-//! residuals are interpolated, by cubic Hermite polynomials that meet their values and derivatives at the nodes (de Boor,
-//! *A Practical Guide to Splines*, 1978), and S is computed from them.
+//! S is not interpolated, because it may rise a thousandfold across a valley within a hundredth of the bounds, and an
+//! interpolant between a few nodes has false minima. The residuals are smooth, so they are interpolated by cubic
+//! Hermite polynomials through values and derivatives at the nodes (de Boor, *A Practical Guide to Splines*, 1978), and
+//! S is computed from them.
 //!
-//! A rectangular grid however fine has false minima as well, since a valley that crosses it at an angle comes near some of its
-//! points and passes others by. So the map is written on lines along which one factor is constant, and each line has a
-//! node where S is least along it. These nodes follow the valley, and have the minima of S among them and no others.
+//! A rectangular plotting grid also has false minima, because a valley at an angle passes near some grid points and far
+//! from others. So the map is evaluated on lines of constant factor, and each line has a node at its minimum. These
+//! nodes follow the valley and contain exactly the minima of S.
 
 use crate::fit::{LeastSquares, Loss, Prior, Tangent, difference};
 use crate::march::MarchError;
 use crate::study::thermocouples::Thermocouples;
 use nalgebra::{DMatrix, DVector};
 
-/// The objective over two factors, line × node: on each line one of the two factors is constant.
+/// The objective over two factors, line × node; one of the two factors is constant on each line.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Landscape {
-    /// Values of the first factor, and of the second.
+    /// Values of the first factor, line × node.
     pub x: Vec<Vec<f64>>,
     /// Values of the second factor, line × node.
     pub y: Vec<Vec<f64>>,
-    /// S, the objective that is minimised; NaN where members failed.
+    /// The objective S; NaN where members failed.
     pub objective: Vec<Vec<f64>>,
-    /// The node of every line at which S is least on it.
+    /// Index of the node at the minimum of each line.
     pub valley: usize,
 }
 
-/// What is minimised, from residuals in standard deviations.
+/// The objective as a function of the standardised residuals.
 pub(super) struct Minimised<'a> {
     pub loss: Loss,
-    /// By which residuals of the data are multiplied.
+    /// Weight of the data residuals.
     pub weight: f64,
     pub priors: &'a [Prior],
 }
 
 /// Nodes along each factor at which members are marched.
 pub const NODES: usize = 13;
-/// Lines of the map between two nodes.
+/// Lines of the map per node spacing.
 const LINES: usize = 8;
-/// Points between two nodes at which the least of a line is looked for, before it is narrowed down.
+/// Points per node spacing in the search for the minimum of a line, before golden section.
 const PROBES: usize = 8;
-/// Nodes of a line on each side of its least one.
+/// Nodes on each side of the minimum of a line.
 const SIDE: usize = 32;
-/// Halvings, nearly, of the interval that holds the least of a line: beyond, S no longer changes.
+/// Golden-section steps; further steps do not change S.
 const GOLDEN_STEPS: usize = 60;
 
 impl Minimised<'_> {
-    /// The landscape of two factors between their bounds; none of one or of more, or where a bound leaves no room. Lines are
-    /// across the factor in which S is steeper, by the derivatives at the estimate, so that each crosses the valley. `step`
-    /// is that of differences, where the march tells no derivatives.
+    /// The landscape of two factors between their bounds; `None` for another number of factors or empty bounds. Lines
+    /// run along the factor with the larger effect at the estimate, so that each crosses the valley. `step` is the
+    /// finite-difference step where the march computes no derivatives.
     pub(super) fn landscape(
         &self,
         problem: &mut Thermocouples,
@@ -63,7 +63,7 @@ impl Minimised<'_> {
             return Ok(None);
         }
         let effect = |factor: usize| at_estimate.column(factor).norm() * (bounds[factor].1 - bounds[factor].0);
-        // The factor that is constant on a line.
+        // Index of the factor that is constant on a line.
         let held = usize::from(effect(1) < effect(0));
         let axes = Axes { held, along: bounds[held], across: bounds[1 - held] };
         let mut map = Landscape { x: Vec::new(), y: Vec::new(), objective: Vec::new(), valley: SIDE };
@@ -82,7 +82,7 @@ impl Minimised<'_> {
         Ok(Some(map))
     }
 
-    /// March a row of nodes on which one factor is constant. Rows one after the other, so that memory is that of two of them.
+    /// March a row of nodes with one factor constant. Rows are marched one at a time, so that only two are in memory.
     fn nodes(
         &self,
         problem: &mut Thermocouples,
@@ -103,7 +103,7 @@ impl Minimised<'_> {
             Some(tangents) => tangents,
             None => columns.iter().map(|point| difference(problem, point, step)).collect::<Result<_, _>>()?,
         };
-        // Derivatives along the lines' own factor first.
+        // Column 0: the factor that is constant on lines; column 1: the factor along the lines.
         let turned = |mut tangent: Tangent| {
             if axes.held == 1 {
                 tangent.jacobian.swap_columns(0, 1);
@@ -113,7 +113,7 @@ impl Minimised<'_> {
         Ok(tangents.into_iter().map(turned).collect())
     }
 
-    /// S on a line, at a place on it that is counted in spacings of nodes.
+    /// S on a line, at a position in units of the node spacing.
     fn objective(&self, axes: &Axes, value: f64, line: &Line, place: f64) -> f64 {
         let of_data: f64 = line.residuals(place, axes.spacing(axes.across)).map(|r| self.loss.of(r)).sum();
         let across = axes.across.0 + axes.spacing(axes.across) * place;
@@ -121,7 +121,7 @@ impl Minimised<'_> {
         self.weight.powi(2) * of_data + self.priors.iter().map(of_prior).sum::<f64>()
     }
 
-    /// Adds a line to a map: its nodes are the closer to each other the nearer they lie to the least.
+    /// Add a line to the map, with nodes concentrated around its minimum.
     fn draw(&self, map: &mut Landscape, axes: &Axes, value: f64, line: &Line) {
         let last = (NODES - 1) as f64;
         let objective = |place: f64| self.objective(axes, value, line, place);
@@ -139,7 +139,7 @@ impl Minimised<'_> {
     }
 }
 
-/// Which factor lines hold constant, its bounds, and those of the other.
+/// The factor that is constant on lines, its bounds, and the bounds of the other.
 struct Axes {
     held: usize,
     along: (f64, f64),
@@ -152,14 +152,14 @@ impl Axes {
     }
 }
 
-/// Residuals on a line across all nodes of a row: residual × node, with how they change along the line.
+/// Residuals and their slopes along a line, residual × node.
 struct Line {
     values: Vec<[f64; NODES]>,
     slopes: Vec<[f64; NODES]>,
 }
 
 impl Line {
-    /// A share of the way from one row of nodes to the next.
+    /// Interpolate between two rows of nodes at a fraction of their spacing.
     fn between(before: &[Tangent], after: &[Tangent], share: f64, axes: &Axes) -> Self {
         let [start, leaving, end, arriving] = hermite(share);
         let (spacing, spacing_across) = (axes.spacing(axes.along), axes.spacing(axes.across));
@@ -178,7 +178,7 @@ impl Line {
         Self { values: values.collect(), slopes: slopes.collect() }
     }
 
-    /// All residuals at a place on the line; nodes lie so far apart.
+    /// All residuals at a position on the line; `spacing` is the node spacing.
     fn residuals(&self, place: f64, spacing: f64) -> impl Iterator<Item = f64> {
         let node = (place.max(0.0) as usize).min(NODES - 2);
         let [start, leaving, end, arriving] = hermite(place - node as f64);
@@ -190,15 +190,15 @@ impl Line {
     }
 }
 
-/// The weights of value and slope at the start, and of both at the end, in a cubic a share of the way between.
+/// Cubic Hermite weights at a fraction of an interval: value and slope at the start, value and slope at the end.
 fn hermite(t: f64) -> [f64; 4] {
     let (rest, bump) = (1.0 - t, t * (1.0 - t));
     [rest * rest * (1.0 + 2.0 * t), bump * rest, t * t * (3.0 - 2.0 * t), -bump * t]
 }
 
-/// The second derivative of a residual by both factors, per spacing of nodes on the row: differences of second order of the
-/// exact first derivatives. Its error changes the interpolated residual by as much as the fourth power of a spacing does,
-/// which is the error of the interpolation itself.
+/// Mixed second derivative of a residual, per node spacing along the row, by second-order differences of the exact
+/// first derivatives. Its error in the interpolated residual is of fourth order in the spacing, like that of the
+/// interpolation.
 fn mixed(row: &[Tangent], node: usize, residual: usize) -> f64 {
     let slope = |node: usize| row[node].jacobian[(residual, 0)];
     let last = row.len() - 1;
@@ -209,28 +209,28 @@ fn mixed(row: &[Tangent], node: usize, residual: usize) -> f64 {
     }
 }
 
-/// Where a function is least between zero and `last`: the lowest of evenly spaced probes, narrowed down by golden section.
+/// Position of the minimum between zero and `last`: the lowest of evenly spaced probes, refined by golden section.
 fn lowest(objective: &dyn Fn(f64) -> f64, last: f64) -> f64 {
     let probes = PROBES * (NODES - 1);
     let place = |probe: usize| last * probe as f64 / probes as f64;
-    let known = (0..=probes).map(|probe| (probe, objective(place(probe)))).filter(|(_, s)| s.is_finite());
-    let Some((probe, s)) = known.min_by(|a, b| a.1.total_cmp(&b.1)) else { return 0.5 * last };
+    let probed = (0..=probes).map(|probe| (probe, objective(place(probe)))).filter(|(_, s)| s.is_finite());
+    let Some((probe, s)) = probed.min_by(|a, b| a.1.total_cmp(&b.1)) else { return 0.5 * last };
     let (mut low, mut high) = (place(probe.saturating_sub(1)), place((probe + 1).min(probes)));
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     for _ in 0..GOLDEN_STEPS {
         let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
         if objective(a) < objective(b) { high = b } else { low = a }
     }
-    // On a bound the end itself is lower than any point inside.
+    // At a bound the end point is lower than any interior point.
     let found = [low, high, 0.5 * (low + high), place(probe)].map(|at| (at, objective(at)));
     found.into_iter().filter(|(_, s)| s.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((place(probe), s)).0
 }
 
 impl Landscape {
-    /// Lines of a map along the factor that they hold constant.
+    /// Number of lines of a map.
     pub const LINES: usize = LINES * (NODES - 1) + 1;
 
-    /// Its local minima: nodes, or neighbours of one value, of which no neighbour on the line or on the next ones is lower.
+    /// Local minima: nodes, or plateaus of equal nodes, without a lower neighbour on their own or the adjacent lines.
     pub fn minima(&self) -> Vec<(f64, f64)> {
         let at = |(line, node): (usize, usize)| self.objective[line][node];
         let mut seen: Vec<Vec<bool>> = self.objective.iter().map(|line| vec![false; line.len()]).collect();

@@ -1,11 +1,10 @@
-//! Profile likelihood: how much worse the data are met where one factor is held and all others are sought again.
+//! Profile likelihood: the minimum of the objective over all other factors, for fixed values of one.
 //!
-//! Along the profile of a factor the objective rises from its least by `Δ`, which is distributed as the square of Student's
-//! t where the residuals are as they are taken to be: the values whose rise stays below `t²` are the confidence interval
-//! (Bates & Watts, *Nonlinear Regression Analysis*, 1988, section 6.1). It needs no derivative at the estimate: where the
-//! problem is near linear the interval is the linear one, and where it is not, or a bound is near, it has the shape that
-//! the data give it. The objective is the one that the estimate minimises, in which data count by their noise model and priors
-//! at their word; the level is such that a linear problem has its linear interval.
+//! The rise Δ of the objective above its minimum is distributed as the square of Student's t under the noise model, so
+//! the values with a rise below `t²` form the confidence interval (Bates & Watts, *Nonlinear Regression Analysis*,
+//! 1988, section 6.1). It needs no derivative at the estimate: for a nearly linear problem it equals the linear
+//! interval, and otherwise, or near a bound, it follows the shape of the objective. The objective is the one that the
+//! estimate minimises, and the level is such that a linear problem has its linear interval.
 
 use super::{Estimand, EstimateError};
 use crate::fit::{Fit, LeastSquares, Options, minimize_within};
@@ -16,47 +15,47 @@ use nalgebra::DMatrix;
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Profile {
-    /// Its place among the estimated factors.
+    /// Index of the factor among the estimated factors.
     pub factor: usize,
-    /// All factors at the lowest point of each value that it was held at, values rising, the estimate's among them.
+    /// All factors at the minimum for each fixed value, in rising order of that value and including the estimate.
     pub points: Vec<Vec<f64>>,
-    /// By how much what is made least rises there, in squares of a standard error; no number where nothing could be
-    /// marched.
+    /// Rise of the objective at each point, in squares of a standard error; NaN where the march failed.
     pub rises: Vec<f64>,
-    /// The rise at which the 95 % interval ends.
+    /// Rise at the ends of the 95 % interval.
     pub level: f64,
-    /// Where it ends below and above; `None` where the bound comes first.
+    /// Lower and upper end of the interval; `None` where a bound comes first.
     pub interval: (Option<f64>, Option<f64>),
 }
 
-/// What is known at the estimate.
+/// The linear approximation at the estimate.
 pub(super) struct About<'a> {
     pub values: &'a [f64],
     pub bounds: &'a [(f64, f64)],
-    /// Standard errors and correlation of the objective to first order, and the rises at which linear intervals end.
+    /// Standard errors and correlation to first order, and the rise of the objective at the ends of the linear
+    /// intervals.
     pub errors: &'a [f64],
     pub levels: &'a [f64],
     pub correlation: &'a [Vec<f64>],
 }
 
-/// Values a side at first, to half as far again as the linear interval reaches.
+/// Initial points per side, and their reach in half-widths of the linear interval.
 const SIDE: usize = 8;
 const REACH: f64 = 1.5;
 
-/// A side of a profile on its way out from the estimate.
+/// One side of a profile, extended outwards from the estimate.
 struct Flank {
     place: usize,
-    /// How far from the estimate it has been followed, and the bound; below zero on the lower side.
+    /// Distance from the estimate: covered so far, next, and to the bound; negative on the lower side.
     from: f64,
     to: f64,
     end: f64,
     values: usize,
-    /// Points and objectives, from the inside out.
+    /// Points and objectives, outwards.
     met: Vec<(Vec<f64>, f64)>,
 }
 
-/// The profiles of the factors at these places. All points of all of them are descents side by side; a side that has not
-/// risen to the level is followed twice as far, up to the bound.
+/// Profiles of the selected factors. All points of all profiles are minimised as one batch. A side that has not reached
+/// the level is extended to twice the distance, up to the bound.
 pub(super) fn profiles<P: LeastSquares>(
     problem: &mut P,
     places: &[usize],
@@ -92,12 +91,12 @@ impl About<'_> {
         let (low, high) = self.bounds[place];
         let end = if side < 0.0 { low } else { high } - self.values[place];
         let reach = REACH * self.levels[place].sqrt() * self.errors[place];
-        // A reach of zero would never double to anything.
+        // A reach of zero would never grow by doubling.
         let to = if reach > 0.0 && reach < end.abs() { side * reach } else { end };
         Flank { place, from: 0.0, to, end, values: if end == 0.0 { 0 } else { SIDE }, met: Vec::new() }
     }
 
-    /// Where to start from with a factor held: where the lowest points would lie if the problem were linear.
+    /// Start of a minimisation with one factor fixed: the minimum for a linear problem.
     fn start(&self, place: usize, value: f64) -> Vec<f64> {
         let along = |other: usize| {
             let share = self.correlation[other][place] * self.errors[other] / self.errors[place];
@@ -108,7 +107,7 @@ impl About<'_> {
         (0..self.values.len()).map(|other| if other == place { value } else { along(other) }).collect()
     }
 
-    /// The bounds with a factor held.
+    /// The bounds with one factor fixed.
     fn held(&self, place: usize, value: f64) -> Vec<(f64, f64)> {
         let mut bounds = self.bounds.to_vec();
         bounds[place] = (value, value);
@@ -117,7 +116,7 @@ impl About<'_> {
 }
 
 impl Flank {
-    /// The values to hold the factor at next.
+    /// The next fixed values of the factor.
     fn held(&self, about: &About) -> Vec<(usize, f64)> {
         let at = |step: usize| self.from + (self.to - self.from) * step as f64 / self.values as f64;
         let (low, high) = about.bounds[self.place];
@@ -131,14 +130,15 @@ impl Flank {
         self.to = if (2.0 * self.to).abs() < self.end.abs() { 2.0 * self.to } else { self.end };
     }
 
-    /// Whether there is nowhere to go, or no need.
+    /// Whether the side has reached its bound or the level.
     fn is_done(&self, least: f64, about: &About) -> bool {
         let level = about.levels[self.place];
         self.values == 0 || self.met.iter().any(|(_, objective)| objective - least >= level)
     }
 }
 
-/// A profile of both flanks about the estimate, so that an interval never ends on the wrong side of it.
+/// A profile from its two sides. The estimate is a point of both, so neither end of the interval is on the wrong side
+/// of it.
 fn profile(below: &Flank, above: &Flank, least: f64, about: &About) -> Profile {
     let (place, level) = (below.place, about.levels[below.place]);
     let middle = (about.values.to_vec(), least);
@@ -156,15 +156,15 @@ fn profile(below: &Flank, above: &Flank, least: f64, about: &About) -> Profile {
     Profile { factor: place, points, rises, level, interval }
 }
 
-/// Where a way of values and rises first reaches a level. Between two of its points the root of the rise is taken as
-/// straight, which it is where the problem is linear.
+/// Value at which the rise first reaches a level, by linear interpolation of the square root of the rise, which is
+/// linear for a linear problem.
 fn crossing(way: &[(f64, f64)], level: f64) -> Option<f64> {
     let pair = way.windows(2).find(|pair| pair[1].1 >= level)?;
     let [a, b] = [pair[0], pair[1]].map(|(value, rise)| (value, rise.max(0.0).sqrt()));
     Some(a.0 + (b.0 - a.0) * (level.sqrt() - a.1) / (b.1 - a.1))
 }
 
-/// The places of the factors of these names; one that cases tell apart is meant in all of them.
+/// Indices of the factors with these names; a name selects a factor in all cases, including its variants per case.
 pub(super) fn profiled(factors: &[Estimand], names: &[String]) -> Result<Vec<usize>, EstimateError> {
     let mut places = Vec::new();
     for name in names {
@@ -189,13 +189,13 @@ mod tests {
     use super::*;
     use std::convert::Infallible;
 
-    /// Two variables met through any residuals, between bounds.
-    struct Met<F> {
+    /// Two variables with given residuals and bounds.
+    struct Model<F> {
         bounds: [(f64, f64); 2],
         residuals: F,
     }
 
-    impl<F: Fn(f64, f64) -> [f64; 3]> LeastSquares for Met<F> {
+    impl<F: Fn(f64, f64) -> [f64; 3]> LeastSquares for Model<F> {
         type Error = Infallible;
 
         fn bounds(&self) -> &[(f64, f64)] {
@@ -219,18 +219,18 @@ mod tests {
             levels: &[4.0; 2],
             correlation: &correlation,
         };
-        let Ok(found) = profiles(&mut Met { bounds, residuals }, &[0, 1], &about, &Options::default());
+        let Ok(found) = profiles(&mut Model { bounds, residuals }, &[0, 1], &about, &Options::default());
         found
     }
 
-    /// Residuals that are straight in both, about (1, 2): the covariance is ((13, −5), (−5, 2))/1.
+    /// Residuals linear in both variables about (1, 2): the covariance is ((13, −5), (−5, 2)).
     fn straight(x: f64, y: f64) -> [f64; 3] {
         let (x, y) = (x - 1.0, y - 2.0);
         [x + 2.0 * y, x + 3.0 * y, 0.0]
     }
 
     #[test]
-    fn where_residuals_are_straight_a_profile_is_the_parabola_of_the_linear_interval() {
+    fn a_profile_of_linear_residuals_is_the_parabola_of_the_linear_interval() {
         let errors = [13f64.sqrt(), 5f64.sqrt()];
         let wide = [(-99.0, 99.0); 2];
         // (JᵀJ)⁻¹ of J = ((1, 2), (1, 3)) is ((13, −5), (−5, 2)).
@@ -247,25 +247,25 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_has_the_shape_of_the_data_and_not_of_its_tangent() {
-        // The logarithm of the first is known to one: its interval is from exp(−2) to exp(2), not 1 ± 2.
+    fn a_profile_follows_the_nonlinear_objective() {
+        // The logarithm of the first variable has standard error 1: its interval is from exp(−2) to exp(2), not 1 ± 2.
         let found = profiled([(0.01, 99.0); 2], [1.0, 1.0], |x, y| [x.ln(), y - 2.0, 0.0]);
         let (Some(low), Some(high)) = found[0].interval else { panic!("{:?}", found[0]) };
         assert!((low / (-2f64).exp() - 1.0).abs() < 0.02 && (high / 2f64.exp() - 1.0).abs() < 0.02, "{low} to {high}");
     }
 
     #[test]
-    fn a_side_that_the_bound_ends_first_has_no_end_and_is_followed_to_the_bound() {
+    fn a_side_that_reaches_its_bound_first_has_no_end() {
         let found = profiled([(0.5, 9.0), WIDE], [3.0, 1.0], |x, y| [0.1 * (x - 1.0), y - 2.0, 0.0]);
         assert_eq!(found[0].interval, (None, None));
         assert_eq!((found[0].points[0][0], found[0].points.last().map(|point| point[0])), (0.5, Some(9.0)));
-        // Two either way of two: below, the bound of 0.1 comes first.
+        // The interval is 2 ± 2: below, the bound of 0.1 comes first.
         let (None, Some(high)) = found[1].interval else { panic!("{:?}", found[1]) };
         assert!((high - 4.0).abs() < 1e-6, "{high}");
     }
 
     #[test]
-    fn a_side_is_followed_as_far_as_it_takes_where_the_linear_interval_is_far_too_short() {
+    fn a_side_is_extended_where_the_linear_interval_is_far_too_short() {
         let found = profiled([(-99.0, 99.0); 2], [0.01, 0.01], |x, y| [x - 1.0, y - 2.0, 0.0]);
         let (Some(low), Some(high)) = found[0].interval else { panic!("{:?}", found[0]) };
         assert!((low + 1.0).abs() < 1e-6 && (high - 3.0).abs() < 1e-6, "{low} to {high}");

@@ -1,28 +1,29 @@
-//! Where a history bends, and how rough it is.
+//! Knots of the unknown heating, and the roughness operator of the regularisation.
 
 use crate::case::Schedule;
 use nalgebra::DMatrix;
 
-/// A leg of a schedule is sharp where it crosses at least this share of the largest value in less than the spacing of the knots: an
-/// injection, a retraction. What is smoothed across it would be smeared.
+/// A segment of a schedule is a jump where it changes by at least this fraction of the largest value in less than the
+/// knot spacing, as at injection or retraction. Smoothing across it would smear it.
 const SHARP: f64 = 0.1;
 
-/// The knots of a history: its corners in time, and between which of them it is smooth.
+/// Knot times, and which segments between them are jumps.
 #[derive(Clone, Debug)]
 pub(super) struct Knots {
     pub times_s: Vec<f64>,
-    /// What the schedule they were made from has there.
+    /// Value of the case's own schedule at each knot.
     pub own: Vec<f64>,
-    /// One a leg from each knot to the next.
+    /// One entry per segment between neighbouring knots.
     is_sharp: Vec<bool>,
-    /// The time over which knots were spread, s.
+    /// The time over which the knots are spread, s.
     pub spread_s: f64,
 }
 
 impl Knots {
-    /// Every corner of a schedule up to a time, and so many knots more, spread evenly over the time in which the schedule is not at
-    /// `rest`, as a flux of zero: nothing is to be found where nothing heats, and data that do say otherwise move the corners. Of a
-    /// schedule that is at rest throughout, and of one that never rests, as the temperature of a gas, over all of its time.
+    /// Every corner of a schedule up to `end_s`, and `more` knots spread evenly over the time in which the schedule
+    /// differs from `rest`, its value without heating. The corners remain variables, so data can still show heating
+    /// elsewhere. A schedule that is always or never at rest, such as a gas temperature, gets knots over its whole
+    /// duration.
     pub(super) fn new(schedule: &Schedule, rest: Option<f64>, end_s: f64, more: usize) -> Self {
         let corners = schedule.times_s.iter().zip(&schedule.values).map(|(&time_s, &value)| (time_s, value));
         let mut kept: Vec<(f64, f64)> = corners.filter(|(time_s, _)| (0.0..end_s).contains(time_s)).collect();
@@ -56,8 +57,9 @@ impl Knots {
         Self { times_s, own, is_sharp, spread_s }
     }
 
-    /// Second derivatives at the knots between two legs that are not sharp, a row each, such that their squares sum to
-    /// `H³ ∫ q″² dt`, H being the time over which knots are spread: none of straight lines, and no more or less for more knots.
+    /// Second derivatives at the knots between two segments that are not jumps, one row each. Their sum of squares is
+    /// `H³ ∫ q″² dt` with H the time over which knots are spread: zero for straight lines and independent of the number
+    /// of knots.
     pub(super) fn roughness(&self) -> DMatrix<f64> {
         let inner: Vec<usize> = (1..self.times_s.len().saturating_sub(1))
             .filter(|&knot| !self.is_sharp[knot - 1] && !self.is_sharp[knot])
@@ -74,7 +76,7 @@ impl Knots {
         rows
     }
 
-    /// What each knot adds to the integral over time of a straight line from each to the next, s.
+    /// Weights of the trapezoidal rule, s.
     pub(super) fn spans_s(&self) -> Vec<f64> {
         let half = |from: usize| self.times_s.get(from + 1).map_or(0.0, |next| (next - self.times_s[from]) / 2.0);
         (0..self.times_s.len()).map(|knot| half(knot) + if knot > 0 { half(knot - 1) } else { 0.0 }).collect()
@@ -90,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_are_kept_and_knots_go_where_it_is_heated() {
+    fn corners_are_kept_and_knots_are_spread_over_the_heated_time() {
         let knots = Knots::new(&retracted(), Some(0.0), 80.0, 8);
         let even = [0.0, 0.5, 5.0, 9.5, 14.0, 18.5, 23.0, 27.5, 32.0, 36.5, 41.0, 41.2, 80.0];
         assert_eq!(knots.times_s.len(), even.len());
@@ -102,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn knots_of_a_gas_that_never_rests_go_everywhere_and_its_jump_stays_sharp() {
+    fn knots_of_a_gas_temperature_cover_its_duration_and_its_jump_stays_a_jump() {
         let gas = Schedule { times_s: vec![0.0, 10.0, 10.1, 50.0], values: vec![1500.0, 1500.0, 1400.0, 1400.0] };
         let knots = Knots::new(&gas, None, 50.0, 4);
         let even = [0.0, 5.0, 10.0, 10.1, 20.075, 30.05, 40.025, 50.0];
@@ -112,13 +114,13 @@ mod tests {
     }
 
     #[test]
-    fn a_parabola_is_as_rough_as_its_curvature_and_a_cut_off_is_not() {
+    fn the_roughness_of_a_parabola_is_its_curvature_and_that_of_a_jump_is_zero() {
         let knots = Knots::new(&Schedule::constant(1.0), Some(0.0), 10.0, 399);
         let parabola = nalgebra::DVector::from_iterator(401, knots.times_s.iter().map(|t| t * t));
-        // H³ ∫ 2² dt over ten seconds, less the halves of the two ends at which nothing bends.
+        // H³ ∫ 2² dt over ten seconds, minus the half segments at the two ends, which have no second derivative.
         assert!(((knots.roughness() * parabola).norm_squared() / 4e4 - 1.0).abs() < 0.01);
         let knots = Knots::new(&retracted(), Some(0.0), 80.0, 8);
-        assert_eq!(knots.roughness().nrows(), 8, "between injection and retraction alone");
+        assert_eq!(knots.roughness().nrows(), 8, "only between injection and retraction");
         let own = nalgebra::DVector::from_vec(knots.own.clone());
         assert!((knots.roughness() * own).norm() < 1e-9);
     }

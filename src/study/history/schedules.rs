@@ -1,9 +1,10 @@
-//! What heats, on knots, as a least-squares problem: predicted less measured over the standard deviation, and behind these how rough the
-//! history is.
+//! The least-squares problem of the flux inversion: residuals of the data over their standard deviations, followed by
+//! the weighted roughness.
 //!
-//! Schedules belong to a plan and factors to a member, so every point is a plan of its own, the same in all but its drives: cells, steps
-//! and tables are shared, so that differences hold no noise of choosing. The road not taken, a column of the ensemble for every knot, would
-//! have each stage of each step of every march look two columns up, in both twins, for what one study asks.
+//! Schedules belong to a plan and factors to a member, so every point is a plan of its own that differs in its boundary
+//! forcing alone. All plans share cells, steps and tables, so finite differences contain no adaptation noise. The
+//! alternative, one ensemble column per knot, would add two column look-ups to each stage of each step of every march,
+//! on CPU and GPU, for this study alone.
 
 use super::Sought;
 use crate::case::{Exposure, Schedule};
@@ -18,29 +19,29 @@ use nalgebra::{DMatrix, DVector};
 pub(super) struct Schedules<'a> {
     pub march: &'a mut dyn March,
     pub sought: Sought,
-    /// Of a case whose schedule has its corners on the knots.
+    /// Plan of a case whose schedule has its corners on the knots.
     pub plan: &'a Plan,
     pub exposure: &'a Exposure,
     pub nominal: &'a Ensemble,
     pub times_s: &'a [f64],
-    /// What a variable of one means, W/m² or K.
+    /// Value of a variable of one, W/m² or K.
     pub scale: f64,
-    /// The step of a difference, in variables.
+    /// Finite-difference step, in units of the variables.
     pub difference_step: f64,
     pub samples: &'a [Sample],
     pub roughness: &'a DMatrix<f64>,
-    /// By what roughness counts, in standard deviations of a sample.
+    /// Weight of the roughness, in standard deviations of a sample.
     pub weight: f64,
     pub bounds: Vec<(f64, f64)>,
-    /// Histories marched so far.
+    /// Schedules marched so far.
     pub marches: usize,
 }
 
-/// The step of a difference of a flux that blowing all but keeps off the face, as a share of the scale: its effect grows by powers of ten
-/// from zero up to there, so that the derivative at zero promises nothing of it.
+/// Smallest finite-difference step of a flux that blowing nearly cancels, as a fraction of the scale: from zero up to
+/// this fraction the effect grows by powers of ten, so the derivative at zero does not predict it.
 const BLOWN: f64 = 1e-2;
 
-/// A difference of temperatures that is no more than what rounding makes of it, K.
+/// Largest difference of temperatures that rounding can explain, K.
 fn rounding_k(precision: Precision) -> f64 {
     match precision {
         Precision::F64 => 1e-8,
@@ -49,7 +50,7 @@ fn rounding_k(precision: Precision) -> f64 {
 }
 
 impl Schedules<'_> {
-    /// March histories, one a column.
+    /// March schedules, one per column.
     pub(super) fn traces(&mut self, points: &DMatrix<f64>) -> Result<Vec<Traces>, MarchError> {
         let driven = |point: nalgebra::DVectorView<'_, f64>| {
             let values = point.iter().map(|value| value * self.scale).collect();
@@ -82,9 +83,10 @@ impl LeastSquares for Schedules<'_> {
         }))
     }
 
-    /// Differences to one side, upwards, where there is always room. Their step is a share of the scale, not of the value: that of a knot
-    /// that stays at zero would vanish from turn to turn, and leave rounding in the place of a derivative. A knot that moves no
-    /// reading by more than rounding has derivatives of zero, so that rounding is not followed.
+    /// Forward differences, because the variables are bounded below only. The step is a fraction of the scale, not of
+    /// the value: a step relative to a knot value near zero would vanish and leave rounding in place of the derivative.
+    /// A knot that changes no reading beyond rounding has zero derivatives, so that the minimiser does not follow
+    /// rounding.
     fn tangents(&mut self, points: &DMatrix<f64>) -> Result<Option<Vec<Tangent>>, MarchError> {
         let least_k = rounding_k(self.march.backend().precision);
         let (samples, knots) = (self.samples.len(), points.nrows());
@@ -106,7 +108,7 @@ impl LeastSquares for Schedules<'_> {
                 let moved_k = |(row, sample): (usize, &Sample)| {
                     (computed[(row, knot + 1)] - residuals[row]).abs() * sample.sigma_k
                 };
-                // What is no number is not within rounding: it is for the minimiser to see.
+                // A NaN fails this comparison, and the minimiser handles it.
                 if self.samples.iter().enumerate().map(moved_k).all(|moved_k| moved_k <= least_k) {
                     jacobian.view_mut((0, knot), (samples, 1)).fill(0.0);
                 }

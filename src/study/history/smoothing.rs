@@ -1,82 +1,86 @@
-//! How smooth a history should be.
+//! Choice of the Tikhonov regularisation weight.
 //!
-//! Noise is blown up on its way back to the face, the more the shorter a history's bends, so data alone give one that is all noise. What is
-//! made least is the misfit and, times a weight, the roughness (Tikhonov). By the discrepancy principle the weight is the largest at
-//! which data are met as well as their noise says and no better: a weighted root mean square of one (Morozov, *Methods for Solving
-//! Incorrectly Posed Problems*, 1984; Beck, Blackwell & St Clair, *Inverse Heat Conduction*, 1985). It takes the noise at its word, but for chance: so
-//! many samples scatter by a little more or less than they are said to, and where no weight leads to one, that much more is aimed at. Where no
-//! weight meets that either, what no history explains is taken for the noise. The corner of the L-curve needs no word of noise: beyond it
-//! the misfit rises fast, short of it the roughness (Hansen, SIAM Review 34, 1992). It is not what is fallen back on, as deep sensors have no corner.
+//! Inversion amplifies noise, the more the shorter its time scale, so the minimised function is the misfit plus a
+//! weight times the roughness (Tikhonov).
+//!
+//! - **Discrepancy principle**: the largest weight at which the weighted root mean square residual is one (Morozov,
+//!   *Methods for Solving Incorrectly Posed Problems*, 1984; Beck, Blackwell & St Clair, *Inverse Heat Conduction*,
+//!   1985). It relies on the stated noise. Where no weight reaches one, the target rises by the chance variation of the
+//!   sample variance; where no weight reaches that either, the smallest misfit over all weights replaces the stated
+//!   noise.
+//! - **L-curve**: the corner of roughness over misfit needs no noise level (Hansen, SIAM Review 34, 1992). It is not
+//!   used as a fallback, because deep sensors give curves without a corner.
 
 use crate::fit::Fit;
 use nalgebra::DVector;
 
-/// Weights tried, as powers of ten of that at which misfit and roughness change alike: from straight lines to noise.
+/// Weights tried, as powers of ten of the weight at which the Jacobians of data and roughness have equal norms.
 const STRONGEST: i32 = 3;
 const WEAKEST: i32 = -6;
-/// A weighted root mean square this share below a level meets it: eighty samples do not tell it to a hundredth.
+/// Relative tolerance of the target misfit; eighty samples do not resolve a hundredth.
 const NEAR: f64 = 0.005;
-/// The weight is not sought closer than this, in powers of ten.
+/// Tolerance of the weight, in powers of ten.
 const NARROW: f64 = 0.02;
 
-/// What so many samples may scatter by over what they are said to, in all but a fortieth of data sets: the deviation of a root mean
-/// square of n is `1/√(2n)`.
+/// Upper limit of the root mean square of n standardised residuals, exceeded by 2.5 % of data sets: its standard
+/// deviation is `1/√(2n)`.
 fn by_chance(samples: usize) -> f64 {
     1.0 + 2.0 / (2.0 * samples as f64).sqrt()
 }
 
-/// How the weight is told.
+/// How the weight is chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Smoothing {
-    /// Residuals as large as the noise (Morozov's discrepancy principle).
+    /// Residuals equal the stated noise (Morozov's discrepancy principle).
     Discrepancy,
     /// The corner of the L-curve.
     LCurve,
-    /// The weight itself, over that at which misfit and roughness change alike; zero or more.
+    /// A given weight, relative to the weight at which the Jacobians of data and roughness have equal norms; zero or
+    /// more.
     Stated(f64),
 }
 
-/// By what the weight was chosen in the end.
+/// The criterion that selected the weight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Chosen {
-    /// The noise: the largest weight at which data are met.
+    /// The largest weight whose misfit agrees with the stated noise.
     Discrepancy,
-    /// Nothing but straight lines between sharp corners is needed to meet the data.
+    /// The strongest weight already meets the data: straight lines between jumps suffice.
     Straight,
-    /// What no history explains, taken for the noise: no weight meets the data.
+    /// No weight meets the stated noise; the smallest misfit over all weights replaces it.
     Unmet,
-    /// The corner of the L-curve, as was asked.
+    /// The corner of the L-curve, as requested.
     LCurve,
-    /// The weight was stated.
+    /// The weight was given.
     Stated,
 }
 
-/// What one weight leads to.
+/// One point of the L-curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Rung {
-    /// Over that at which misfit and roughness change alike.
+    /// Weight, relative to the weight at which the Jacobians of data and roughness have equal norms.
     pub weight: f64,
     /// Weighted root mean square of the residuals of the data.
     pub rms: f64,
-    /// Root of `H³ ∫ q″² dt`, of the flux over its scale.
+    /// Square root of `H³ ∫ q″² dt`, with q relative to its scale.
     pub roughness: f64,
 }
 
-/// One weight solved.
+/// The solution at one weight.
 #[derive(Clone, Debug)]
 pub(super) struct Solved {
     pub rung: Rung,
     pub fit: Fit,
 }
 
-/// Choose a weight. `solve` finds the history of a weight from another; each begins where the one before ended, from the strongest on, as
-/// little changes from one to the next.
+/// Select a weight. `solve` minimises at a weight from a starting point; each starts from the solution at the previous,
+/// stronger weight, which is near.
 pub(super) fn chosen<E>(
     smoothing: Smoothing,
     samples: usize,
@@ -114,7 +118,8 @@ pub(super) fn chosen<E>(
     Ok(taken(ladder, corner, Chosen::LCurve))
 }
 
-/// The largest weight that meets a level, between the last that does not and the first that does.
+/// The largest weight that meets a misfit level, by bisection between the last weight above the level and the first
+/// below.
 fn met<E>(
     mut ladder: Vec<Solved>,
     first: usize,
@@ -143,15 +148,14 @@ fn taken(mut ladder: Vec<Solved>, place: usize, why: Chosen) -> (Solved, Chosen,
     (ladder.swap_remove(place), why, rungs)
 }
 
-/// Where the curve of the logarithms of roughness over misfit bends most towards the origin, weights falling; the weakest of fewer
-/// than three.
+/// Point of maximum curvature of log roughness over log misfit, for falling weights; the last of fewer than three.
 fn corner(rungs: &[Rung]) -> usize {
     let point = |rung: &Rung| (rung.rms.max(1e-12).ln(), rung.roughness.max(1e-12).ln());
     let bend = |place: usize| {
         let [a, b, c] = [place - 1, place, place + 1].map(|place| point(&rungs[place]));
         let (one, two) = ((b.0 - a.0, b.1 - a.1), (c.0 - b.0, c.1 - b.1));
         let sides = one.0.hypot(one.1) * two.0.hypot(two.1) * (c.0 - a.0).hypot(c.1 - a.1);
-        // Weights fall leftwards and then up: a turn clockwise.
+        // With falling weights the curve turns clockwise.
         if sides > 0.0 { -2.0 * (one.0 * two.1 - one.1 * two.0) / sides } else { 0.0 }
     };
     let places = 1..rungs.len().saturating_sub(1);
@@ -163,7 +167,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_corner_is_where_misfit_stops_to_fall_and_roughness_begins_to_rise() {
+    fn the_corner_is_where_misfit_stops_falling_and_roughness_starts_rising() {
         let rung = |weight, rms, roughness| Rung { weight, rms, roughness };
         let rungs = [
             rung(1e2, 40.0, 1.0),

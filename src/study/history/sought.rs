@@ -1,9 +1,9 @@
-//! Which quantity of the hot face is sought through time.
+//! The heating quantity at the hot face that the inversion estimates.
 
 use super::HistoryError;
 use crate::case::{Case, Emissivity, Exposure, Face, OpenFace, Schedule};
 
-/// What heats the hot face through time.
+/// The time-dependent quantity that heats the hot face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
@@ -12,15 +12,15 @@ pub enum Sought {
     Flux,
     /// Incident radiant flux, W/m².
     RadiantFlux,
-    /// Temperature of the gas that a film couples to the face, K.
+    /// Temperature of the gas coupled to the face by a film coefficient, K.
     Gas,
 }
 
 impl Sought {
-    /// Every quantity that can be sought.
+    /// Every quantity that can be estimated.
     pub const ALL: [Self; 3] = [Self::Flux, Self::RadiantFlux, Self::Gas];
 
-    /// As `--seek` has it.
+    /// The value of `--seek`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Flux => "flux",
@@ -29,7 +29,7 @@ impl Sought {
         }
     }
 
-    /// A value at which nothing heats.
+    /// The value without heating; `None` for a gas temperature.
     pub(super) fn rest(self) -> Option<f64> {
         match self {
             Self::Flux | Self::RadiantFlux => Some(0.0),
@@ -37,7 +37,7 @@ impl Sought {
         }
     }
 
-    /// What a variable of one means where the case's own schedule is zero throughout, W/m² or K.
+    /// Scale of a variable where the case's own schedule is zero throughout, W/m² or K.
     pub(super) fn scale(self) -> f64 {
         match self {
             Self::Flux | Self::RadiantFlux => 1e5,
@@ -45,19 +45,19 @@ impl Sought {
         }
     }
 
-    /// That of a case: the one that is asked for, or the only one that heats its hot face. A face that nothing heats is sought a flux
-    /// for, unless a film couples it to a gas.
+    /// The requested quantity, or the only one that heats the hot face of the case. Without heating it is the gas
+    /// temperature where there is a film, else the flux.
     ///
     /// # Errors
-    /// When the hot face is held, has not what is asked for, or has several and none is asked for.
-    pub(super) fn of(case: &Case, asked: Option<Self>) -> Result<Self, HistoryError> {
+    /// When the hot face is held, lacks the requested quantity, or has several and none is requested.
+    pub(super) fn of(case: &Case, requested: Option<Self>) -> Result<Self, HistoryError> {
         let Face::Open(open) = &case.exposure.hot_face else {
             return Err(HistoryError::Held { case: case.id.clone() });
         };
-        if let Some(asked) = asked {
-            return match asked.lacks(open) {
-                None => Ok(asked),
-                Some(reason) => Err(HistoryError::Absent { case: case.id.clone(), sought: asked.name(), reason }),
+        if let Some(requested) = requested {
+            return match requested.lacks(open) {
+                None => Ok(requested),
+                Some(reason) => Err(HistoryError::Absent { case: case.id.clone(), sought: requested.name(), reason }),
             };
         }
         let is_heated = |schedule: &Schedule| schedule.values.iter().any(|value| *value != 0.0);
@@ -77,14 +77,14 @@ impl Sought {
         }
     }
 
-    /// Why a face cannot be sought this for.
+    /// Why a face lacks this quantity.
     fn lacks(self, open: &OpenFace) -> Option<&'static str> {
         match self {
             Self::Flux | Self::RadiantFlux if open.film_heats => {
                 Some("the hot face is convective: kind = \"heated\" has fluxes, this one takes `gas`")
             }
             Self::RadiantFlux if open.emissivity == Emissivity::Constant(0.0) => {
-                Some("the emissivity of the hot face is zero, so that it absorbs nothing")
+                Some("the emissivity of the hot face is zero, so it absorbs no radiation")
             }
             Self::Gas if open.film_w_m2_k <= 0.0 => {
                 Some("the hot face has no film: give it a `coefficient` and a `gas`")
@@ -93,7 +93,7 @@ impl Sought {
         }
     }
 
-    /// Whether gas that leaves the face reduces it.
+    /// Whether blowing reduces the quantity.
     pub(super) fn is_blown(self, exposure: &Exposure) -> bool {
         self == Self::Flux && matches!(&exposure.hot_face, Face::Open(open) if open.blowing > 0.0)
     }
@@ -108,7 +108,7 @@ impl Sought {
         })
     }
 
-    /// An exposure with another schedule of it; one whose hot face is held has none.
+    /// The exposure with another schedule of this quantity; unchanged where the hot face is held.
     pub(super) fn driven(self, exposure: &Exposure, schedule: Schedule) -> Exposure {
         let mut exposure = exposure.clone();
         if let Face::Open(open) = &mut exposure.hot_face {

@@ -1,26 +1,26 @@
-//! How wrong the model may be, told by what the fit leaves, and carried to where nothing was measured.
+//! Model discrepancy, estimated from the residuals of the fit and extrapolated to unobserved temperatures.
 //!
-//! Residuals that are larger than the readings' own deviations, and follow one another, are no noise: the model lacks
-//! something, and factors cannot make up for it. In the posterior of the factors this weighs as it does in their intervals,
-//! by the effective number of samples. A band of a thermocouple has to say it too, or it would say how well the factors are
-//! known and pass for how well the temperature is.
+//! Residuals that exceed the measurement noise and are autocorrelated show a model error that no factor can remove. The
+//! posterior of the factors accounts for it through the effective sample size. A predictive band must include it
+//! explicitly, or it would show the uncertainty of the factors instead of that of the temperature.
 //!
-//! What the model lacks is taken as an error that keeps for a time, `δ(t) = ε g(t) e(t)`, with e of mean zero, deviation one
-//! and correlation exp(−|Δt|/τ), a process of its own at each sensor (Kennedy & O'Hagan, J. R. Stat. Soc. B 63, 2001, of
-//! discrepancies as processes; the exponential is the one whose samples are the first-order autoregression that intervals
-//! take residuals for). Its two numbers come from the fit: τ is that of the most probable noise model, and ε comes
-//! from the variance that the noise has beyond the readings' own.
+//! The discrepancy is a stochastic process `δ(t) = ε g(t) e(t)`, independent at each sensor, where e has mean zero,
+//! standard deviation one and correlation exp(−|Δt|/τ) (Kennedy & O'Hagan, J. R. Stat. Soc. B 63, 2001). The
+//! exponential correlation is that of the first-order autoregression that the intervals assume. τ is the correlation
+//! time of the most probable noise model, and ε follows from the variance of the residuals beyond the measurement
+//! noise.
 //!
-//! The gain g is what the discrepancy is worth at a sensor and an instant, K: the root sum of squares of what one standard
-//! deviation of each factor of the case moves it, fitted or not. A discrepancy of as many kelvin everywhere, the plain choice,
-//! would doubt a face that is held at its measured temperature as much as the bondline, and the first second as much
-//! as the last; one in proportion to the rise would doubt the face most. Errors of a model come from its properties and
-//! boundaries, of which factors are the list that the analyst made, and grow as their effects do: nothing at a held face, more
-//! with depth, nothing before heat arrives. So ε reads: what the model lacks is worth as much as an error of its factors by ε of
-//! what they are doubted by, which changes with time and cannot be fitted away. Gains are slopes, and where a temperature has hardly left
-//! the coldest that it meets a slope reaches below: a draw ends there. A discrepancy that multiplies the rise would too, but has no
-//! sense where a rise passes zero, in a layup that cools below its start. What none of the factors resembles is beyond
-//! it, and beyond any discrepancy that is carried from one sensor to another.
+//! The gain g, K, is the root sum of squares of the temperature changes due to one standard deviation of each factor of
+//! the case, estimated or not. A discrepancy constant in kelvin would give a face held at its measured temperature the
+//! same uncertainty as the bondline, and the first second the same as the last; one proportional to the temperature
+//! rise would give the held face the largest. Model errors come from properties and boundary conditions, which the
+//! factors represent, and they scale with the effects of these: zero at a held face and before heat arrives, rising
+//! with depth. So ε is the model error in units of the prior uncertainty of the factors.
+//!
+//! Gains are slopes, so near the lowest possible temperature a normal draw may fall below it; draws are limited there.
+//! A discrepancy proportional to the temperature rise would need no limit, but is undefined where the rise crosses
+//! zero, in a layup that cools below its start. A model error that resembles no factor is beyond this model, and beyond
+//! any discrepancy transferred between sensors.
 
 use super::super::estimate::Estimated;
 use super::super::sensitivity::{Sensitivity, sensitivity};
@@ -30,21 +30,21 @@ use crate::chance::Numbers;
 use crate::march::{March, MarchError};
 use crate::plan::Plan;
 
-/// An error of the model that keeps for a time.
+/// The parameters of the discrepancy process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Discrepancy {
-    /// ε: its deviation in units of the gain.
+    /// ε: standard deviation in units of the gain.
     pub share: f64,
-    /// Root mean square of its deviation over the samples fitted, K.
+    /// Root mean square of its standard deviation over the fitted samples, K.
     pub amplitude_k: f64,
-    /// τ: the time after which it has forgotten all but 1/e of itself, s; infinite where it keeps.
+    /// τ: correlation time, s; infinite for a constant discrepancy.
     pub time_s: f64,
 }
 
 impl Discrepancy {
-    /// From an estimate, the samples it was fitted to, and the gains at these: case × sensor × instant.
+    /// From an estimate, its fitted samples, and the gains: case × sensor × instant.
     pub(super) fn of(found: &Estimated, observed: &[Vec<Sample>], gains_k: &[Vec<Vec<f64>>]) -> Self {
         let excess = (found.noise_variance - 1.0).max(0.0);
         let each = || observed.iter().enumerate().flat_map(|(case, samples)| samples.iter().map(move |s| (case, s)));
@@ -56,13 +56,13 @@ impl Discrepancy {
         Self { share, amplitude_k: variance_k2.sqrt(), time_s: found.correlation_time_s }
     }
 
-    /// A drawn discrepancy over instants of these gains, K.
+    /// A random realisation at these instants, K.
     pub(super) fn drawn_k(self, gains_k: &[f64], instants_s: &[f64], numbers: &mut Numbers) -> Vec<f64> {
         let mut now = numbers.normal();
         let mut before_s = instants_s.first().copied().unwrap_or(0.0);
         let each = instants_s.iter().zip(gains_k).map(|(&time_s, gain_k)| {
             let kept = (-(time_s - before_s) / self.time_s).exp();
-            // At a time of nought nothing is kept, but for the first instant, which is no time after itself.
+            // A correlation time of zero gives NaN at the first instant, where Δt is zero too.
             let kept = if kept.is_nan() { 1.0 } else { kept };
             now = kept * now + (1.0 - kept * kept).sqrt() * numbers.normal();
             before_s = time_s;
@@ -72,8 +72,8 @@ impl Discrepancy {
     }
 }
 
-/// What one standard deviation of every factor of a case, together, moves each sensor at each instant about the estimate,
-/// K: sensor × instant; and the members that it took.
+/// Root sum of squares of the temperature changes due to one standard deviation of each factor, at the estimate, K:
+/// sensor × instant; and the number of members marched.
 ///
 /// # Errors
 /// When the device fails.
@@ -105,9 +105,9 @@ pub(super) fn gains_k(
 mod tests {
     use super::*;
 
-    /// Over ten thousand draws: deviation ε g, and a correlation of exp(−Δt/τ); four standard errors.
+    /// Ten thousand draws: standard deviation ε g and correlation exp(−Δt/τ), within four standard errors.
     #[test]
-    fn a_drawn_discrepancy_has_the_amplitude_and_the_memory_it_says() {
+    fn a_drawn_discrepancy_has_its_amplitude_and_correlation_time() {
         let discrepancy = Discrepancy { share: 0.5, amplitude_k: 3.0, time_s: 20.0 };
         let (instants_s, gains_k) = ([0.0, 5.0, 25.0], [0.0, 4.0, 8.0]);
         let drawn: Vec<Vec<f64>> =

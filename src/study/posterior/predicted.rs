@@ -1,4 +1,4 @@
-//! What the draws predict of every thermocouple, observed or not.
+//! Posterior predictive distribution of every thermocouple, observed or not.
 
 use super::super::estimate::Estimated;
 use super::super::nominal::trusted;
@@ -11,53 +11,53 @@ use crate::march::{March, MarchError, march_all};
 use crate::plan::Plan;
 use crate::traces::Arrival;
 
-/// What is foreseen of a case.
+/// Posterior predictive distribution of a case.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Predicted {
     /// Instants of the bands, s.
     pub instants_s: Vec<f64>,
-    /// One a sensor.
+    /// One per sensor.
     pub sensors: Vec<Foreseen>,
-    /// Draws that did not arrive and are left out.
+    /// Draws whose march failed; they are excluded.
     pub failed: usize,
 }
 
-/// What is foreseen of a sensor: by what is known of the factors alone, and with the model's discrepancy.
+/// Predictive bands of a sensor: from the factors alone, and with the model discrepancy.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Foreseen {
-    /// By the posterior of the factors alone.
+    /// From the posterior of the factors alone.
     pub parameters: Band,
-    /// By the posterior of the factors and the discrepancy of the model.
+    /// From the posterior of the factors and the model discrepancy.
     pub discrepancy: Band,
-    /// The share of the sensor's observed samples within the trusted window that each of the two bands holds, give or take two
-    /// deviations of the reading; `None` where there are none.
+    /// Fraction of the sensor's samples within its window that lie in each of the two bands, widened by two standard
+    /// deviations of the reading; `None` without samples.
     pub held: Option<(f64, f64)>,
 }
 
-/// 95 % of the draws, and the middle one.
+/// Median and 95 % band of the draws.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Band {
-    /// One an instant, K.
+    /// The percentile 2.5 at each instant, K.
     pub low_k: Vec<f64>,
     /// The median at each instant, K.
     pub median_k: Vec<f64>,
     /// The percentile 97.5 at each instant, K.
     pub high_k: Vec<f64>,
-    /// The same of the sensor's peak.
+    /// Percentiles 2.5, 50 and 97.5 of the sensor's peak, K.
     pub peak_k: [f64; 3],
 }
 
 const PERCENTS: [f64; 3] = [2.5, 50.0, 97.5];
-/// Streams of chance of discrepancies, beside those of starts and moves.
+/// First random stream of the discrepancies, distinct from those of starts and moves.
 const DISCREPANCIES: u64 = 3 << 62;
 
-/// Of which case and with what to predict.
+/// Inputs of a predictive distribution.
 pub(super) struct Asked<'a> {
     pub which: usize,
     pub found: &'a Estimated,
@@ -67,7 +67,7 @@ pub(super) struct Asked<'a> {
     pub gains_k: &'a [Vec<f64>],
 }
 
-/// March the draws and count what they show: no trace is kept.
+/// March the draws and accumulate their statistics; no trace is stored.
 ///
 /// # Errors
 /// When the device fails.
@@ -93,9 +93,9 @@ pub(super) fn predict(
     let coldest_k = case.exposure.coldest_k();
     let mut failed = 0;
     march_all(march, &plan.clone().without_gauges(), &ensemble, &mut |traces| {
-        let is_there: Vec<bool> = traces.arrivals.iter().map(|arrival| *arrival == Arrival::Done).collect();
-        failed += is_there.iter().filter(|is_there| !**is_there).count();
-        let (mut plain, mut doubted) = (Vec::new(), Vec::new());
+        let is_complete: Vec<bool> = traces.arrivals.iter().map(|arrival| *arrival == Arrival::Done).collect();
+        failed += is_complete.iter().filter(|is_complete| !**is_complete).count();
+        let (mut plain, mut with_discrepancy) = (Vec::new(), Vec::new());
         for member in 0..traces.members() {
             let row = traces.member(member);
             plain.extend_from_slice(row);
@@ -106,17 +106,17 @@ pub(super) fn predict(
                 let stream = DISCREPANCIES | (asked.which as u64) << 48 | (sensor as u64) << 32 | draw;
                 let mut numbers = Numbers::of(seed, stream);
                 let off_k = asked.discrepancy.drawn_k(&asked.gains_k[sensor], &plan.instants_s, &mut numbers);
-                // Whatever the model lacks, heat does not flow up: where a temperature is hardly above the coldest that it meets, normal
-                // draws would reach below.
-                let doubted_k = |(t, off): (&f64, &f64)| (t + off).max(coldest_k.min(*t));
-                let trace: Vec<f64> = traces.trace(member, sensor).iter().zip(&off_k).map(doubted_k).collect();
+                // Heat does not flow from cold to hot: the discrepancy must not push a temperature below the lowest in
+                // the exposure.
+                let perturbed_k = |(t, off): (&f64, &f64)| (t + off).max(coldest_k.min(*t));
+                let trace: Vec<f64> = traces.trace(member, sensor).iter().zip(&off_k).map(perturbed_k).collect();
                 peaks_k.push(highest_k(&trace));
-                doubted.extend(trace);
+                with_discrepancy.extend(trace);
             }
-            doubted.extend(peaks_k);
+            with_discrepancy.extend(peaks_k);
         }
-        parameters.add_block(&plain, &[], &is_there);
-        discrepancy.add_block(&doubted, &[], &is_there);
+        parameters.add_block(&plain, &[], &is_complete);
+        discrepancy.add_block(&with_discrepancy, &[], &is_complete);
     })?;
     let foreseen = |sensor: usize| {
         let (parameters, discrepancy): (Band, Band) =
@@ -131,7 +131,7 @@ pub(super) fn predict(
     Ok(Predicted { instants_s: plan.instants_s.clone(), sensors: (0..sensors).map(foreseen).collect(), failed })
 }
 
-/// Of a sensor, from a tally of so many sensors × instants and the peaks behind.
+/// The band of a sensor, from an accumulator of sensors × instants followed by the peaks.
 fn band(tally: &Tally, sensor: usize, (sensors, instants): (usize, usize)) -> Band {
     let curve = |percent: f64| (0..instants).map(|i| tally.percentile(sensor * instants + i, percent)).collect();
     let [low_k, median_k, high_k] = PERCENTS.map(curve);
@@ -144,7 +144,7 @@ fn band(tally: &Tally, sensor: usize, (sensors, instants): (usize, usize)) -> Ba
 }
 
 impl Band {
-    /// The share of samples, with the instant at each, that lie within the band or no more than two of their deviations beyond.
+    /// Fraction of the samples within the band widened by two standard deviations of the reading.
     fn holds(&self, seen: &Observation, pairs: &[(usize, usize)]) -> f64 {
         let is_held = |&&(sample, instant): &&(usize, usize)| {
             let (measured_k, reach_k) = (seen.temperatures_k[sample], 2.0 * seen.sigma_k[sample]);

@@ -1,8 +1,8 @@
-//! What was drawn of one factor, and of two.
+//! Marginal distributions of one and of two factors.
 
 use crate::fit::Mixing;
 
-/// What was drawn of one factor.
+/// Marginal distribution of one factor.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -11,65 +11,65 @@ pub struct Marginal {
     pub mixing: Mixing,
     /// The median.
     pub median: f64,
-    /// Between which 95 % lie.
+    /// The central 95 % interval.
     pub interval: (f64, f64),
-    /// Where the bins of its histogram begin and end: what all but one in a thousand on either side lie between.
+    /// Range of the histogram: the central 99.8 % of the draws.
     pub range: (f64, f64),
-    /// The share of the draws in each bin.
+    /// Fraction of the draws in each bin.
     pub shares: Vec<f64>,
 }
 
-/// What was drawn of two factors.
+/// Marginal distribution of two factors.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Pair {
-    /// Their places among the factors of the estimate, across and up.
+    /// Indices of the factors in the estimate, for the horizontal and the vertical axis.
     pub places: (usize, usize),
-    /// Of the draws.
+    /// Correlation of the draws.
     pub correlation: f64,
-    /// `enclosed[j][i]`: the share of the draws that lie where they are at least as dense as in bin i across, j up. Where it
-    /// is no more than 0.95 is the smallest region that holds 95 %.
+    /// `enclosed[j][i]`: fraction of the draws in regions at least as dense as bin i (horizontal), j (vertical). Bins
+    /// up to 0.95 form the 95 % highest-density region.
     pub enclosed: Vec<Vec<f64>>,
 }
 
-/// Bins of a range: as many as draws fill in two directions, and no more than a panel shows.
+/// Number of bins: as many as the draws fill in two dimensions, within the resolution of a panel.
 fn bins(draws: usize) -> usize {
     ((draws as f64).powf(0.28) as usize).clamp(8, 48)
 }
 
 impl Marginal {
-    /// Of a trail, move × walker, of a factor between bounds.
-    pub(super) fn of(trail: &[f64], walkers: usize, (least, most): (f64, f64)) -> Self {
-        let mut sorted = trail.to_vec();
+    /// From a chain, iteration × walker, of a factor between bounds.
+    pub(super) fn of(chain: &[f64], walkers: usize, (least, most): (f64, f64)) -> Self {
+        let mut sorted = chain.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
         let at = |share: f64| sorted[((share * sorted.len() as f64) as usize).min(sorted.len() - 1)];
         let (low, high) = (at(0.001), at(0.999));
-        // What never moved has no range of its own.
+        // A constant chain has no range of its own.
         let range = if low < high { (low, high) } else { (least, most) };
-        let mut counts = vec![0.0; bins(trail.len())];
-        for &value in trail {
+        let mut counts = vec![0.0; bins(chain.len())];
+        for &value in chain {
             if let Some(bin) = bin(value, range, counts.len()) {
                 counts[bin] += 1.0;
             }
         }
         Self {
-            mixing: Mixing::of(trail, walkers),
+            mixing: Mixing::of(chain, walkers),
             median: at(0.5),
             interval: (at(0.025), at(0.975)),
             range,
-            shares: counts.iter().map(|count| count / trail.len() as f64).collect(),
+            shares: counts.iter().map(|count| count / chain.len() as f64).collect(),
         }
     }
 
-    /// The middle of each bin.
+    /// Centre of each bin.
     pub fn middles(&self) -> Vec<f64> {
         let ((low, high), bins) = (self.range, self.shares.len());
         (0..bins).map(|bin| low + (high - low) * (bin as f64 + 0.5) / bins as f64).collect()
     }
 }
 
-/// The bin of a value, of so many in a range.
+/// Index of the bin that contains a value; `None` outside the range.
 fn bin(value: f64, (low, high): (f64, f64), bins: usize) -> Option<usize> {
     let place = (value - low) / (high - low) * bins as f64;
     (0.0..=bins as f64).contains(&place).then(|| (place as usize).min(bins - 1))
@@ -115,13 +115,14 @@ mod tests {
     use super::*;
     use crate::chance::Numbers;
 
-    /// 95 % of a normal lie within 1.96 deviations, and of two independent ones a share of 1 − exp(−r²/2) within r. A bin's count
-    /// is off by 4 % by chance, and with it what it encloses by 0.02: four of that.
+    /// 95 % of a normal distribution lie within 1.96 standard deviations, and 1 − exp(−r²/2) of two independent ones
+    /// within radius r. A bin's count has a standard error of 4 %, and the enclosed mass one of 0.02; the tolerance is
+    /// four of these.
     #[test]
-    fn intervals_and_regions_hold_the_share_that_they_say() {
+    fn intervals_and_regions_contain_their_nominal_probability() {
         let mut numbers = Numbers::of(3, 0);
         let [x, y]: [Vec<f64>; 2] = std::array::from_fn(|_| (0..200_000).map(|_| numbers.normal()).collect());
-        let [a, b] = [&x, &y].map(|trail| Marginal::of(trail, 100, (-9.0, 9.0)));
+        let [a, b] = [&x, &y].map(|chain| Marginal::of(chain, 100, (-9.0, 9.0)));
         assert!((a.interval.0 + 1.96).abs() < 0.03 && (a.interval.1 - 1.96).abs() < 0.03 && a.median.abs() < 0.01);
         assert!((a.shares.iter().sum::<f64>() - 0.998).abs() < 1e-3);
         let pair = Pair::of((0, &x, &a), (1, &y, &b));

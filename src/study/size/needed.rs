@@ -1,30 +1,30 @@
-//! The thickness that one member needs: a bracketed root, sought for many members side by side.
+//! Required thickness of each member: bracketed root finding, batched over members.
 //!
-//! A peak that falls as its insulation thickens passes the limit once, and so every member has a thickness of its own from
-//! which on it holds. The share of members that hold at any thickness is then the share that need no more, and the thickness
-//! that a probability asks for the quantile of what members need: the root of the quantile of the peaks, found for every
-//! probability at once, without the noise that drawing other members at each thickness would bring.
+//! The peak falls with insulation thickness, so each member crosses the limit at one thickness. The fraction of members
+//! below the limit at a thickness is the fraction that requires no more, so the thickness for a probability is the
+//! quantile of the members' required thicknesses. This gives every probability at once, without the noise of new
+//! members at each thickness.
 
-/// The thickness from which on a limit is held, m.
+/// The smallest thickness that keeps a peak below the limit, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Needed {
-    /// The thinnest allowed holds it.
+    /// The smallest allowed thickness suffices.
     AtMost(f64),
     /// The thickness, m.
     At(f64),
-    /// The thickest allowed does not hold it.
+    /// The largest allowed thickness does not suffice.
     Beyond(f64),
 }
 
 impl Needed {
-    /// The thickness where one was found.
+    /// The thickness, where one was found between the bounds, m.
     pub fn found_m(self) -> Option<f64> {
         if let Self::At(thickness_m) = self { Some(thickness_m) } else { None }
     }
 
-    /// For putting in order: what the thickest allowed does not hold is thicker than any.
+    /// Sort key, m: infinite where the largest allowed thickness does not suffice.
     pub(super) fn least_m(self) -> f64 {
         match self {
             Self::AtMost(thickness_m) | Self::At(thickness_m) => thickness_m,
@@ -33,20 +33,20 @@ impl Needed {
     }
 }
 
-/// Near enough, K: a hundredth of what a thermocouple tells.
+/// Tolerance of the peak, K: a hundredth of the resolution of a thermocouple.
 const NEAR_K: f64 = 0.02;
-/// A bracket whose ends differ by no more is straight to within that, K.
+/// A bracket with a smaller difference of the peaks is linear within the tolerance, K.
 const STRAIGHT_K: f64 = 2.0;
-/// Near enough, as a share of the thickness: where a peak has a jump.
+/// Relative tolerance of the thickness, for a peak with a jump.
 const NEAR: f64 = 1e-5;
-/// Trials after which a bracket is halved: a jump is not found by straight lines.
+/// Secant trials before bisection, which is needed at a jump.
 const TRIALS: usize = 8;
 
-/// One member on its way.
+/// The root search of one member.
 #[derive(Clone, Debug)]
 pub(super) struct Search {
     within_m: (f64, f64),
-    /// The thickest that was met to exceed the limit, and the thinnest to hold it; with the excess of the peak, K.
+    /// The largest thickness above the limit and the smallest below it, m, each with the excess of the peak, K.
     over: Option<(f64, f64)>,
     under: Option<(f64, f64)>,
     trials: usize,
@@ -58,7 +58,8 @@ impl Search {
         Self { within_m, over: None, under: None, trials: 0, found: None }
     }
 
-    /// The thickness to try next. `guess` takes a thickness and an excess there, K, to where a member like most would have none.
+    /// The next trial thickness. `guess` maps a thickness and an excess there, K, to the thickness without excess on
+    /// the nominal curve.
     pub(super) fn next(&self, first_m: f64, guess: impl Fn(f64, f64) -> f64) -> f64 {
         let (low_m, high_m) = self.within_m;
         let next_m = match (self.over, self.under) {
@@ -80,13 +81,13 @@ impl Search {
         next_m.max(low_m).min(high_m)
     }
 
-    /// By how much a peak is to be lower for the limit to be passed by a little, and by ever more where it was not: a trial on
-    /// the other side is a bracket, while one that falls short again and again creeps.
+    /// Peak reduction to aim for: beyond the limit, and further after each failed trial, because a point on the other
+    /// side gives a bracket and undershooting converges slowly.
     fn beyond_k(&self, excess_k: f64) -> f64 {
         (1.0 + 0.1 * 4f64.powi(self.trials as i32 - 1)) * excess_k + NEAR_K.copysign(excess_k) / 2.0
     }
 
-    /// Takes by how much the peak exceeded the limit at a thickness, K; infinite where the member failed there.
+    /// Record the excess of the peak over the limit at a thickness, K; infinite where the member failed.
     pub(super) fn met(&mut self, thickness_m: f64, excess_k: f64) {
         self.trials += 1;
         let (low_m, high_m) = self.within_m;
@@ -120,7 +121,7 @@ impl Search {
 mod tests {
     use super::*;
 
-    /// What a member with this excess over thickness needs, and in how many trials.
+    /// The required thickness for this excess over thickness, and the number of trials.
     fn sought(excess_k: impl Fn(f64) -> f64) -> (Needed, usize) {
         let mut search = Search::new((1e-3, 9e-3));
         loop {
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_peak_that_falls_with_thickness_is_met_within_a_few_trials() {
+    fn a_falling_peak_reaches_the_limit_within_a_few_trials() {
         for needed_m in [1.2e-3, 3e-3, 4e-3, 8.5e-3] {
             let excess = |at_m: f64| 400.0 * (needed_m / at_m - 1.0);
             let (Needed::At(found_m), trials) = sought(excess) else { panic!("{needed_m}") };
@@ -143,14 +144,14 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_that_no_thickness_holds_and_one_that_every_thickness_holds_are_told_from_one_that_some_hold() {
+    fn limits_outside_the_allowed_thickness_are_reported_as_such() {
         assert_eq!(sought(|_| 10.0).0, Needed::Beyond(9e-3));
         assert_eq!(sought(|_| -10.0).0, Needed::AtMost(1e-3));
         assert_eq!(sought(|_| f64::INFINITY).0, Needed::Beyond(9e-3));
     }
 
     #[test]
-    fn a_member_that_fails_where_it_is_thin_needs_what_it_takes_not_to_fail() {
+    fn a_member_that_fails_below_a_thickness_requires_that_thickness() {
         let (Needed::At(found_m), _) = sought(|at_m| if at_m < 5e-3 { f64::INFINITY } else { -50.0 }) else {
             panic!("it holds from 5 mm on")
         };

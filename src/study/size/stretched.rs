@@ -1,24 +1,24 @@
-//! A case whose plies of a group may be made thicker.
+//! A case whose sized plies have a variable thickness.
 
 use super::SizeError;
 use crate::case::{Case, Factor, Property};
 
-/// A case with a factor on the thickness of the plies that are sized.
+/// A case with a thickness factor on the sized plies.
 pub(super) struct Stretched {
     pub case: Case,
-    /// The plies that are sized: all of the group, or the one of the name.
+    /// The sized plies: all of the group, or the one with the name.
     pub plies: Vec<usize>,
-    /// The factor that stretches them.
+    /// Index of the thickness factor.
     column: usize,
-    /// Whether the case had it before: then members scatter by it, and the stretch multiplies theirs.
+    /// Whether the case defines this factor itself; then the ratio multiplies each member's value.
     is_own: bool,
-    /// Their thickness as drawn, all together, m.
+    /// Their total thickness in the case, m.
     pub drawn_m: f64,
 }
 
 impl Stretched {
     /// # Errors
-    /// When no ply is of that name or group, or a factor on thickness scales some of them and not the others.
+    /// When no ply has that name or group, or a thickness factor scales some of the plies and others besides.
     pub(super) fn new(case: &Case, group: &str) -> Result<Self, SizeError> {
         let layup = &case.layup.plies;
         let within = |group: &str| -> Vec<usize> {
@@ -59,7 +59,7 @@ impl Stretched {
         Ok(Self { plies, column, is_own: own.is_some(), drawn_m, case })
     }
 
-    /// A member's factors with the plies so thick.
+    /// Factors of a member at a total thickness of the plies.
     pub(super) fn row(&self, factors: &[f64], thickness_m: f64) -> Vec<f64> {
         let mut row = factors.to_vec();
         if !self.is_own {
@@ -70,8 +70,8 @@ impl Stretched {
     }
 }
 
-/// The case drawn anew with some of its plies stretched by one ratio: what lies behind them moves, what lies within them
-/// keeps its share of the way through.
+/// The case with some plies scaled by one ratio: positions behind them shift, and positions within them keep their
+/// relative depth.
 pub(super) fn redrawn(case: &Case, plies: &[usize], ratio: f64) -> Case {
     let mut drawn = case.clone();
     for &ply in plies {
@@ -83,13 +83,13 @@ pub(super) fn redrawn(case: &Case, plies: &[usize], ratio: f64) -> Case {
     let moved = |depth_m: f64| {
         let ply = before_m[1..].iter().position(|&end_m| depth_m <= end_m).unwrap_or(before_m.len() - 2);
         let way = (depth_m - before_m[ply]) / (before_m[ply + 1] - before_m[ply]);
-        // On an interface it is to equal the depth of that interface exactly.
+        // A sensor on an interface must have exactly its depth.
         if way == 1.0 { after_m[ply + 1] } else { after_m[ply] + way * (after_m[ply + 1] - after_m[ply]) }
     };
     for sensor in drawn.sensors.iter_mut().filter(|sensor| sensor.depth_m >= before_m[0]) {
         sensor.depth_m = moved(sensor.depth_m);
     }
-    // A straight line over a ply that is stretched and over one that is not is no straight line any more.
+    // A linear initial profile across a scaled and an unscaled ply becomes piecewise linear.
     let exposure = &case.exposure;
     let mut depths_m: Vec<f64> = exposure.initial_k.iter().map(|point| point.0).chain(before_m.clone()).collect();
     depths_m.retain(|depth_m| (before_m[0]..=before_m[before_m.len() - 1]).contains(depth_m));
@@ -102,7 +102,7 @@ pub(super) fn redrawn(case: &Case, plies: &[usize], ratio: f64) -> Case {
     drawn
 }
 
-/// Mass of some plies on an area, kg/m², so thick all together, with the factors nominal.
+/// Mass per area of some plies at a total thickness, kg/m², with nominal factors.
 pub(super) fn mass_kg_m2(case: &Case, plies: &[usize], thickness_m: f64) -> f64 {
     let layup = &case.layup.plies;
     let drawn_m: f64 = plies.iter().map(|&ply| layup[ply].thickness_m).sum();

@@ -1,4 +1,4 @@
-//! Members marched at thicknesses of their own.
+//! Marches of members at individual thicknesses.
 
 use super::needed::{Needed, Search};
 use super::stretched::Stretched;
@@ -13,7 +13,7 @@ use crate::study::uncertainty::{Failure, reason};
 use crate::traces::Arrival;
 use std::collections::BTreeMap;
 
-/// A march of the case at any thicknesses.
+/// The case prepared for marches at any thickness.
 pub(super) struct Trial<'a> {
     pub stretched: Stretched,
     plan: Plan,
@@ -23,13 +23,13 @@ pub(super) struct Trial<'a> {
     pub marches: usize,
 }
 
-/// A member's peak, infinite where it failed, and why it did.
+/// Peak of a member, infinite where it failed, and the reason of the failure.
 pub(super) struct Met {
     pub peak: Peak,
     failed: Option<String>,
 }
 
-/// What members need, and why some failed on the way.
+/// The required thickness of each member, and the failures.
 pub(super) struct Found {
     pub needed: Vec<Needed>,
     pub failures: Vec<Failure>,
@@ -42,7 +42,7 @@ impl<'a> Trial<'a> {
         Ok(Self { stretched, plan, march, sensor: demand.sensor, limit_k: demand.limit_k, marches: 0 })
     }
 
-    /// The peaks of members with their thicknesses: one ensemble.
+    /// Peaks of members at their thicknesses, marched as one ensemble.
     pub(super) fn peaks(&mut self, members: impl Iterator<Item = (Vec<f64>, f64)>) -> Result<Vec<Met>, MarchError> {
         let rows = members.flat_map(|(factors, thickness_m)| self.stretched.row(&factors, thickness_m)).collect();
         let ensemble = Ensemble::at(self.stretched.case.factors.len(), rows);
@@ -61,8 +61,8 @@ impl<'a> Trial<'a> {
         Ok(met)
     }
 
-    /// What so many members need, each sought from the same thickness on; every turn of all that are still sought is one
-    /// ensemble, and those that are found are not marched again.
+    /// The required thickness of each member, all from one initial thickness. Each iteration marches all unfinished
+    /// members as one ensemble.
     pub(super) fn needed(
         &mut self,
         within_m: (f64, f64),
@@ -100,8 +100,8 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// The thickness at which the nominal peak is lower than at another by so much, K, along the curve of nominal peaks; its end
-/// where it is nowhere.
+/// The thickness at which the nominal peak is lower by `lower_k` than at `at_m`, along the nominal curve; the end of
+/// the curve where it is outside.
 pub(super) fn guess(curve: &[(f64, Peak)], at_m: f64, lower_k: f64) -> f64 {
     let along = |pair: &[(f64, Peak)], value: f64, of: fn(&(f64, Peak)) -> f64, to: fn(&(f64, Peak)) -> f64| {
         let share = (value - of(&pair[0])) / (of(&pair[1]) - of(&pair[0]));
@@ -126,7 +126,7 @@ mod tests {
     use crate::march::cpu::Cpu;
     use crate::study::nominal::nominal;
 
-    /// The nominal peak of a sensor behind the insulator with this much of it, by a factor and drawn anew.
+    /// Nominal peak of a sensor at a thickness ratio: by the thickness factor, and by a case with scaled plies.
     fn peaks_k(mut case: Case, group: &str, sensor: &str, ratio: f64) -> (f64, f64) {
         case.resolution.cells = 64;
         let sensor = case.sensors.iter().position(|found| found.name == sensor).expect("a sensor of the case");
@@ -142,13 +142,13 @@ mod tests {
     }
 
     #[test]
-    fn sensors_behind_and_within_a_ply_that_is_stretched_move_with_it_as_if_it_were_drawn_so() {
+    fn scaling_by_a_factor_equals_scaling_the_layup_for_sensors_behind_and_within() {
         let lcat = || Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
         for (group, sensor, ratio) in
             [("INS", "TC4", 1.6), ("INS", "TC3", 1.6), ("INS1", "TC4", 0.5), ("GB", "TC4", 2.0)]
         {
             let (stretched_k, drawn_k) = peaks_k(lcat(), group, sensor, ratio);
-            // Cells are shared out anew in the one and stretched in the other: half a kelvin of 64 cells.
+            // The two grids distribute 64 cells differently: half a kelvin.
             assert!((stretched_k - drawn_k).abs() < 0.5, "{group} {sensor}: {stretched_k} and {drawn_k}");
         }
         let mut within = lcat();
@@ -156,7 +156,7 @@ mod tests {
         let anew = redrawn(&within, &[2, 3], 2.0);
         assert!((anew.sensors[2].depth_m - (1.02e-3 + 2.0 * 1.48e-3)).abs() < 1e-12);
         assert_eq!(anew.sensors[3].depth_m, anew.layup.faces_m()[3], "a sensor on an interface stays on it");
-        assert_eq!(anew.sensors[0].depth_m, within.sensors[0].depth_m, "what lies ahead does not move");
+        assert_eq!(anew.sensors[0].depth_m, within.sensors[0].depth_m, "a sensor ahead of the ply does not move");
     }
 
     #[test]

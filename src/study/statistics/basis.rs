@@ -1,36 +1,37 @@
-//! Functions of one factor and of two that an output is written in.
+//! Polynomial basis functions of one and two factors.
 //!
-//! Of each factor the polynomials that are orthonormal over its own distribution; of each two factors the products of
-//! theirs. Where factors are drawn by themselves all of these are orthonormal together, and squares of coefficients are
-//! parts of the variance: a polynomial chaos (Sudret, Reliability Engineering & System Safety 93, 2008) or HDMR (Li,
-//! Rosenthal & Rabitz, J. Phys. Chem. A 105, 2001), cut off after pairs.
+//! Per factor, polynomials orthonormal over its distribution; per pair of factors, products of these. For independent
+//! factors the basis is orthonormal, and squared coefficients are parts of the variance: a polynomial chaos expansion
+//! (Sudret, Reliability Engineering & System Safety 93, 2008) or HDMR (Li, Rosenthal & Rabitz, J. Phys. Chem. A 105,
+//! 2001), truncated after pairs.
 //!
-//! Polynomials and not classes of a factor's range: two-way classes fine enough not to lose what varies within them are
-//! so many that chance fills them with more than a weak factor does, and two hundred times the memory.
+//! Binning the factors would be worse: two-way bins fine enough to resolve the output are so many that sampling noise
+//! exceeds the effect of a weak factor, and they take two hundred times the memory.
 
 use super::nearest;
 use crate::ensemble::Marginal;
 use rayon::prelude::*;
 
-/// Functions at most, so that their products with each other, and with each output, have a bound.
+/// Largest number of functions; it bounds the memory of their products with each other and with the outputs.
 const FUNCTIONS_MAX: usize = 512;
-/// The highest degree of one factor alone: ten follow two periods of a sine, or a kink to a 600th of its variance.
+/// Highest degree of one factor: ten resolve two periods of a sine, or a kink to a 600th of its variance.
 const DEGREE_MAX: usize = 10;
-/// Quanta of a function in one unit of it. Rounded functions are functions as good as those they are rounded from.
+/// Quanta per unit of a function. A rounded function is as valid a basis function as the exact one.
 pub(super) const QUANTA: f64 = 512.0;
-/// A function is cut off here, quanta: the product with the furthest output, summed over a block, then is exact in f64.
+/// Limit of a function, quanta: its product with the largest output, summed over a block, is exact in f64.
 pub(super) const REACH: f64 = 65_536.0;
-/// Shares at which a distribution is taken to find what is orthonormal over it.
+/// Quadrature nodes in probability for the orthonormalisation.
 const NODES: usize = 1 << 14;
 
-/// A product of two polynomials: factor and degree of each. Of one factor alone the second has degree zero.
+/// A product of two polynomials: factor and degree of each. For a function of one factor the second degree is zero.
 type Function = [(usize, usize); 2];
 
-/// The functions, by rising degree, the constant first.
+/// The basis functions by rising degree, the constant first.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Basis {
     marginals: Vec<Marginal>,
-    /// Of each factor `(a, b)`, the coefficients of `b_k+1 p_k+1 = (t − a_k) p_k − b_k p_k−1` with `t` its place.
+    /// Per factor `(a, b)`, the coefficients of `b_k+1 p_k+1 = (t − a_k) p_k − b_k p_k−1` with `t` the scaled value of
+    /// the factor.
     recurrences: Vec<Vec<(f64, f64)>>,
     functions: Vec<Function>,
 }
@@ -62,14 +63,15 @@ impl Basis {
         &self.marginals
     }
 
-    /// Of the functions up to the highest degree of which there are no more than so many, how many there are.
+    /// Number of functions up to the highest complete degree that has at most `most` functions.
     pub(super) fn within(&self, most: usize) -> usize {
         let degree = |&[(_, one), (_, other)]: &Function| one + other;
         let past = self.functions.get(most).map_or(usize::MAX, degree);
         self.functions.iter().take_while(|function| degree(function) < past).count()
     }
 
-    /// Of the first so many functions those that a factor has a part in; with or without those it shares.
+    /// Indices of the functions that contain a factor, among the first `functions`; with or without products with other
+    /// factors.
     pub(super) fn of(&self, factor: usize, functions: usize, shared: bool) -> Vec<usize> {
         let has = |&[(one, degree), (other, also)]: &Function| {
             let alone = one == factor && degree > 0 && also == 0;
@@ -78,7 +80,7 @@ impl Basis {
         (0..functions).filter(|&place| has(&self.functions[place])).collect()
     }
 
-    /// All functions of one member, in whole quanta.
+    /// Evaluate all functions for one member, in integer quanta.
     pub(super) fn evaluate(&self, factors: &[f64], into: &mut [f64]) {
         let polynomials: Vec<Vec<f64>> = (self.marginals.iter().zip(&self.recurrences).zip(factors))
             .map(|((marginal, recurrence), value)| polynomials(recurrence, marginal.place(*value)))
@@ -90,7 +92,7 @@ impl Basis {
     }
 }
 
-/// The highest degree of one factor, and that of two together, of so many factors: as high as fit.
+/// The highest degree of one factor, and the highest total degree of a pair, that fit the limit.
 fn degrees(factors: usize) -> (usize, usize) {
     let pairs = factors * factors.saturating_sub(1) / 2;
     let room = |alone: usize| (FUNCTIONS_MAX - 1).checked_sub(alone * factors);
@@ -99,7 +101,7 @@ fn degrees(factors: usize) -> (usize, usize) {
     (alone, (2..=alone + 1).rev().find(fits).unwrap_or(0))
 }
 
-/// Stieltjes' procedure over the distribution, taken at evenly spaced shares.
+/// Stieltjes procedure over the distribution, with nodes evenly spaced in probability.
 fn recurrence(marginal: &Marginal, degree: usize) -> Vec<(f64, f64)> {
     let share = |node: usize| (node as f64 + 0.5) / NODES as f64;
     let places: Vec<f64> = (0..NODES).map(|node| marginal.place(marginal.value(share(node)))).collect();
@@ -113,14 +115,14 @@ fn recurrence(marginal: &Marginal, degree: usize) -> Vec<(f64, f64)> {
             (0..NODES).map(|node| (places[node] - centre) * now[node] - scale * before[node]).collect();
         scale = mean(&|node| next[node] * next[node]).sqrt();
         coefficients.push((centre, scale));
-        // A factor that is fixed has no polynomials but the constant, and none of them is asked for.
+        // A fixed factor has only the constant polynomial.
         let inverse = if scale > 0.0 { 1.0 / scale } else { 0.0 };
         before = std::mem::replace(&mut now, next.iter().map(|value| value * inverse).collect());
     }
     coefficients
 }
 
-/// The polynomials at a place, from the constant on.
+/// Values of the polynomials, from the constant on.
 fn polynomials(recurrence: &[(f64, f64)], place: f64) -> Vec<f64> {
     let mut values = vec![1.0];
     let (mut before, mut scale) = (0.0, 0.0);
@@ -158,7 +160,7 @@ mod tests {
             };
             for a in 0..basis.len() {
                 for b in 0..=a {
-                    // A thousandth is what rounding to a 512th leaves of a mean square.
+                    // Rounding to a 512th changes a mean square by up to a thousandth.
                     assert!(
                         (product(a, b) - f64::from(u8::from(a == b))).abs() < 1e-3,
                         "{a} and {b}: {}",
@@ -170,14 +172,14 @@ mod tests {
     }
 
     #[test]
-    fn functions_are_as_many_as_allowed_and_never_more() {
+    fn the_number_of_functions_never_exceeds_its_limit() {
         for factors in 0..600_usize {
             let pairs = factors * factors.saturating_sub(1) / 2;
             let (alone, paired) = degrees(factors);
             let functions = 1 + alone * factors + pairs * (paired * paired.saturating_sub(1) / 2);
             assert!(functions <= FUNCTIONS_MAX);
             assert!(factors > 23 || functions > 10 * factors + usize::from(factors > 1) * (pairs.min(1)), "{factors}");
-            // To make a basis takes long where factors are many.
+            // Constructing a basis is slow for many factors.
             if factors < 30 || [102, 511, 512].contains(&factors) {
                 assert_eq!(Basis::new(&marginals(factors)).len(), functions, "{factors}");
             }
@@ -186,9 +188,9 @@ mod tests {
     }
 
     #[test]
-    fn few_members_get_whole_degrees_of_functions() {
+    fn few_members_get_complete_degrees() {
         let basis = Basis::new(&marginals(7));
-        // Constant; 7 lines; 7 parabolas and 21 products.
+        // The constant; 7 linear; 7 quadratic and 21 products.
         assert_eq!([0, 1, 7, 8, 35, 36, 37].map(|most| basis.within(most)), [0, 1, 1, 8, 8, 36, 36]);
         assert_eq!(basis.within(100_000), basis.len());
     }

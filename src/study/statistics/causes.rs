@@ -1,4 +1,4 @@
-//! What each factor has to do with an output: correlations of values and of ranks, and Sobol indices.
+//! Global sensitivity of an output to each factor: correlations, rank correlations, and Sobol indices.
 
 use super::expansion::{Expansion, Indices};
 use super::interval::Likely;
@@ -6,32 +6,33 @@ use super::{GRADE_QUANTA, Tally, stretch};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// What the factors have to do with one output; each vector is one a factor.
+/// Sensitivity indices of one output; each vector has one entry per factor.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Causes {
-    /// Pearson's (the paper's Eq. 13): how straight the output follows the factor.
+    /// Pearson correlation (the paper's Eq. 13): linear dependence.
     pub correlations: Vec<Likely>,
-    /// Spearman's: how steadily it follows, straight or not.
+    /// Spearman rank correlation: monotonic dependence.
     pub rank_correlations: Vec<Likely>,
-    /// The same with what the other factors' ranks explain taken out of both.
+    /// Partial rank correlation (PRCC): the linear effect of the other factors' ranks is removed from both.
     pub partial_rank_correlations: Vec<Likely>,
-    /// Squared correlations over their sum; zero where nothing varies.
+    /// Squared correlations normalised to a sum of one; zero where nothing varies.
     pub shares: Vec<f64>,
-    /// First-order Sobol indices: the share of the output's variance that goes if the factor is known.
+    /// First-order Sobol indices: fraction of the variance removed by knowing the factor.
     pub first: Vec<Likely>,
-    /// Total Sobol indices: the share that stays if all others are known, as far as functions of two factors tell.
+    /// Total Sobol indices: fraction of the variance that remains when all other factors are known, up to pairwise
+    /// interactions.
     pub total: Vec<Likely>,
-    /// The share of the variance that no functions of two factors explain. It may add to any index.
+    /// Fraction of the variance beyond pairwise interactions. It may belong to any index.
     pub rest: f64,
 }
 
 impl Tally {
-    /// What the factors have to do with every output, one an output. Independent factors are those drawn by themselves;
-    /// for others the indices are what the head of `expansion.rs` says.
+    /// Sensitivity indices of every output. For correlated factors the indices are as defined in `polynomial_chaos.rs`.
     ///
-    /// Intervals of correlations are those of independent members; more evenly drawn ones scatter less.
+    /// Confidence intervals of correlations assume independent members; stratified or quasi-random members scatter
+    /// less.
     pub fn causes(&self, are_independent: bool) -> Vec<Causes> {
         let expansion = Expansion::new(self, are_independent);
         let ranks = Ranks::new(self);
@@ -67,12 +68,12 @@ impl Tally {
     }
 }
 
-/// The factors' ranks. A factor's is its grade, its place in the distribution that it was drawn from, which needs no
-/// sorting and differs from its place among the members by chance alone. An output's is the middle of its bin.
+/// Rank correlations. The rank of a factor is its grade, the value of its distribution function; it needs no sorting
+/// and differs from the sample rank by chance alone. The rank of an output is the centre of its bin.
 struct Ranks {
     means: Vec<f64>,
     deviations: Vec<f64>,
-    /// Inverse of the correlations among the factors; `None` where they determine one another.
+    /// Inverse of the rank correlations among the factors; `None` where the matrix is singular.
     inverse: Option<DMatrix<f64>>,
 }
 
@@ -93,7 +94,7 @@ impl Ranks {
         Self { means, deviations, inverse }
     }
 
-    /// Spearman's correlation of an output with each factor; zero where either does not vary.
+    /// Spearman correlation of an output with each factor; zero where either is constant.
     fn correlations(&self, tally: &Tally, output: usize) -> Vec<f64> {
         let members = tally.members as f64;
         let mut products = vec![0.0; self.means.len()];
@@ -112,7 +113,7 @@ impl Ranks {
         each.map(|(product, factor)| ratio(*product, deviation * factor).clamp(-1.0, 1.0)).collect()
     }
 
-    /// Of the factors' rank correlations those that are left once the other factors' ranks are regressed out.
+    /// Partial rank correlations, with the ranks of the other factors regressed out.
     fn partial(&self, correlations: &[f64]) -> impl Iterator<Item = f64> {
         let ranked = DVector::from_column_slice(correlations);
         let slopes = self.inverse.as_ref().map(|inverse| (inverse.diagonal(), inverse * &ranked));
@@ -126,7 +127,7 @@ impl Ranks {
     }
 }
 
-/// A ratio, zero where there is nothing to relate to.
+/// A ratio; zero for a zero denominator.
 fn ratio(of: f64, to: f64) -> f64 {
     if to > 0.0 { of / to } else { 0.0 }
 }
@@ -136,12 +137,12 @@ mod tests {
     use super::*;
     use crate::ensemble::{Marginal, SamplingKind};
 
-    /// Members spread by an irrational step, and an output that follows the first factor steeply, the second weakly.
+    /// Members of a Weyl sequence, and an output that depends strongly on the first factor and weakly on the second.
     fn rows(members: u32) -> Vec<([f64; 3], f64)> {
         let row = |member: u32| {
             let [a, b, c] =
                 [0.618_033_988_75, 0.414_213_562_37, 0.732_050_807_57].map(|s| (f64::from(member + 1) * s).fract());
-            // The third goes with the first, and does nothing.
+            // The third factor is correlated with the first and has no effect.
             let factors = [a, b, (0.6 * a + 0.4 * c).clamp(0.0, 1.0)];
             (factors, 300.0 + 40.0 * (4.0 * a).exp() - 900.0 * b * b)
         };
@@ -165,7 +166,7 @@ mod tests {
         product(a, b) / (product(a, a) * product(b, b)).sqrt()
     }
 
-    /// What is left of values once straight lines in others are taken out.
+    /// Residuals of a linear regression on other variables.
     fn left(values: &[f64], others: &[&[f64]]) -> Vec<f64> {
         let design =
             DMatrix::from_fn(
@@ -181,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn correlations_of_ranks_are_those_of_the_members_sorted() {
+    fn rank_correlations_equal_those_of_the_sorted_members() {
         let rows = rows(3000);
         let marginals: Vec<Marginal> = (0..3).map(|_| Marginal::new(0.5, (0.0, 1.0), SamplingKind::Uniform)).collect();
         let mut tally = Tally::new(&[500.0], &marginals);
@@ -196,18 +197,18 @@ mod tests {
             let plain = pearson(&factors[factor], &output);
             let partial = pearson(&left(&factors[factor], &others), &left(&output, &others));
             let (found, apart) = (causes.rank_correlations[factor], causes.partial_rank_correlations[factor]);
-            // Bins of ranks, and grades for ranks of a factor that is not spread as it was said to be.
+            // Tolerance for binned ranks, and for grades of a factor whose sample differs from its stated distribution.
             assert!((found.value - plain).abs() < 0.005, "{found:?}, not {plain}");
             assert!((apart.value - partial).abs() < 0.02, "{apart:?}, not {partial}");
         }
-        assert!(causes.rank_correlations[2].value > 0.5, "the third follows the first");
-        assert!(causes.partial_rank_correlations[2].value.abs() < 0.1, "and does nothing of its own");
+        assert!(causes.rank_correlations[2].value > 0.5, "the third is correlated with the first");
+        assert!(causes.partial_rank_correlations[2].value.abs() < 0.1, "and has no effect itself");
     }
 
     #[test]
-    fn an_interval_of_a_correlation_is_fishers() {
+    fn the_interval_of_a_correlation_is_from_fishers_transform() {
         let half = Likely::correlation(0.5, 103.0, 1.0);
-        // atanh 0.5 = 0.549306; a tenth times 1.96 to either side.
+        // atanh 0.5 = 0.549306; 1.96 times a tenth on either side.
         assert!((half.low - 0.339).abs() < 1e-3 && (half.high - 0.632).abs() < 1e-3, "{half:?}");
         assert_eq!(Likely::correlation(1.0, 50.0, 1.0), Likely { value: 1.0, low: 1.0, high: 1.0 });
         let few = Likely::correlation(0.9, 3.0, 1.0);

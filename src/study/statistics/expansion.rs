@@ -1,16 +1,17 @@
-//! Sobol indices, of first order and total, from the members there are.
+//! First-order and total Sobol indices from the members of an ordinary Monte Carlo sweep.
 //!
-//! An output is fitted, by least squares over all members, with the functions of one factor and of two. What the fit
-//! explains is parted among them; what it leaves is told as the rest. Saltelli's pairs of members, which are exact for any
-//! model, march `factors + 2` times as many and serve nothing else.
+//! Each output is expanded by least squares over all members in basis functions of one and two factors. The explained
+//! variance is attributed to the factors; the residual is the unexplained part. Saltelli's sampling, which is unbiased
+//! for any model, needs `factors + 2` times as many marches, useful for nothing else.
 //!
-//! **Factors drawn by themselves.** The functions are orthonormal over what members are drawn from, so squares of
-//! coefficients are parts of the variance `V`: of a factor alone, and of all that it has a part in. The mean square of
-//! the residuals is the rest. Chance adds to a square the variance of its coefficient, which is taken off.
+//! **Independent factors.** The functions are orthonormal over the sampling distribution, so squared coefficients are
+//! parts of the variance `V`: of one factor alone, and of all functions that contain it. The residual mean square is
+//! the unexplained part. The sampling variance of each coefficient is subtracted from its square.
 //!
-//! **Factors that go together.** Then `S = Var(E[T|f]) / V` is the part of the fit's variance that functions of the factor
-//! alone explain, whoever moves with it; and `S_T = E[Var(T|others)] / V` is what only functions with the factor explain,
-//! that is what would be left of the variance were all others known. These parts overlap or leave gaps: they do not sum to one.
+//! **Correlated factors.** `S = Var(E[T|f]) / V` is the part of the expansion's variance that functions of the factor
+//! alone explain, including the effect of correlated factors. `S_T = E[Var(T|others)] / V` is the part that only
+//! functions with the factor explain, the variance that would remain with all others known. These parts may overlap or
+//! leave gaps, so they do not sum to one.
 
 use super::basis::QUANTA;
 use super::interval::NORMAL_95;
@@ -19,57 +20,58 @@ use super::{COARSE_LOG2, Likely, Tally, stretch};
 use nalgebra::{Cholesky, DMatrix, DVectorView, Dyn};
 use rayon::prelude::*;
 
-/// Members a function at least: with fewer, chance fits more than it leaves.
+/// Smallest number of members per function; with fewer, the expansion overfits.
 const MEMBERS_A_FUNCTION: usize = 8;
-/// The rest is no noise: it tends to be largest where functions are, at the ends of ranges, so that a coefficient is moved by
-/// more than the mean of its square tells. Of a product of three factors and functions of two of them the excess is the
-/// fourth moment of a factor over its squared variance, twice: 3.2 where it is evenly drawn, 5.6 where it is normal
-/// and cut off at two deviations.
+/// Inflation of the coefficient variance. The residual is not independent noise: it is largest at the ends of the
+/// ranges, where the functions are large, so the coefficient variance exceeds that from the mean square. For a product
+/// of three factors and functions of two of them, the inflation is twice the fourth moment of a factor over its squared
+/// variance: 3.2 for a uniform distribution, 5.6 for a normal one truncated at two standard deviations.
 const EXCESS: f64 = 5.6;
-/// Rounding to coarse quanta leaves a variance of an output of a twelfth of one squared; outputs that spread less than ten
-/// times that are taken not to.
+/// Rounding to coarse quanta adds a variance of a twelfth of a squared quantum; an output with less than ten times that
+/// is taken as constant.
 const STILL: f64 = 10.0 / 12.0;
 
-/// What the factors make of one output.
+/// Sobol indices of one output.
 #[derive(Clone)]
 pub(super) struct Indices {
-    /// Of first order and total, one a factor.
+    /// First-order and total indices, one per factor.
     pub(super) first: Vec<Likely>,
     pub(super) total: Vec<Likely>,
     pub(super) rest: f64,
 }
 
 impl Indices {
-    /// Where there are too few members to tell.
+    /// NaN indices, for too few members.
     pub(super) fn unknown(factors: usize) -> Self {
         Self { first: vec![Likely::UNKNOWN; factors], total: vec![Likely::UNKNOWN; factors], rest: f64::NAN }
     }
 }
 
-/// The fit of all outputs of a tally, as far as it is the same for each.
+/// The part of the expansion that all outputs share.
 pub(super) struct Expansion<'a> {
     tally: &'a Tally,
     functions: usize,
-    /// Of the mean products of the functions.
+    /// Inverse of the Gram matrix of the functions.
     inverse: DMatrix<f64>,
-    /// How coefficients become a variance; `None` where it is the sum of their squares.
+    /// Covariance of the functions, for correlated factors; `None` where the variance is the sum of squared
+    /// coefficients.
     joint: Option<DMatrix<f64>>,
-    /// One a factor, of first order and total.
+    /// First-order and total part, per factor.
     parts: Vec<[Part; 2]>,
 }
 
-/// A part of the variance: the sum of squares of some of the coefficients, or of a mixture of them.
+/// A part of the variance: the sum of squares of some coefficients, or of linear combinations of them.
 struct Part {
     functions: Vec<usize>,
     mixture: Option<DMatrix<f64>>,
 }
 
 impl<'a> Expansion<'a> {
-    /// `None` where there are too few members for a straight line in every factor.
+    /// `None` for fewer members than a linear function of every factor needs.
     pub(super) fn new(tally: &'a Tally, are_independent: bool) -> Option<Self> {
         let scale = QUANTA * QUANTA * tally.members as f64;
         let mut functions = tally.basis.within(tally.members / MEMBERS_A_FUNCTION);
-        // Members that happen to lie so that functions cannot be told apart get those of lower degrees.
+        // Where the Gram matrix is singular for these members, functions of lower degree are used.
         let (products, factored) = loop {
             if functions < 2 {
                 return None;
@@ -90,7 +92,8 @@ impl<'a> Expansion<'a> {
             let mixture = joint.as_ref().and_then(|joint| {
                 let within = |of: &DMatrix<f64>| of.select_rows(&chosen).select_columns(&chosen);
                 if shared {
-                    // Of the covariance the part that the other functions cannot explain: the inverse of the inverse's.
+                    // Part of the covariance that the other functions cannot explain: the Schur complement, the inverse
+                    // of a block of the inverse.
                     let own = within(&inverse).cholesky()?.inverse().cholesky()?.l();
                     let mut mixture = DMatrix::zeros(chosen.len(), functions);
                     for (&function, row) in chosen.iter().zip(own.row_iter()) {
@@ -107,7 +110,7 @@ impl<'a> Expansion<'a> {
         Some(Self { tally, functions, inverse, joint, parts })
     }
 
-    /// Of some outputs.
+    /// Indices of some outputs.
     pub(super) fn indices(&self, outputs: &[Output]) -> Vec<Indices> {
         let members = self.tally.members as f64;
         let moment = |function: usize, output: usize| outputs[output].moments[function] as f64 / members / QUANTA;
@@ -117,13 +120,13 @@ impl<'a> Expansion<'a> {
         each.map(|(output, (moments, coefficients))| self.parted(output, moments, coefficients)).collect()
     }
 
-    /// Of an output with its mean products with the functions, and the coefficients of these that fit it best.
+    /// Indices of an output, from its mean products with the functions and its least-squares coefficients.
     fn parted(&self, output: &Output, moments: DVectorView<'_, f64>, coefficients: DVectorView<'_, f64>) -> Indices {
         let (members, functions) = (self.tally.members as f64, self.functions as f64);
         let coarse = f64::from(1 << COARSE_LOG2);
         let square = output.sums.squares as f64 / members / coarse / coarse;
         let left = (square - moments.dot(&coefficients)).max(0.0) * members / (members - functions);
-        // What chance adds to the square of a coefficient.
+        // Sampling variance of a coefficient.
         let noise = |function: usize| left * self.inverse[(function, function)] / members;
         let explained = match &self.joint {
             None => (1..self.functions).map(|function| coefficients[function].powi(2) - noise(function)).sum(),
@@ -147,24 +150,26 @@ impl<'a> Expansion<'a> {
         Indices { first, total, rest }
     }
 
-    /// An index of a part of so many functions, with what chance may have made of it, and what the rest may hide.
+    /// An index with its 95 % interval, from its value, the unexplained fraction, and the number of functions `count`
+    /// in its part.
     ///
-    /// Chance moves coefficients by `rest/members` of the variance each, were the rest noise; [`EXCESS`] says why it is more.
-    /// The index follows by its derivatives; the term with `count` is what a part has of chance alone. Where the covariance
-    /// of the functions is that of the members drawn, it is in doubt too, by one over the members. The rest may be any
-    /// factor's, so all of it lies within the interval, above, with what is in doubt of it.
+    /// For independent noise each coefficient has a variance of `rest/members`; [`ERROR_INFLATION`] explains the larger
+    /// factor. The error of the index follows from its derivatives; the term with `count` is the chance contribution.
+    /// For correlated factors the covariance of the functions is estimated from the members, which adds a relative
+    /// error of one over the members. The unexplained part may belong to any factor, so it is added to the upper end
+    /// together with its own error.
     fn within(&self, value: f64, rest: f64, count: f64) -> Likely {
         let (members, free) = (self.tally.members as f64, (self.tally.members - self.functions) as f64);
         let noise = EXCESS * rest;
-        let doubt = if self.joint.is_some() { noise.max(1.0) } else { noise };
-        let own = (4.0 * doubt * value * (1.0 - value) + 2.0 * noise * noise * count / members) / free;
+        let covariance_noise = if self.joint.is_some() { noise.max(1.0) } else { noise };
+        let own = (4.0 * covariance_noise * value * (1.0 - value) + 2.0 * noise * noise * count / members) / free;
         let hidden = 2.0 * EXCESS * (rest * (1.0 - rest)).powi(2) / free;
         let low = (value - NORMAL_95 * own.sqrt()).max(0.0);
         Likely { value, low, high: (value + rest + NORMAL_95 * (own + hidden).sqrt()).min(1.0) }
     }
 }
 
-/// The inverse of what was factored, some of its columns a thread.
+/// Inverse from a Cholesky factor, in blocks of columns over threads.
 fn inverse(factored: &Cholesky<f64, Dyn>) -> DMatrix<f64> {
     let all = factored.l_dirty().nrows();
     let each = stretch(all);
@@ -185,11 +190,11 @@ mod tests {
     use crate::ensemble::{Ensemble, Marginal, Sampling, SamplingKind};
     use std::f64::consts::PI;
 
-    /// What is asked of both indices at 2¹⁶ members.
+    /// Tolerance of both indices at 2¹⁶ members.
     const CLOSE: f64 = 0.01;
     const MANY: usize = 1 << 16;
 
-    /// What factors between −1 and 1, evenly drawn, have to do with `f` of them.
+    /// Sensitivity indices of `f` for factors between −1 and 1.
     fn causes(
         kind: SamplingKind,
         correlation: &Correlation,
@@ -206,7 +211,7 @@ mod tests {
         let ensemble = Ensemble::sample(&drawn, Bounds::Small, &sampling, members).correlated(correlation);
         let mut tally = Tally::new(&[0.0], &vec![Marginal::new(0.0, (-1.0, 1.0), kind); factors]);
         let rows: Vec<Vec<f64>> = (0..members).map(|member| ensemble.member(member)).collect();
-        // A thousand quanta of 2⁻¹¹ and more to a deviation, as a kelvin has.
+        // At least a thousand quanta of 2⁻¹¹ per standard deviation, as for one kelvin.
         let outputs: Vec<f64> = rows.iter().map(|row| 10.0 * f(row)).collect();
         tally.add_block(&outputs, &rows.concat(), &vec![true; members]);
         tally.causes(correlation.is_none()).remove(0)
@@ -216,7 +221,7 @@ mod tests {
         causes(SamplingKind::Uniform, &Correlation::default(), factors, members, seed, f)
     }
 
-    /// Ishigami & Homma (1990), with a = 7 and b = 0.1, of factors that span −π to π.
+    /// Ishigami & Homma (1990), with a = 7 and b = 0.1, for factors scaled to −π … π.
     fn ishigami(t: &[f64]) -> f64 {
         let x = [t[0], t[1], t[2]].map(|t| PI * t);
         x[0].sin() + 7.0 * x[1].sin().powi(2) + 0.1 * x[2].powi(4) * x[0].sin()
@@ -253,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn indices_of_ishigami_are_exact_to_a_hundredth_from_a_monte_carlo_that_serves_all() {
+    fn indices_of_the_ishigami_function_are_within_a_hundredth() {
         let [first, total] = ishigami_indices();
         for seed in 1..3 {
             assert_close(&even(3, MANY, seed, ishigami), [&first, &total], CLOSE);
@@ -261,21 +266,21 @@ mod tests {
     }
 
     #[test]
-    fn indices_of_the_g_function_are_exact_to_a_hundredth_from_a_monte_carlo_that_serves_all() {
+    fn indices_of_the_g_function_are_within_a_hundredth() {
         let [first, total] = g_indices();
         assert_close(&even(8, MANY, 1, g), [&first, &total], CLOSE);
     }
 
     #[test]
     #[should_panic(expected = "not 0.313")]
-    fn what_a_factor_does_alone_does_not_pass_for_its_total() {
+    fn a_first_order_index_fails_as_a_total_index() {
         let [first, _] = ishigami_indices();
         assert_close(&even(3, MANY, 1, ishigami), [&first, &first], CLOSE);
     }
 
-    /// Of evenly drawn factors the variances of x, y and xy are 1/3, 1/3 and 1/9.
+    /// For uniform factors the variances of x, y and xy are 1/3, 1/3 and 1/9.
     #[test]
-    fn parts_of_a_sum_and_a_product_are_found_however_members_are_drawn_and_from_few_of_them() {
+    fn indices_of_a_sum_and_a_product_need_few_members_of_any_sampling() {
         let kinds = [SamplingKind::Normal, SamplingKind::LatinHypercube, SamplingKind::Sobol];
         for kind in kinds {
             let found = causes(kind, &Correlation::default(), 3, 500, 2, |f| 3.0 * f[0] + f[1]);
@@ -287,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn what_three_factors_only_do_together_is_told_as_unexplained_and_lies_within_every_interval() {
+    fn a_three_factor_interaction_is_unexplained_and_within_every_interval() {
         let found = even(3, 20_000, 5, |f| f[0] + 3.0 * f[0] * f[1] * f[2]);
         // Variances 1/3 and 9/27.
         assert!((found.rest - 0.5).abs() < 0.02, "{}", found.rest);
@@ -297,7 +302,7 @@ mod tests {
         );
     }
 
-    /// How often the intervals of first order and total hold what is exact, over a hundred seeds.
+    /// Coverage of the intervals of both indices over a hundred seeds.
     fn covered(members: usize, factors: usize, exact: [&[f64]; 2], f: impl Fn(&[f64]) -> f64 + Copy) -> f64 {
         let mut held = 0.0;
         for seed in 0..100 {
@@ -312,20 +317,21 @@ mod tests {
     }
 
     #[test]
-    fn intervals_hold_the_exact_index_at_least_as_often_as_they_say() {
+    fn intervals_contain_the_exact_index_with_their_nominal_coverage() {
         let [first, total] = ishigami_indices();
         let few = covered(400, 3, [&first, &total], ishigami);
         let more = covered(1600, 3, [&first, &total], ishigami);
         let three = covered(400, 3, [&[0.5, 0.0, 0.0], &[1.0, 0.5, 0.5]], |f| f[0] + 3.0 * f[0] * f[1] * f[2]);
         assert!(few > 0.93 && more > 0.93 && three > 0.93, "{few}, {more}, {three}");
-        // Of another function they do not.
+        // Negative control: the intervals of another function do not.
         let wrong = covered(1600, 3, [&first, &total], |f| ishigami(&[f[0], f[2], f[1]]));
         assert!(wrong < 0.5, "{wrong}");
     }
 
-    /// Shares u of two normal scores that correlate by r: cov(u₁, u₂) = asin(r/2)/2π, Var(E[u₂|u₁]) = asin(r²/2)/2π.
+    /// Distribution function values u of two normal variables with correlation r: cov(u₁, u₂) = asin(r/2)/2π,
+    /// Var(E[u₂|u₁]) = asin(r²/2)/2π.
     #[test]
-    fn of_factors_that_go_together_first_order_takes_what_moves_along_and_total_leaves_it() {
+    fn for_correlated_factors_first_order_includes_the_shared_effect_and_total_excludes_it() {
         for r in [-0.7, 0.3, 0.8f64] {
             let correlation = Correlation::new(3, &[(0, 1, r)]).expect("positive definite");
             let found = causes(SamplingKind::Uniform, &correlation, 3, MANY, 4, |f| f[0] + f[1]);
@@ -338,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn factors_that_are_told_to_go_together_by_nothing_have_the_indices_of_independent_ones() {
+    fn a_correlation_of_zero_gives_the_indices_of_independent_factors() {
         let nothing = Correlation::new(3, &[(0, 1, 0.0)]).expect("positive definite");
         assert!(!nothing.is_none());
         let [first, total] = ishigami_indices();
@@ -346,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fixed_factor_and_an_output_that_stays_have_no_index_and_too_few_members_know_none() {
+    fn fixed_factors_and_constant_outputs_have_zero_indices_and_too_few_members_have_none() {
         let marginals = [(1.0, 1.0), (0.0, 2.0)].map(|bounds| Marginal::new(1.0, bounds, SamplingKind::Uniform));
         let mut tally = Tally::new(&[0.0, 0.0], &marginals);
         assert!(tally.causes(true)[0].total[1].value.is_nan() && tally.causes(true)[0].rest.is_nan());

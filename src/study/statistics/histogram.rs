@@ -1,19 +1,18 @@
-//! Counts of whole numbers of quanta, in bins as narrow as their range allows.
+//! Mergeable histogram of integers, with bins as narrow as the range allows.
 //!
-//! A bin is a power of two of quanta wide, the least with which all values lie in 1,024 bins or fewer, and its edges
-//! are multiples of its width. So the bins depend on the extremes alone, not on what came first, and histograms merge
-//! to exactly that of all their values, while their memory has a bound. A sketch such as a t-digest is as small, but
-//! merges to other numbers in another order.
+//! The bin width is the smallest power of two for which all values fit the largest number of bins, and bin edges are
+//! multiples of it. So the bins depend on the extremes alone, not on the order; histograms merge to exactly that of all
+//! values, in bounded memory. A sketch such as a t-digest is as small, but depends on the order of merging.
 //!
-//! A value may carry others along, whose sums are then known in every bin.
+//! Values may carry further numbers, which are summed per bin.
 
-/// Counts of bins, from the lowest that holds a value to the highest.
+/// Counts per bin, from the lowest occupied bin to the highest.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Histogram {
     bins_max: i64,
-    /// Numbers of a bin: how many values, and the sums of what they carry.
+    /// Numbers per bin: the count, and the sums of the carried numbers.
     columns: usize,
-    /// A bin is 2 to this power quanta wide.
+    /// Binary logarithm of the bin width in quanta.
     width_log2: u32,
     lowest: i64,
     /// Bin × column.
@@ -21,13 +20,12 @@ pub(super) struct Histogram {
 }
 
 impl Histogram {
-    /// Nothing yet, for so many bins at most (where values spread widest, one is twice their range over that, or less)
-    /// of values that carry so many others.
+    /// An empty histogram with at most `bins_max` bins, whose values carry `carried` numbers each.
     pub(super) fn new(bins_max: i64, carried: usize) -> Self {
         Self { bins_max, columns: 1 + carried, width_log2: 0, lowest: 0, counts: Vec::new() }
     }
 
-    /// Counts values with what they carry, value × number.
+    /// Add values with their carried numbers, value × number.
     pub(super) fn count(&mut self, values: &[i64], carried: &[u64]) {
         let (Some(&lowest), Some(&highest)) = (values.iter().min(), values.iter().max()) else { return };
         self.reach(lowest);
@@ -42,12 +40,12 @@ impl Histogram {
         }
     }
 
-    /// Bins, lowest first: how many values, and the sums of what they carry.
+    /// Bins in rising order: the count, and the sums of the carried numbers.
     pub(super) fn bins(&self) -> impl ExactSizeIterator<Item = &[u64]> {
         self.counts.chunks_exact(self.columns)
     }
 
-    /// Counts what another histogram has counted.
+    /// Add another histogram.
     pub(super) fn merge(&mut self, other: &Self) {
         while self.width_log2 < other.width_log2 {
             self.coarsen();
@@ -62,7 +60,7 @@ impl Histogram {
         }
     }
 
-    /// The value in quanta below which so many values lie; `None` where there are none at all.
+    /// The value, in quanta, below which `values` values lie; `None` for an empty histogram.
     pub(super) fn above(&self, values: f64) -> Option<f64> {
         let mut below = 0.0;
         let mut edge = None;
@@ -80,14 +78,14 @@ impl Histogram {
         edge
     }
 
-    /// All of it as whole numbers: width, lowest bin, how many bins, and their counts.
+    /// The content as integers: width, lowest bin, number of bins, and their counts.
     pub(super) fn numbers(&self) -> impl Iterator<Item = i128> {
         let head = [i128::from(self.width_log2), i128::from(self.lowest), self.bins().len() as i128];
         head.into_iter().chain(self.counts.iter().map(|&count| i128::from(count)))
     }
 
-    /// The one of these bins and columns with [`numbers`](Self::numbers), of which it takes its own; `None` where they are
-    /// not such of so many values.
+    /// Restore a histogram of the same shape from [`to_integers`](Self::to_integers); `None` where they are invalid or
+    /// do not hold `values` values.
     pub(super) fn restored(self, numbers: &mut dyn Iterator<Item = i128>, values: u64) -> Option<Self> {
         let width_log2 = u32::try_from(numbers.next()?).ok().filter(|&log2| log2 < 48)?;
         let lowest = i64::try_from(numbers.next()?).ok().filter(|lowest| lowest.unsigned_abs() < 1 << 48)?;
@@ -98,13 +96,13 @@ impl Histogram {
         (held == Some(values)).then_some(Self { width_log2, lowest, counts, ..self })
     }
 
-    /// The numbers of the bin that holds a value within reach.
+    /// The numbers of the bin that contains a value in range.
     fn bin(&mut self, quanta: i64) -> &mut [u64] {
         let place = ((quanta >> self.width_log2) - self.lowest) as usize * self.columns;
         &mut self.counts[place..place + self.columns]
     }
 
-    /// Grows the range just so far as to hold a value.
+    /// Extend the range to contain a value.
     fn reach(&mut self, quanta: i64) {
         if self.counts.is_empty() {
             self.lowest = quanta >> self.width_log2;
@@ -128,13 +126,13 @@ impl Histogram {
         }
     }
 
-    /// Bins twice as wide: each pair becomes one.
+    /// Double the bin width by merging pairs.
     fn coarsen(&mut self) {
         let (lowest, bins) = (self.lowest >> 1, self.bins().len());
         for place in 0..bins {
             let into = (((self.lowest + place as i64) >> 1) - lowest) as usize;
             for column in 0..self.columns {
-                // A pair lies at or behind its new place, so no count is overwritten before it is moved.
+                // A pair is at or behind its new position, so no count is overwritten before it is moved.
                 let count = std::mem::take(&mut self.counts[place * self.columns + column]);
                 self.counts[into * self.columns + column] += count;
             }
@@ -151,20 +149,20 @@ mod tests {
 
     const BINS_MAX: i64 = 1024;
 
-    /// Of values that carry their own last digit.
+    /// A histogram of values that carry their last digit.
     fn of(values: impl IntoIterator<Item = i64>) -> Histogram {
         let mut histogram = Histogram::new(BINS_MAX, 1);
         values.into_iter().for_each(|value| histogram.count(&[value], &[value.unsigned_abs() % 10]));
         histogram
     }
 
-    /// Values that spread ever wider, on both sides of nothing.
+    /// Values of growing magnitude and both signs.
     fn widening() -> impl DoubleEndedIterator<Item = i64> + Clone {
         (0..4000i64).map(|i| (i * i * i + 17 * i) * if i % 3 == 0 { -1 } else { 1 })
     }
 
     #[test]
-    fn a_histogram_depends_on_its_values_and_not_on_their_order_or_how_they_are_parted() {
+    fn a_histogram_depends_neither_on_the_order_of_values_nor_on_merging() {
         let whole = of(widening());
         assert_eq!(whole, of(widening().rev()));
         let (values, carried): (Vec<i64>, Vec<u64>) =
@@ -177,13 +175,13 @@ mod tests {
             let mut turned = last.clone();
             first.merge(&last);
             turned.merge(&of(widening().take(parted)));
-            assert_eq!((&first, &turned), (&whole, &whole), "parted at {parted}");
+            assert_eq!((&first, &turned), (&whole, &whole), "split at {parted}");
         }
         assert_ne!(whole, of(widening().skip(1)));
     }
 
     #[test]
-    fn bins_are_as_many_as_allowed_and_no_more_and_no_wider_than_that_takes() {
+    fn bins_are_as_narrow_as_their_largest_number_allows() {
         let histogram = of(widening());
         let bins = histogram.bins().len() as i64;
         assert!((BINS_MAX / 2..=BINS_MAX).contains(&bins), "{bins}");
@@ -192,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_histogram_merges_into_nothing_else() {
+    fn merging_an_empty_histogram_changes_nothing() {
         let (mut whole, empty) = (of(widening()), Histogram::new(BINS_MAX, 1));
         whole.merge(&empty);
         assert_eq!(whole, of(widening()));
@@ -203,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn what_values_carry_is_in_their_bins_and_none_of_it_is_lost() {
+    fn carried_numbers_are_summed_in_their_bins() {
         let histogram = of(widening());
         let carried: u64 = histogram.bins().map(|bin| bin[1]).sum();
         assert_eq!(carried, widening().map(|value| value.unsigned_abs() % 10).sum::<u64>());

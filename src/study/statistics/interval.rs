@@ -1,9 +1,9 @@
-//! A number with its interval.
+//! A number with its 95 % confidence interval.
 
-/// Standard deviations of a normal distribution to each end of 95 % of it.
+/// The 97.5 % quantile of the standard normal distribution.
 pub(super) const NORMAL_95: f64 = 1.96;
 
-/// A number, and the ends of its 95 % interval; all NaN where there are too few members to tell.
+/// A number with its 95 % confidence interval; all NaN where there are too few members.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
@@ -12,14 +12,14 @@ pub struct Likely {
     pub value: f64,
     /// The lower end of its 95 % interval.
     pub low: f64,
-    /// The upper end.
+    /// The upper end of its 95 % interval.
     pub high: f64,
 }
 
 impl Likely {
     pub(super) const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
 
-    /// A correlation from so many degrees of freedom: Fisher's transform, with the variance `scatter/(free − 3)`.
+    /// A correlation with `free` degrees of freedom: Fisher's transform, with the variance `scatter/(free − 3)`.
     pub(super) fn correlation(value: f64, free: f64, scatter: f64) -> Self {
         if value.is_nan() {
             return Self::UNKNOWN;
@@ -31,7 +31,7 @@ impl Likely {
         Self { value, low: (value.atanh() - reach).tanh(), high: (value.atanh() + reach).tanh() }
     }
 
-    /// A correlation of ranks: their scatter is larger by r²/2 (Bonett & Wright, Psychometrika 65, 2000).
+    /// A rank correlation: the variance is larger by r²/2 (Bonett & Wright, Psychometrika 65, 2000).
     pub(super) fn rank_correlation(value: f64, free: f64) -> Self {
         Self::correlation(value, free, 1.0 + value * value / 2.0)
     }

@@ -1,4 +1,4 @@
-//! A tally as a list of whole numbers, so that it can be put by and taken up again without the loss of a bit.
+//! Serialisation of an accumulator as integers, without loss of a bit.
 
 use super::Tally;
 use super::output::Output;
@@ -6,10 +6,10 @@ use super::sums::Sums;
 use crate::ensemble::Marginal;
 
 impl Tally {
-    /// All that has been counted: members and those left out; of each factor its sum, its sum of squares, the sum of its
-    /// grades and of their products with those of the factors up to it; of each function the sums of its products with
-    /// those up to it; of each output its sum, its sum of squares, its products with each factor, the bits of its lowest
-    /// and highest value, its products with each function, the histogram of its ranks, and that of its values.
+    /// The content as integers: members and excluded members; per factor its sum, its sum of squares, the sum of its
+    /// grades and of their products with those of the factors up to it; per function the sums of its products with
+    /// those up to it; per output its sum, its sum of squares, its products with each factor, the bits of its minimum
+    /// and maximum, its products with each function, the histogram of its ranks, and that of its values.
     pub fn numbers(&self) -> Vec<i128> {
         let mut numbers = vec![self.members as i128, self.left_out as i128];
         numbers.extend(self.factors.iter().flat_map(|sums| [sums.first, sums.squares]));
@@ -25,8 +25,8 @@ impl Tally {
         numbers
     }
 
-    /// From [`numbers`](Self::numbers) and the references they were counted from; `None` where they do not belong
-    /// together: too few or too many, or counts that do not add up to the members.
+    /// Restore from [`to_integers`](Self::to_integers) and the references; `None` where they do not fit: too few, too
+    /// many, or counts that do not add up to the members.
     pub fn restored(reference: &[f64], marginals: &[Marginal], numbers: &[i128]) -> Option<Self> {
         let mut tally = Self::new(reference, marginals);
         let mut numbers = numbers.iter().copied();
@@ -39,7 +39,7 @@ impl Tally {
         for sum in tally.grades.iter_mut().chain(&mut tally.gram).flatten() {
             *sum = numbers.next()?;
         }
-        // The first function is one, in quanta: its square was summed over every member.
+        // The first function is the constant: its square is summed over every member.
         let counted = tally.gram[0][0] == tally.members as i128 * CONSTANT * CONSTANT;
         for output in &mut tally.outputs {
             let Output { sums, crossed, low, high, histogram, ranked, moments } = output;
@@ -55,13 +55,13 @@ impl Tally {
 }
 
 impl Tally {
-    /// [`restored`](Self::restored), about what this tally counts from.
+    /// [`from_integers`](Self::from_integers), with the references of this accumulator.
     pub fn refilled(&self, numbers: &[i128]) -> Option<Self> {
         Self::restored(&self.reference, self.basis.marginals(), numbers)
     }
 }
 
-/// The constant function in its quanta.
+/// The constant function, in quanta.
 const CONSTANT: i128 = super::basis::QUANTA as i128;
 
 fn bits(numbers: &mut dyn Iterator<Item = i128>) -> Option<f64> {

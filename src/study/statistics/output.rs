@@ -1,29 +1,29 @@
-//! What is counted of one number that every member has: a temperature at an instant, a peak, a time.
+//! Accumulated sums of one output: a temperature at an instant, a peak, or a time.
 
 use super::histogram::Histogram;
 use super::sums::{Sums, products};
 
-/// Bins for the percentiles.
+/// Bins for percentiles.
 const BINS: i64 = 1024;
-/// Bins for the ranks, of which each holds a number a factor. Members of one bin rank alike: with the least of
-/// 64 bins in use that moves the rank correlations of a bell by 1e-4, of an output that piles up at one end by 1e-3.
+/// Bins for ranks, each with one number per factor. Members of one bin have equal rank: with the minimum of 64 bins in
+/// use, the error of a rank correlation is 1e-4 for a bell-shaped output and 1e-3 for one concentrated at one end.
 const RANKS: i64 = 128;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Output {
     pub(super) sums: Sums,
-    /// Σxd, one a factor.
+    /// Σxd, one per factor.
     pub(super) crossed: Vec<i128>,
     pub(super) low: f64,
     pub(super) high: f64,
     pub(super) histogram: Histogram,
-    /// With the sum of each factor's grades in every bin.
+    /// Histogram with the sum of each factor's grades in every bin.
     pub(super) ranked: Histogram,
-    /// Σφd, one a function, in coarse quanta.
+    /// Σφd, one per function, in coarse quanta.
     pub(super) moments: Vec<i128>,
 }
 
-/// What the factors of some members add to an output.
+/// Deviations and grades of the factors of some members.
 pub(super) struct Shifts {
     /// Deviations in quanta, factor × member.
     pub(super) quanta: Vec<i64>,
@@ -32,7 +32,7 @@ pub(super) struct Shifts {
 }
 
 impl Output {
-    /// Nothing counted yet, of a number that so many factors lead to and that is written in so many functions.
+    /// Empty sums, for this many factors and basis functions.
     pub(super) fn new(factors: usize, functions: usize) -> Self {
         Self {
             sums: Sums::default(),
@@ -45,14 +45,14 @@ impl Output {
         }
     }
 
-    /// Takes a value in between the lowest and the highest.
+    /// Extend the extremes to a value.
     pub(super) fn reaches(&mut self, value: f64) {
         self.low = self.low.min(value);
         self.high = self.high.max(value);
     }
 
-    /// Counts values that lie so many quanta from their reference, with what the factors of their members add; their moments
-    /// are added with those of all outputs. Many at once, so that its bins are fetched once.
+    /// Add values in quanta from their reference; the moments are added separately for all outputs. Many values at
+    /// once, so that the bins stay in cache.
     pub(super) fn add(&mut self, quanta: &[i64], shifts: &Shifts) {
         self.sums.add(quanta);
         for (crossed, factor) in self.crossed.iter_mut().zip(shifts.quanta.chunks(quanta.len())) {
@@ -62,7 +62,7 @@ impl Output {
         self.ranked.count(quanta, &shifts.grades);
     }
 
-    /// Counts what another has counted.
+    /// Add the sums of another.
     pub(super) fn merge(&mut self, other: &Self) {
         self.sums.merge(&other.sums);
         self.low = self.low.min(other.low);

@@ -1,4 +1,4 @@
-//! Sums of whole numbers, and what is left of them about their mean.
+//! Exact integer sums, and centred sums of products.
 
 /// Sums of one quantity, in quanta.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,9 +26,8 @@ pub(super) fn products(a: &[i64], b: &[i64]) -> i128 {
 
 /// `Σ (a − ā)(b − b̄) = Σab − ΣaΣb/n`, from the sum of products and the two sums.
 ///
-/// The product of two sums may leave the range of 128 bits, and their difference in floating point would cancel. So
-/// the sums are split into whole means and remainders, `Σa = n m + r`, and only `r s/n`, which is below `n`, is
-/// rounded.
+/// The product of two sums may overflow 128 bits, and in floating point the difference would cancel. So the sums are
+/// split into integer means and remainders, `Σa = n m + r`, and only `r s/n`, which is below `n`, is rounded.
 pub(super) fn centred(members: usize, products: i128, first: i128, second: i128) -> f64 {
     if members == 0 {
         return 0.0;

@@ -1,4 +1,4 @@
-//! What a tally tells of its members, and that it tells it whatever their order.
+//! Statistics of an accumulator, and their independence of the order of members.
 
 use super::*;
 use crate::case::{Bounds, Factor, Property};
@@ -10,7 +10,7 @@ fn marginals() -> [Marginal; 2] {
     [(0.75, 1.25), (0.9, 1.1)].map(|bounds| Marginal::new(1.0, bounds, SamplingKind::Normal))
 }
 
-/// Members of a small law: one output that follows both factors, one that never varies, one that is a time.
+/// Members of a simple model: one output depends on both factors, one is constant, one is a time.
 fn members(count: usize) -> (Vec<f64>, Vec<f64>) {
     let factor = |name: &str, small| Factor {
         name: name.into(),
@@ -62,7 +62,7 @@ fn mean_deviation_and_correlation_equal_the_two_pass_formulas() {
 }
 
 #[test]
-fn an_output_that_never_varies_has_no_deviation_and_no_factor_to_blame() {
+fn a_constant_output_has_no_deviation_and_no_correlation() {
     let (outputs, factors) = members(100);
     let tally = tallied(&outputs, &factors);
     assert_eq!((tally.mean(1), tally.deviation(1), tally.percentile(1, 97.5)), (300.0, 0.0, 300.0));
@@ -91,7 +91,7 @@ fn pieces_merged_in_any_order_equal_the_whole_bit_for_bit() {
 }
 
 #[test]
-fn a_tally_of_a_thousand_million_members_is_as_large_as_one_of_a_thousand() {
+fn the_size_of_an_accumulator_does_not_depend_on_its_members() {
     let (outputs, factors) = members(1000);
     let mut tally = tallied(&outputs, &factors);
     let few = tally.clone();
@@ -102,7 +102,7 @@ fn a_tally_of_a_thousand_million_members_is_as_large_as_one_of_a_thousand() {
 }
 
 #[test]
-fn numbers_that_do_not_add_up_are_no_tally() {
+fn inconsistent_integers_are_rejected() {
     let (outputs, factors) = members(50);
     let tally = tallied(&outputs, &factors);
     let restored = |numbers: &[i128]| Tally::restored(&REFERENCE, &marginals(), numbers);
@@ -119,7 +119,7 @@ fn numbers_that_do_not_add_up_are_no_tally() {
 }
 
 #[test]
-fn the_equality_of_tallies_sees_a_single_quantum() {
+fn accumulators_that_differ_by_one_quantum_are_unequal() {
     let (mut outputs, factors) = members(1000);
     let whole = tallied(&outputs, &factors);
     outputs[3 * 500] += 1.5 / OUTPUT_QUANTA;
@@ -128,7 +128,7 @@ fn the_equality_of_tallies_sees_a_single_quantum() {
 
 /// Ten thousand values evenly spread over 100 K: percentile p lies p K above the lowest.
 #[test]
-fn percentiles_of_an_even_spread_are_straight() {
+fn percentiles_of_a_uniform_distribution_are_linear() {
     let mut tally = Tally::new(&[850.1], &[]);
     let values: Vec<f64> = (0..10_000).map(|i| 800.0 + (i as f64 + 0.5) / 100.0).collect();
     tally.add_block(&values, &[], &vec![true; values.len()]);
@@ -140,7 +140,7 @@ fn percentiles_of_an_even_spread_are_straight() {
 }
 
 #[test]
-fn a_gap_in_the_values_is_no_place_for_a_percentile() {
+fn no_percentile_is_in_a_gap_of_the_values() {
     let mut tally = Tally::new(&[0.0], &[]);
     tally.add_block(&[1.0, 1.0, 1.0, 50.0], &[], &[true; 4]);
     assert!((tally.percentile(0, 50.0) - 1.0).abs() < 0.25);
@@ -148,7 +148,7 @@ fn a_gap_in_the_values_is_no_place_for_a_percentile() {
 }
 
 #[test]
-fn members_that_did_not_arrive_are_passed_over_and_absurd_ones_left_out_and_counted() {
+fn failed_members_are_skipped_and_out_of_range_members_are_excluded_and_counted() {
     let (mut outputs, factors) = members(6);
     let honest = tallied(&outputs[9..], &factors[6..]);
     (outputs[0], outputs[5], outputs[6]) = (f64::NAN, 1e300, f64::NAN);
@@ -160,7 +160,7 @@ fn members_that_did_not_arrive_are_passed_over_and_absurd_ones_left_out_and_coun
 }
 
 #[test]
-fn the_furthest_members_that_are_counted_do_not_overflow() {
+fn the_largest_deviations_do_not_overflow() {
     let mut tally = Tally::new(&[0.0], &[Marginal::new(0.0, (-1.0, 1.0), SamplingKind::Normal)]);
     let far: Vec<f64> = (0..20_000).map(|i| if i % 2 == 0 { OUTPUT_REACH } else { -OUTPUT_REACH }).collect();
     let factors: Vec<f64> = far.iter().map(|value| -value / OUTPUT_REACH * FACTOR_REACH).collect();
@@ -171,7 +171,7 @@ fn the_furthest_members_that_are_counted_do_not_overflow() {
 }
 
 #[test]
-fn an_empty_tally_says_so() {
+fn an_empty_accumulator_has_no_mean() {
     let tally = Tally::new(&REFERENCE, &marginals());
     assert!(tally.mean(0).is_nan() && tally.percentile(0, 50.0).is_nan());
     assert_eq!((tally.deviation(0), tally.correlation(0, 0)), (0.0, 0.0));

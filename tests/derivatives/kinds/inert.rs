@@ -1,5 +1,4 @@
-//! Layups that do not decompose: under every kind of heating, between other faces, and with sensors that lag or whose
-//! depths are in doubt.
+//! Layups without decomposition: every kind of heating and boundary, and sensors with lag or uncertain depth.
 
 use super::{PARTS, SOLID, Text, flux};
 use crate::support::Uniform;
@@ -8,7 +7,7 @@ pub(super) fn kinds(uniform: &mut Uniform) -> Vec<Text> {
     [heated(uniform), bounded(uniform), at_sensors(uniform)].concat()
 }
 
-/// Two layers: cloth, and felt under it.
+/// Two plies: cloth on felt.
 fn two(name: &str, u: &mut Uniform) -> Text {
     Text::new(name, &[("C", "nextel440-bf20", u.between(0.5, 1.5)), ("F", "saffil-96", u.between(3.0, 8.0))])
 }
@@ -43,9 +42,9 @@ fn heated(u: &mut Uniform) -> Vec<Text> {
     let mut text = two("convective, cooled back", u);
     let (film, gas_k) = (u.between(50.0, 200.0), u.between(800.0, 1400.0));
     text.add(&format!(
-        "[hot_face]\nkind = \"convective\"\ncoefficient = \"{film:.2} W/m^2/K\"\ngas = {{ points = [[\"0 s\", \"300 K\"], \
-         [\"5 s\", \"{gas_k:.2} K\"]], outside = \"hold\" }}\n[back_face]\nkind = \"cooled\"\ncoefficient = \"20 W/m^2/K\"\n\
-         ambient = \"290 K\""
+        "[hot_face]\nkind = \"convective\"\ncoefficient = \"{film:.2} W/m^2/K\"\n\
+         gas = {{ points = [[\"0 s\", \"300 K\"], [\"5 s\", \"{gas_k:.2} K\"]], outside = \"hold\" }}\n\
+         [back_face]\nkind = \"cooled\"\ncoefficient = \"20 W/m^2/K\"\nambient = \"290 K\""
     ));
     text.factors("C", &["emissivity", "conductivity"]);
     text.factors("F", &["emissivity", "conductivity"]);
@@ -78,7 +77,7 @@ fn heated(u: &mut Uniform) -> Vec<Text> {
     kinds
 }
 
-/// Other faces, and what a layup loses sideways.
+/// Other boundary conditions, and lateral heat loss.
 fn bounded(u: &mut Uniform) -> Vec<Text> {
     let mut kinds = Vec::new();
     let hot = |u: &mut Uniform| {
@@ -156,7 +155,7 @@ fn bounded(u: &mut Uniform) -> Vec<Text> {
     kinds
 }
 
-/// Sensors that lag and whose depths are in doubt.
+/// Sensors with lag and with uncertain depth.
 fn at_sensors(u: &mut Uniform) -> Vec<Text> {
     let mut kinds = Vec::new();
     let heated = |u: &mut Uniform| format!("[hot_face]\nkind = \"heated\"\n{}", flux("flux", u.between(4.0, 12.0)));

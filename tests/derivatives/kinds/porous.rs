@@ -1,4 +1,4 @@
-//! Layups that decompose, and layups through which gas flows.
+//! Layups that decompose, and layups with gas flow.
 
 use super::{KINETICS, SOLID, Text, flux};
 use crate::support::Uniform;
@@ -7,7 +7,7 @@ pub(super) fn kinds(uniform: &mut Uniform) -> Vec<Text> {
     [decomposing(uniform), permeable(uniform)].concat()
 }
 
-/// Layups that decompose, whose gas needs no pressure.
+/// Layups that decompose, without a pressure equation.
 fn decomposing(u: &mut Uniform) -> Vec<Text> {
     let mut kinds = Vec::new();
     let layers = |u: &mut Uniform| {
@@ -30,7 +30,7 @@ fn decomposing(u: &mut Uniform) -> Vec<Text> {
     }
 
     let mut text = Text::new(
-        "chain of reactions, states apart, a depth beside them",
+        "chain of reactions, separate states, a depth",
         &[("I", "chain", u.between(4.0, 6.0)), ("B", "sic-5hs", 1.0)],
     );
     text.top("decomposition = true\npressure = \"8 kPa\"");
