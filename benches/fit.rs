@@ -1,4 +1,4 @@
-//! From observations to estimates on all there is to march on: see benches/README.md.
+//! Time of an estimate on every backend: see benches/README.md.
 //!
 //! `cargo bench --bench fit` prints the table.
 
@@ -13,7 +13,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 const CASES: [&str; 3] = ["twin-tc3", "kaowool-tc", "lcat-2259"];
-/// Times each march is asked; the marches take turns.
+/// Repetitions; the backends alternate.
 const ROUNDS: usize = 2;
 
 fn main() {
@@ -23,7 +23,7 @@ fn main() {
         let case = common::case(id);
         let plan = Plan::new(&case);
         let mut carriers: Vec<Carrier> = lanes().into_iter().chain(devices(None)).collect();
-        // A Jacobian is one ensemble of the point and two neighbours a factor.
+        // A Jacobian by finite differences is one ensemble: the point and two neighbours a factor.
         let nominal: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
         let stencil = Ensemble::at(nominal.len(), nominal.repeat(1 + 2 * case.estimate().factors.len()));
         let mut jacobians = vec![vec![]; carriers.len()];
@@ -40,7 +40,7 @@ fn main() {
                 let found = estimate(&[(&case, &plan)], &mut carrier.march, &Search::of(carrier.precision));
                 let found = found.unwrap_or_else(|error| panic!("{id}: {error}"));
                 let estimate_s = began.elapsed().as_secs_f64();
-                // The first round compiles kernels and touches memory.
+                // The first round is warm-up: it compiles kernels and touches memory.
                 if round > 0 {
                     jacobians[i].push(jacobian_s);
                     estimates[i].push(estimate_s);

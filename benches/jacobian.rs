@@ -1,10 +1,10 @@
-//! What a Jacobian costs beside one march of the nominal member: see benches/README.md.
+//! Cost of a Jacobian relative to one march of the nominal member: see benches/README.md.
 //!
-//! `cargo bench --bench jacobian [-- CASE]...` prints the table. All is done on one thread, and on a device on all that it has.
+//! `cargo bench --bench jacobian [-- CASE]...` prints the table. The CPU uses one thread, a device all it has.
 
 #[path = "common/alone.rs"]
 mod alone;
-#[expect(dead_code, reason = "no lanes on all threads here")]
+#[expect(dead_code, reason = "this bench runs on one thread")]
 mod common;
 
 use alone::OnOneThread;
@@ -19,12 +19,12 @@ use std::hint::black_box;
 use std::time::Instant;
 
 const CASES: [&str; 2] = ["lcat-2259", "lcat-2259-pyrolysis"];
-/// Times each is asked; they take turns.
+/// Repetitions; the measurements alternate.
 const ROUNDS: usize = 30;
 
 fn main() {
-    let asked: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with("--")).collect();
-    let cases = if asked.is_empty() { CASES.map(str::to_owned).to_vec() } else { asked };
+    let requested: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with("--")).collect();
+    let cases = if requested.is_empty() { CASES.map(str::to_owned).to_vec() } else { requested };
     println!("| case | march | factors | a member, ms | derivatives, ms | marches | differences, ms | marches |");
     println!("|---|---|---|---|---|---|---|---|");
     for id in cases {
@@ -40,7 +40,7 @@ fn main() {
             let stencil = stencil(&nominal, difference_step(carrier.precision));
             let mut both = Extrapolated::new(Box::new(carrier.march));
             let mut seconds = [vec![], vec![], vec![]];
-            // The first round compiles kernels and touches memory.
+            // The first round is warm-up: it compiles kernels and touches memory.
             for round in 0..=ROUNDS {
                 let mut turn = |which: usize, work: &mut dyn FnMut() -> bool| {
                     let began = Instant::now();
@@ -56,19 +56,19 @@ fn main() {
                 };
                 turn(0, &mut || march(&mut both, &point));
                 turn(1, &mut || {
-                    let told = both.tangents(&plan, &point, &factors);
-                    black_box(told.unwrap_or_else(|error| panic!("{error}"))).is_some()
+                    let tangents = both.tangents(&plan, &point, &factors);
+                    black_box(tangents.unwrap_or_else(|error| panic!("{error}"))).is_some()
                 });
                 turn(2, &mut || march(&mut both, &stencil));
             }
-            let [alone, told, differences] = seconds.map(|seconds| shortest(&seconds).0);
+            let [alone, tangents, differences] = seconds.map(|seconds| shortest(&seconds).0);
             println!(
                 "| {id} | {} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
                 title,
                 factors.len(),
                 1e3 * alone,
-                1e3 * told,
-                told / alone,
+                1e3 * tangents,
+                tangents / alone,
                 1e3 * differences,
                 differences / alone
             );
@@ -76,14 +76,14 @@ fn main() {
     }
 }
 
-/// The point and two neighbours a factor: what central differences march.
+/// The point and two neighbours a factor, for central differences.
 fn stencil(point: &[f64], step: f64) -> Ensemble {
     let mut rows = point.to_vec();
     for factor in 0..point.len() {
-        for way in [1.0 - step, 1.0 + step] {
+        for perturbation in [1.0 - step, 1.0 + step] {
             rows.extend_from_slice(point);
             let last = rows.len() - point.len() + factor;
-            rows[last] *= way;
+            rows[last] *= perturbation;
         }
     }
     Ensemble::at(point.len(), rows)

@@ -1,4 +1,4 @@
-//! Questions of design and of trust: a ply sized against answers in closed form, twins fitted and counted.
+//! Sizing of a ply against a closed-form solution, and interval coverage on synthetic data.
 
 use crate::support::{case, changed};
 use bondline::case::{Bounds, Case};
@@ -15,20 +15,21 @@ use bondline::study::twin::Noise;
 use bondline::study::uncertainty::Sweep;
 use std::f64::consts::PI;
 
-/// Heat into the slab, W/m², and for how long, s; its density, heat capacity and conductivity.
+/// Heat flux into the slab, W/m², and its duration, s; density, heat capacity and conductivity of the slab, SI.
 const HEATED: (f64, f64) = (2000.0, 400.0);
 const SLAB: (f64, f64, f64) = (200.0, 1000.0, 0.05);
 
-/// The back of a slab heated evenly, insulated behind: `q t/(ρ c L) − (q L/k) (1/6 − 2/π² e^(−π² α t/L²))` above 300 K (Carslaw &
-/// Jaeger, *Conduction of Heat in Solids*, 1959, section 3.8; of the series the term that has not died away).
+/// Back-face temperature of a slab with constant heat flux and insulated back, K:
+/// `300 + q t/(ρ c L) − (q L/k) (1/6 − 2/π² e^(−π² α t/L²))`, with the first term of the series (Carslaw & Jaeger,
+/// *Conduction of Heat in Solids*, 1959, section 3.8).
 fn back_k(thickness_m: f64, f_k: f64, f_cp: f64) -> f64 {
     let ((q, t), (rho, c, k)) = (HEATED, SLAB);
     let fourier = k * f_k / (rho * c * f_cp) * t / thickness_m.powi(2);
-    let left = 2.0 / PI.powi(2) * (-PI.powi(2) * fourier).exp();
-    300.0 + q * t / (rho * c * f_cp * thickness_m) - q * thickness_m / (k * f_k) * (1.0 / 6.0 - left)
+    let decay = 2.0 / PI.powi(2) * (-PI.powi(2) * fourier).exp();
+    300.0 + q * t / (rho * c * f_cp * thickness_m) - q * thickness_m / (k * f_k) * (1.0 / 6.0 - decay)
 }
 
-/// Where that passes a limit.
+/// Thickness at which that temperature equals a limit, m.
 fn exact_m(limit_k: f64, f_k: f64, f_cp: f64) -> f64 {
     let (mut low, mut high) = (4e-3, 20e-3);
     for _ in 0..60 {
@@ -55,12 +56,12 @@ fn sized(demand: impl Fn(&Case) -> Demand, members: usize) -> Result<Sizing, Siz
 }
 
 #[test]
-fn a_slab_is_sized_as_the_closed_form_has_it_nominally_and_for_a_share_of_members() {
+fn a_slab_is_sized_as_in_closed_form_nominally_and_for_a_share_of_members() {
     let found = sized(|case| demand(case, "SLAB", "BACK", LIMIT_K), 1000).expect("a thickness");
     let (Needed::At(nominal_m), Needed::At(needed_m)) = (found.nominal, found.needed) else { panic!("{found:?}") };
     let exact = exact_m(LIMIT_K, 1.0, 1.0);
     assert!((nominal_m / exact - 1.0).abs() < 1e-3, "{nominal_m} m, not {exact}");
-    // What other members need, by the closed form: a Monte Carlo that owes nothing to the march.
+    // The needed thickness by a Monte Carlo of the closed form, independent of the march.
     let sampling = Sampling { kind: SamplingKind::Normal, seed: 77 };
     let others = Ensemble::sample(case("slab").factors(), Bounds::Small, &sampling, 20_000);
     let holds = |thickness_m: f64| {
@@ -71,22 +72,22 @@ fn a_slab_is_sized_as_the_closed_form_has_it_nominally_and_for_a_share_of_member
         Proportion { count: (0..others.len()).filter(held).count(), of: others.len() }
     };
     assert!(found.held(needed_m).is_like(holds(needed_m)), "{:?} and {:?}", found.held(needed_m), holds(needed_m));
-    assert!(!found.held(needed_m).is_like(holds(1.02 * needed_m)), "a fiftieth more is told apart");
+    assert!(!found.held(needed_m).is_like(holds(1.02 * needed_m)), "2 % more thickness is not detected");
     let (Some(Needed::At(low)), Some(Needed::At(high))) = found.interval else { panic!("{:?}", found.interval) };
     let (low, high) = (holds(low).share(), holds(high).share());
     assert!(low < 0.9 && high > 0.9 && high - low < 0.06, "{low} to {high} about 0.9");
     assert_eq!(found.is_borne_out(), Some(true), "{:?}", found.check);
-    assert!(found.still_warming, "it is heated until the end");
+    assert!(found.still_warming, "the slab is heated until the end");
     assert!((found.mass_kg_m2(needed_m) - SLAB.0 * needed_m).abs() < 1e-9);
 }
 
 #[test]
-fn at_each_thickness_the_band_of_peaks_holds_95_in_100_of_the_members_by_the_closed_form() {
+fn at_each_thickness_the_band_of_peaks_covers_95_percent_of_the_members_in_closed_form() {
     const MEMBERS: usize = 400;
     let found = sized(|case| demand(case, "SLAB", "BACK", LIMIT_K), MEMBERS).expect("a thickness");
     let sampling = Sampling { kind: SamplingKind::Normal, seed: 1 };
     let members = Ensemble::sample(case("slab").factors(), Bounds::Small, &sampling, MEMBERS);
-    // Thicker than that, another term of the closed form has not died away.
+    // Above 20 mm the second term of the series is not negligible.
     let rungs: Vec<_> = found.rungs.iter().filter(|rung| rung.thickness_m < 20e-3).collect();
     assert!(rungs.len() > 3, "{} thicknesses", rungs.len());
     for rung in rungs {
@@ -99,15 +100,15 @@ fn at_each_thickness_the_band_of_peaks_holds_95_in_100_of_the_members_by_the_clo
         let held = between(low_k, high_k);
         assert!((376..=384).contains(&held), "{held} of {MEMBERS} at {} m", rung.thickness_m);
         let (middle_k, half_k) = (0.5 * (low_k + high_k), 0.45 * (high_k - low_k));
-        assert!(between(middle_k - half_k, middle_k + half_k) < 376, "a band a tenth narrower is told apart");
+        assert!(between(middle_k - half_k, middle_k + half_k) < 376, "a band narrower by 10 % has the same coverage");
     }
 }
 
-/// Sized and checked with 60 members each, over 40 seeds: the share that the check confirms lies where the report expects it.
-/// The interval of the check alone holds the share that was asked for in fewer, as it leaves the scatter of the thickness
-/// out.
+/// Sizing and check with 60 members each, over 40 seeds: the share that the check finds lies in the interval that the
+/// report predicts. The interval of the check alone covers the requested share less often, as it omits the scatter of
+/// the thickness.
 #[test]
-fn the_check_lies_within_what_is_expected_of_it_in_95_of_100_sizings() {
+fn the_check_lies_in_the_predicted_interval_in_95_percent_of_sizings() {
     const SIZINGS: u64 = 40;
     let (mut expected, mut alone) = (0, 0);
     for seed in 0..SIZINGS {
@@ -118,30 +119,32 @@ fn the_check_lies_within_what_is_expected_of_it_in_95_of_100_sizings() {
         expected += u64::from(found.is_borne_out().expect("a check"));
         alone += u64::from((low..=high).contains(&0.9));
     }
-    // Of 40 at 95 %, 34 or fewer are as rare as one in seventy; what is told of whole members is held a little oftener.
+    // With a coverage of 95 %, 34 or fewer of 40 have a probability of 1/70; for discrete counts the coverage is
+    // slightly higher.
     assert!(expected >= 35, "{expected} of {SIZINGS}");
-    assert!(alone < expected, "{alone} by the interval of the check alone, {expected} by that of both");
+    assert!(alone < expected, "covered by the interval of the check alone: {alone}, by the predicted one: {expected}");
 }
 
 #[test]
-fn a_limit_that_no_thickness_holds_is_an_answer_and_a_ply_that_does_not_cool_is_a_fault() {
-    let never = sized(|case| demand(case, "SLAB", "BACK", 300.1), 40).expect("an answer");
+fn an_unreachable_limit_is_a_result_and_a_ply_without_effect_is_an_error() {
+    let never = sized(|case| demand(case, "SLAB", "BACK", 300.1), 40).expect("a result");
     assert!(matches!((never.nominal, never.needed), (Needed::Beyond(_), Needed::Beyond(_))), "{never:?}");
     assert!(never.check.is_none() && never.margin_m().is_none() && never.held(never.within_m.1).count == 0);
-    let always = sized(|case| demand(case, "SLAB", "BACK", 3000.0), 40).expect("an answer");
+    let always = sized(|case| demand(case, "SLAB", "BACK", 3000.0), 40).expect("a result");
     assert!(matches!((always.nominal, always.needed), (Needed::AtMost(_), Needed::AtMost(_))), "{always:?}");
     let behind = changed(&case("lcat-2259"), |case| {
         case.resolution.cells = 40;
         case.exposure.duration_s = 45.0;
         case.observations.clear();
     });
-    let asked = demand(&behind, "GB", "TC1", 1000.0);
-    let fault = size(&behind, &mut Extrapolated::new(Box::new(Cpu::new(Precision::F64))), &asked, &sweep(40, 1))
-        .expect_err("no cooling");
-    assert!(fault.to_string().contains("TC1 is not cooled by a thicker GB"), "{fault}");
+    let demand_behind = demand(&behind, "GB", "TC1", 1000.0);
+    let error =
+        size(&behind, &mut Extrapolated::new(Box::new(Cpu::new(Precision::F64))), &demand_behind, &sweep(40, 1))
+            .expect_err("no effect");
+    assert!(error.to_string().contains("TC1 is not cooled by a thicker GB"), "{error}");
 }
 
-/// Twins of the slab with noise that forgets itself over ten seconds.
+/// Synthetic data of the slab with noise of a correlation time of 10 s.
 fn recovered(seed: u64, twins: usize) -> Recovery {
     let case = changed(&case("slab"), |case| {
         case.resolution.cells = 24;
@@ -155,7 +158,7 @@ fn recovered(seed: u64, twins: usize) -> Recovery {
 }
 
 #[test]
-fn intervals_of_twins_with_correlated_noise_hold_the_truth_as_often_as_they_say() {
+fn intervals_under_correlated_noise_have_their_nominal_coverage() {
     let found = recovered(5, 60);
     assert_eq!(found.converged(), 60, "{:?}", found.failures());
     let (low, high) = found.covered.interval_95();
@@ -164,7 +167,7 @@ fn intervals_of_twins_with_correlated_noise_hold_the_truth_as_often_as_they_say(
         assert!(factor.bias.abs() < 4.0 * factor.bias_error, "{factor:?}");
         assert!(factor.rms < factor.half_width && factor.half_width < 0.1, "{factor:?}");
     }
-    // As if its samples were independent an interval would be narrower by the root of what they are worth less.
+    // With samples taken as independent, an interval would be narrower by the root of the effective sample ratio.
     let narrow = (found.effective_samples / found.samples as f64).sqrt();
     let held = found.twins.iter().flat_map(|twin| {
         let TwinEnd::Converged(fit) = &twin.end else { panic!("all converged") };
@@ -175,11 +178,11 @@ fn intervals_of_twins_with_correlated_noise_hold_the_truth_as_often_as_they_say(
         each.map(is_held).collect::<Vec<bool>>()
     });
     let naive = held.filter(|held| *held).count() as f64 / found.covered.of as f64;
-    assert!(naive < 0.8, "samples taken as independent hold the truth in {naive}");
+    assert!(naive < 0.8, "coverage {naive} with samples taken as independent");
 }
 
 #[test]
-fn a_twin_is_the_same_among_few_and_among_many() {
+fn a_synthetic_data_set_is_the_same_among_few_and_among_many() {
     let (few, many) = (recovered(3, 2), recovered(3, 5));
     for (a, b) in few.twins.iter().zip(&many.twins) {
         let (TwinEnd::Converged(one), TwinEnd::Converged(other)) = (&a.end, &b.end) else { panic!("both converge") };

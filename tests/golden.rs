@@ -1,7 +1,7 @@
-//! The nominal march of every shipped case against what it was when it was last looked at.
+//! Golden files: the nominal march of every shipped case.
 //!
-//! A change of these numbers is a change of what analysts get: look at the difference, say why in the commit, and
-//! renew the files of `tests/golden` with `BONDLINE_BLESS=1 cargo test --release golden`.
+//! A change of these numbers changes the results of users: check the difference, explain it in the commit, and renew
+//! the files of `tests/golden` with `BONDLINE_BLESS=1 cargo test --release golden`.
 
 use crate::support::{DOUBLE_K, case, cases, changed, root};
 use bondline::case::Case;
@@ -13,7 +13,7 @@ use bondline::study::nominal::{Nominal, nominal};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
-/// Instants at which traces are held, as shares of the exposure.
+/// Recorded instants, as shares of the exposure.
 const SHARES: [f64; 6] = [0.02, 0.1, 0.25, 0.5, 0.75, 1.0];
 
 fn marched(case: &Case) -> Nominal {
@@ -22,7 +22,7 @@ fn marched(case: &Case) -> Nominal {
     nominal(case, &plan, &mut march).expect("the processor marches")
 }
 
-/// What is kept of a march.
+/// The record of a march in a golden file.
 fn record(case: &Case, outcome: &Nominal) -> Value {
     let sensors =
         case.sensors().iter().zip(&outcome.peaks).zip(&outcome.temperatures_k).map(|((sensor, peak), trace_k)| {
@@ -36,7 +36,7 @@ fn record(case: &Case, outcome: &Nominal) -> Value {
     json!({ "cells": outcome.cells, "steps": outcome.steps, "sensors": sensors.collect::<Vec<_>>() })
 }
 
-/// Where two records differ by more than rounding, in words.
+/// Descriptions of the differences between two records that exceed rounding.
 fn differences(place: &str, was: &Value, is: &Value) -> Vec<String> {
     match (was, is) {
         (Value::Object(before), Value::Object(after)) if before.keys().eq(after.keys()) => {
@@ -60,7 +60,7 @@ fn kept(name: &str) -> PathBuf {
 }
 
 #[test]
-fn every_shipped_case_marches_as_it_did() {
+fn every_shipped_case_matches_its_golden_file() {
     let mut found = Vec::new();
     for case in cases() {
         let (name, is) = (case.id(), record(&case, &marched(&case)));
@@ -71,11 +71,11 @@ fn every_shipped_case_marches_as_it_did() {
         let text = std::fs::read_to_string(kept(name)).unwrap_or_else(|error| panic!("{name}: {error}"));
         found.extend(differences(name, &serde_json::from_str(&text).expect("JSON"), &is));
     }
-    assert!(found.is_empty(), "{}\nif that is meant, BONDLINE_BLESS=1 renews tests/golden", found.join("\n"));
+    assert!(found.is_empty(), "{}\nif the change is intended, BONDLINE_BLESS=1 renews tests/golden", found.join("\n"));
 }
 
 #[test]
-fn a_march_that_differs_by_a_few_microkelvin_or_by_a_step_is_not_the_same() {
+fn a_difference_of_three_microkelvin_or_one_step_is_detected() {
     let case = case("slab");
     let mut outcome = marched(&case);
     let was = record(&case, &outcome);
@@ -87,9 +87,9 @@ fn a_march_that_differs_by_a_few_microkelvin_or_by_a_step_is_not_the_same() {
     assert!(found[0].contains("slab.sensors[1].trace_s_k[5][1]") && found[1].contains("slab.steps"), "{found:?}");
 }
 
-/// Peaks of the layup of run 2259 with an insulated back, from a computation that shares nothing with this one.
+/// Peaks of the layup of run 2259 with an insulated back, from an independent computation.
 #[test]
-fn the_arc_jet_layup_peaks_where_an_independent_computation_has_it_peak() {
+fn the_peaks_of_the_arc_jet_layup_match_an_independent_computation() {
     let case = case("lcat-2259");
     let outcome = marched(&case);
     for (index, (name, peak_k)) in
@@ -97,14 +97,14 @@ fn the_arc_jet_layup_peaks_where_an_independent_computation_has_it_peak() {
     {
         let found_k = outcome.peaks[index].temperature_k;
         assert_eq!(case.sensors()[index].name, *name);
-        assert!((found_k - peak_k).abs() <= 2.0, "{name} peaks at {found_k} K, elsewhere at {peak_k} K");
+        assert!((found_k - peak_k).abs() <= 2.0, "{name} peaks at {found_k} K, reference {peak_k} K");
     }
     let late_s = outcome.peaks[3].time_s;
-    assert!((late_s - 84.0).abs() <= 2.0, "TC4 peaks at {late_s} s, elsewhere at 84 s");
+    assert!((late_s - 84.0).abs() <= 2.0, "TC4 peaks at {late_s} s, reference 84 s");
 }
 
 #[test]
-fn the_slab_meets_its_exact_solution_to_a_hundredth_of_a_kelvin() {
+fn the_slab_matches_its_exact_solution_within_ten_millikelvin() {
     let case = changed(&case("slab"), |case| case.resolution.tolerance_k = Some(0.01));
     let outcome = marched(&case);
     assert_eq!(case.observations().len(), 3);

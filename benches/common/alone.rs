@@ -1,4 +1,4 @@
-//! Marches that keep to one thread: what lanes are worth, and what threads.
+//! Backends restricted to one thread, to separate the gain of SIMD from that of threads.
 
 use bondline::ensemble::Ensemble;
 use bondline::march::{Backend, March, MarchError};
@@ -6,7 +6,7 @@ use bondline::plan::Plan;
 use bondline::traces::Traces;
 use std::ops::Range;
 
-/// A march whose work stays on one thread.
+/// A backend restricted to one thread.
 pub(crate) struct OnOneThread<M> {
     march: M,
     pool: rayon::ThreadPool,

@@ -1,4 +1,4 @@
-//! What the benches share: the case, the marches they compare, and the clock.
+//! Shared code of the benches: cases, backends and timing.
 
 use bondline::case::Case;
 use bondline::ensemble::Ensemble;
@@ -17,16 +17,16 @@ pub(crate) fn case(id: &str) -> Case {
     case_with(id, &[])
 }
 
-/// A shipped case with some of it changed.
+/// A shipped case with settings changed.
 pub(crate) fn case_with(id: &str, sets: &[(String, String)]) -> Case {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases").join(id);
     Case::load_with(&path, sets).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// One way to march.
+/// A backend under test.
 pub(crate) struct Carrier {
     name: String,
-    /// Threads of the processor it uses; `None` where it does not run on the processor.
+    /// CPU threads; `None` for a hardware device.
     pub threads: Option<usize>,
     pub precision: Precision,
     pub march: Timed,
@@ -38,7 +38,7 @@ impl Carrier {
         Self { name: name.to_owned(), threads, precision, march: Timed { march: Box::new(march), seconds: 0.0 } }
     }
 
-    /// As the tables name it.
+    /// Name in the tables.
     pub(crate) fn title(&self) -> String {
         let digits = if self.precision == Precision::F64 { "f64" } else { "f32" };
         match self.threads {
@@ -49,14 +49,14 @@ impl Carrier {
     }
 }
 
-/// Lanes on every thread, in f64 and in f32.
+/// The CPU backend with SIMD lanes on all threads, in f64 and f32.
 pub(crate) fn lanes() -> [Carrier; 2] {
     let threads = rayon::current_num_threads();
     [Precision::F64, Precision::F32].map(|precision| Carrier::new("lanes", Some(threads), Cpu::new(precision)))
 }
 
-/// The first Vulkan device, in f32 and, where it has it, in f64, with an invocation or a workgroup for each member, or what it chooses; none where
-/// there is no device.
+/// The first Vulkan device, in f32 and if supported in f64, with one thread or one workgroup a member, or the backend's
+/// choice; empty without a device.
 pub(crate) fn devices(workgroups: Option<bool>) -> Vec<Carrier> {
     let Ok(adapter) = device::find(None) else { return vec![] };
     let threads = adapter.is_software().then(rayon::current_num_threads);
@@ -74,10 +74,10 @@ pub(crate) fn devices(workgroups: Option<bool>) -> Vec<Carrier> {
         .collect()
 }
 
-/// A march that keeps the time.
+/// A backend that measures its time.
 pub(crate) struct Timed {
     march: Box<dyn March>,
-    /// Time inside the march so far, s.
+    /// Time in the backend so far, s.
     pub seconds: f64,
 }
 
@@ -105,8 +105,8 @@ impl March for Timed {
     }
 }
 
-/// The shortest of some timings, s, and by what share of it the longest was longer. Other work on the machine
-/// only ever adds, which makes the shortest the best guess.
+/// The shortest of some times, s, and the relative excess of the longest. Other load on the machine only adds time, so
+/// the shortest is the best estimate.
 pub(crate) fn shortest(seconds: &[f64]) -> (f64, f64) {
     let least = seconds.iter().copied().fold(f64::INFINITY, f64::min);
     let most = seconds.iter().copied().fold(0.0, f64::max);

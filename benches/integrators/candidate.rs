@@ -1,22 +1,22 @@
-//! What competes: a method, and what it makes of a second, coarser march.
+//! A candidate: a time integrator, with or without a coarse march for extrapolation.
 
 use crate::layup::Layup;
 use crate::methods::{Method, Steps, march};
 use bondline::plan::Plan;
 use bondline::plan::layout::NO_INSTANT;
 
-/// What the second march has, of which a third of the difference is taken off.
+/// The coarse march for extrapolation, of which a third of the difference is subtracted.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Second {
-    /// There is none.
+    /// No extrapolation.
     None,
-    /// Half the cells, the same steps: errors in space are taken off.
+    /// Half the cells, the same steps: cancels errors in space.
     SameSteps,
-    /// Half the cells and half the steps: errors in time too, where they fall with the square of the steps.
+    /// Half the cells and half the steps: also cancels second-order errors in time.
     HalfSteps,
 }
 
-/// Whether the second march has half the cells, or the same so that all errors are those in time.
+/// Whether the coarse march has half the cells, or the same, which leaves the errors in time only.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Space {
     Halved,
@@ -26,7 +26,7 @@ pub(crate) enum Space {
 pub(crate) struct Candidate {
     pub method: Method,
     pub second: Second,
-    /// By which its error falls with its steps.
+    /// Convergence order in time.
     pub order: f64,
 }
 
@@ -41,12 +41,12 @@ impl Candidate {
         }
     }
 
-    /// Whether it is another than that without a second march.
+    /// Whether the candidate differs from the same method without extrapolation.
     pub(crate) fn differs(&self, space: Space) -> bool {
         self.method != Method::Pair || self.second != Second::SameSteps || space == Space::Halved
     }
 
-    /// Sensor × instant of a member at a plan, K.
+    /// Readings of a member, sensor × instant, K.
     pub(crate) fn readings(&self, plan: &Plan, space: Space, columns: &[f64]) -> Vec<f64> {
         let fine = readings(self.method, plan, plan, columns);
         let Some((cells, steps)) = self.second(plan, space) else { return fine };
@@ -60,7 +60,7 @@ impl Candidate {
         (plan.cells() * plan.steps() + second) as f64
     }
 
-    /// The plans of the cells and of the steps of the second march.
+    /// The plans that give the cells and the steps of the coarse march.
     fn second<'a>(&self, plan: &'a Plan, space: Space) -> Option<(&'a Plan, &'a Plan)> {
         let coarse = plan.coarse().expect("a plan that is cut has a coarser one");
         let cells = if space == Space::Held { plan } else { coarse };
@@ -72,7 +72,7 @@ impl Candidate {
     }
 }
 
-/// Sensor × instant of a member, K, on the cells of one plan and by the steps of another.
+/// Readings of a member, sensor × instant, K, on the cells of one plan with the steps of another.
 pub(crate) fn readings(method: Method, cells: &Plan, steps: &Plan, columns: &[f64]) -> Vec<f64> {
     let layup = Layup::new(cells, |column| columns[column as usize]);
     let sensors = cells.places().len();
@@ -88,14 +88,14 @@ pub(crate) fn readings(method: Method, cells: &Plan, steps: &Plan, columns: &[f6
     readings
 }
 
-/// The largest difference, K; without end where one is no number.
+/// The largest difference, K; infinite if one is NaN.
 pub(crate) fn worst_k(one: &[f64], other: &[f64]) -> f64 {
     let off = one.iter().zip(other).map(|(a, b)| (a - b).abs());
     off.map(|off| if off.is_nan() { f64::INFINITY } else { off }).fold(0.0, f64::max)
 }
 
-/// How far below the coldest start any cell goes after any step, K: nothing cools a layup below its surroundings, so it is an error of sign.
-/// Without end where a temperature is no number.
+/// Largest undershoot below the coldest initial temperature after any step, K. Nothing cools a layup below its
+/// surroundings, so it is an error. Infinite for NaN.
 pub(crate) fn below_k(method: Method, plan: &Plan, columns: &[f64]) -> f64 {
     let layup = Layup::new(plan, |column| columns[column as usize]);
     let start_k = plan.rows().cells.iter().map(|cell| cell.start_k).fold(f64::INFINITY, f64::min);

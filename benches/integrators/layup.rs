@@ -1,7 +1,8 @@
-//! A member between steps: a system of ordinary differential equations, `C(T) dT/dt = F(T, t)`, one a cell.
+//! A member as a system of ordinary differential equations, `C(T) dT/dt = F(T, t)`, one for each cell.
 //!
-//! Tables, conductances, faces and readings are those of `bondline::physics`, on cells of one plan and the schedule of another. What
-//! `lcat-2259` does not need is left out: accounts of heat, a second word of temperature, gas, held faces; the back face is insulated.
+//! Tables, conductances, faces and readings are those of `bondline::physics`, on the cells of one plan and the schedule
+//! of another. Omitted, as `lcat-2259` does not need them: heat balances, compensated temperatures, gas, held faces;
+//! the back face is insulated.
 
 use bondline::physics::Real;
 use bondline::physics::faces::{FaceFlux, FaceScale, STEFAN_BOLTZMANN, face_flux, face_scale};
@@ -17,11 +18,11 @@ pub(crate) struct Layup<'a, R> {
     plies: Vec<(PlyScale<R>, Parts<R>)>,
     contacts_m2_k_w: Vec<R>,
     hot: FaceScale<R>,
-    /// The ply of each cell over or under a sensor.
+    /// The ply of each cell.
     ply_of: Vec<usize>,
 }
 
-/// What moves a member at some temperatures.
+/// Evaluation of a member at given temperatures.
 pub(crate) struct Evaluation<R> {
     conductivities: Vec<R>,
     slopes: Vec<R>,
@@ -31,19 +32,19 @@ pub(crate) struct Evaluation<R> {
     pub capacity_slopes: Vec<R>,
     /// Net heat flux into each cell, W/m².
     pub net: Vec<R>,
-    /// Slope of the flux under a cell by its own temperature, and less that by the temperature of the next.
+    /// Derivative of the flux below a cell by its own temperature, and minus that by the temperature of the next.
     pub by_upper: Vec<R>,
     pub by_lower: Vec<R>,
     pub hot: FaceFlux<R>,
 }
 
-/// Which slopes an evaluation tells.
+/// Derivatives that an evaluation computes.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Slopes {
     None,
-    /// Those of the fluxes as the march takes them: smooth, without the emissivity's, never negative.
+    /// Derivatives of the fluxes as in the march: smooth, without that of the emissivity, never negative.
     Fluxes,
-    /// All of them, exact, those of heat capacities too.
+    /// All exact derivatives, including heat capacities.
     All,
 }
 
@@ -66,7 +67,7 @@ impl<R: Real> Evaluation<R> {
 }
 
 impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
-    /// On the cells of a plan, as a member's columns scale it; column 0 is one.
+    /// On the cells of a plan, scaled by a member's factor columns; column 0 is one.
     #[inline(always)]
     pub(crate) fn new(plan: &'a Plan, column: impl Fn(u32) -> R + Copy) -> Self {
         let rows = plan.rows();
@@ -103,7 +104,7 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
         for p in 0..self.plies.len() {
             let (first, end) = (self.plan.plies()[p].first_cell as usize, self.plan.plies()[p].end_cell as usize);
             self.properties(p, temperatures, slopes, at);
-            // Cut beforehand, as in the march: looking whether a cell is within a column takes as long as what is done to it.
+            // Slices of equal length avoid bounds checks, as in the march; the checks would take as long as the work.
             let count = end - first - 1;
             let (rows, temperatures_here) = (&cells[first..][..count], &temperatures[first..][..count + 1]);
             let (k, rises) = (&at.conductivities[first..][..count + 1], &at.slopes[first..][..count + 1]);
@@ -144,7 +145,8 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
         net[last] = above;
     }
 
-    /// Conductivities and heat capacities of the cells of a ply. Exact slopes are the rises of the tables from node to node.
+    /// Conductivities and heat capacities of the cells of a ply. Exact derivatives are the slopes of the table
+    /// segments.
     #[inline(always)]
     fn properties(&self, p: usize, temperatures: &[R], slopes: Slopes, at: &mut Evaluation<R>) {
         let (plan, ply, (bulk, state)) = (self.plan, &self.plan.plies()[p], self.plies[p]);
@@ -186,7 +188,7 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
         }
     }
 
-    /// Heat through the hot face at its temperature, with the slope that the march takes, or all of it.
+    /// Heat flux through the hot face at its temperature, with the derivative of the march or the exact one.
     #[inline(always)]
     pub(crate) fn heated(&self, temperature_k: R, drive: Drive<f64>, slopes: Slopes) -> FaceFlux<R> {
         let here = spot(temperature_k);
@@ -218,7 +220,7 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
         solid(row, ply.parts as usize, self.plies[p].1, false).conductivity
     }
 
-    /// What a sensor reads, K: see `physics::reading`.
+    /// Reading of a sensor, K: see `physics::reading`.
     #[inline(always)]
     pub(crate) fn read(&self, temperatures: &[R], sensor: usize) -> R {
         let (plan, i) = (self.plan, self.plan.places()[sensor].cell as usize);
@@ -234,8 +236,9 @@ impl<'a, R: Real<Scalar = f64, Still = R>> Layup<'a, R> {
     }
 }
 
-/// The slopes of the flux under a cell, by its temperature and less that by the next one's, from its conductance, the drop over it and what the
-/// conductance gains by the temperatures above and below: exact, or never negative as the march takes them.
+/// Derivatives of the flux below a cell, by its temperature and minus that by the next one's, from the conductance, the
+/// temperature drop and the derivatives of the conductance by both temperatures: exact, or never negative as in the
+/// march.
 #[inline(always)]
 fn inclined<R: Real>(conductance: R, drop: R, gains: [R; 2], slopes: Slopes) -> [R; 2] {
     if slopes == Slopes::All {

@@ -1,10 +1,11 @@
-//! The integrator's work–precision diagram: errors at the sensors against the time that 5,000 members take. See benches/README.md.
+//! Work–precision diagram of time integrators: sensor errors against the time for 5,000 members. See benches/README.md.
 //!
-//! `cargo bench --bench integrators [-- CASE]` prints the tables; of `lcat-2259`, which it takes where none is named, it writes `benches/integrators.svg`.
+//! `cargo bench --bench integrators [-- CASE]` prints the tables; without CASE it uses `lcat-2259` and writes
+//! `benches/integrators.svg`.
 
 mod candidate;
 #[path = "../common/mod.rs"]
-#[expect(dead_code, reason = "only where the cases lie is shared with the benches that keep time")]
+#[expect(dead_code, reason = "this bench shares only the loading of cases")]
 mod common;
 mod layup;
 mod methods;
@@ -29,9 +30,9 @@ use rayon::prelude::*;
 
 const METHODS: [Method; 5] = [Method::Pair, Method::Rodas3, Method::Rodas, Method::Bdf(2), Method::Bdf(3)];
 const CANDIDATES: [Candidate; 10] = [
-    // By which second march, and which order of its error in time.
+    // `order` is the convergence order in time with that coarse march.
     Candidate { method: Method::Pair, second: Second::None, order: 2.0 },
-    // What bondline does.
+    // The method of bondline.
     Candidate { method: Method::Pair, second: Second::HalfSteps, order: 3.0 },
     Candidate { method: Method::Rodas3, second: Second::SameSteps, order: 3.0 },
     Candidate { method: Method::Rodas3, second: Second::HalfSteps, order: 3.0 },
@@ -42,19 +43,19 @@ const CANDIDATES: [Candidate; 10] = [
     Candidate { method: Method::Bdf(3), second: Second::HalfSteps, order: 3.0 },
     Candidate { method: Method::Pair, second: Second::SameSteps, order: 2.0 },
 ];
-/// Errors that are asked for, K, and that whose pace a pilot finds: that in time, half of what is asked for in all.
+/// Target errors, K, and the target in time for which the steps are adapted: half of the total target.
 const TARGETS_K: [f64; 4] = [0.2, 0.1, 0.05, 0.02];
 const AIM_K: f64 = 0.02;
-/// Members over which errors are taken: the nominal one, and some of a sweep.
+/// Members for the maximum error: the nominal one, and a sample of a sweep.
 const MEMBERS: usize = 16;
-/// Cells against those of bondline's own plan, and steps against those of a pilot.
+/// Cells relative to bondline's own plan, and steps relative to the adapted ones.
 const FINER_CELLS: [f64; 10] = [0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.4, 1.7, 2.0, 2.8];
 const FINER_CELLS_ALONE: [f64; 6] = [2.0, 2.8, 4.0, 5.6, 8.0, 11.0];
 const FINER_STEPS: [f64; 12] = [0.25, 0.35, 0.42, 0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.4, 2.0, 2.8];
-/// Lengths of even steps of which it is looked how far below the start they take a cell, s.
+/// Uniform step lengths for the undershoot test, s.
 const EVEN_S: [f64; 4] = [0.05, 0.25, 1.0, 4.0];
 
-/// One march of a candidate: its error (K), time for 5,000 members (s), cells and steps.
+/// One march of a candidate: error (K), time for 5,000 members (s), cells and steps.
 #[derive(Clone, Copy)]
 struct Mark {
     error_k: f64,
@@ -63,23 +64,23 @@ struct Mark {
     steps: usize,
 }
 
-/// What all candidates share.
+/// Data shared by the candidates.
 struct Diagram {
     case: Case,
-    /// Of bondline's own plan.
+    /// Cells of bondline's own plan.
     density: Density,
-    /// A cell-step of each method, ns.
+    /// Time of a cell-step of each method, ns.
     ns: Vec<f64>,
 }
 
 fn main() {
-    // Cargo adds a flag of its own.
-    let asked = std::env::args().skip(1).find(|arg| !arg.starts_with("--"));
-    let case = common::case(asked.as_deref().unwrap_or("lcat-2259"));
+    // Cargo adds the flag `--bench`.
+    let requested = std::env::args().skip(1).find(|arg| !arg.starts_with("--"));
+    let case = common::case(requested.as_deref().unwrap_or("lcat-2259"));
     let own = pilot(&case).unwrap_or_else(|error| panic!("{error}"));
     let is_plain = own.gas().is_none() && own.states() == 1 && own.levels() == 1 && own.parts() < 3;
-    assert!(is_plain && !own.has_holder() && !own.has_depths(), "{}: only what conducts is marched here", case.id());
-    let coarse = own.coarse().expect("a plan that a pilot made has a coarser one");
+    assert!(is_plain && !own.has_holder() && !own.has_depths(), "{}: this bench supports conduction only", case.id());
+    let coarse = own.coarse().expect("an adapted plan has a coarse one");
     let cells = |ply: &Ply<u32>| f64::from(ply.end_cell - ply.first_cell);
     let density = Density { plies: coarse.plies().iter().map(cells).collect(), cuts: vec![1; coarse.plies().len()] };
     let diagram = Diagram { ns: timed::ns(&own, &METHODS), case, density };
@@ -88,37 +89,37 @@ fn main() {
     println!("| bondline's own march | {:.2} |", timed::own_ns(&own, &sweep(&diagram.case, 32)));
 
     let reference = diagram.reference();
-    let pace = |candidate| pilot::paced(&diagram.case, &diagram.density, candidate, &reference, AIM_K);
-    let paces: Vec<Pace> = CANDIDATES.par_iter().map(pace).collect();
+    let adapted = |candidate| pilot::paced(&diagram.case, &diagram.density, candidate, &reference, AIM_K);
+    let controls: Vec<Pace> = CANDIDATES.par_iter().map(adapted).collect();
 
     println!("\nErrors in time, {} cells:\n", own.cells());
     let (nominal, reference) = ([nominal(&diagram.case)], [reference]);
-    let in_time = diagram.curves(&paces, Space::Held, &nominal, &reference);
+    let in_time = diagram.curves(&controls, Space::Held, &nominal, &reference);
     println!("\nAll errors, {MEMBERS} members:\n");
     let members = members(&diagram.case);
-    let in_all = diagram.curves(&paces, Space::Halved, &members, &truth(&diagram.case, &members));
+    let in_all = diagram.curves(&controls, Space::Halved, &members, &truth(&diagram.case, &members));
     let title = format!("in time, on the same {} cells", own.cells());
-    if asked.is_none() {
+    if requested.is_none() {
         plot::draw([(&title, &in_time), ("in time and space", &in_all)]);
     }
     diagram.even_steps();
 }
 
 impl Diagram {
-    /// Readings of the nominal member on the cells of bondline's own plan, by so many steps that they have no error in time.
+    /// Reference readings of the nominal member on the cells of bondline's own plan, with negligible error in time.
     fn reference(&self) -> Vec<f64> {
         let growth = Growth::Stated { first_step_s: 0.001, share: 0.008, largest_step_s: 0.05 };
         let plan = plan(&self.case, &self.density, &Pace { growth, slices: vec![] });
         readings(Method::Rodas, &plan, &plan, &nominal(&self.case))
     }
 
-    /// Print the cheapest march of each candidate within each target, and tell which of its marches none beats.
-    fn curves(&self, paces: &[Pace], space: Space, members: &[Vec<f64>], truth: &[Vec<f64>]) -> Vec<Curve> {
+    /// Print the cheapest march of each candidate within each target; returns the Pareto front of each.
+    fn curves(&self, controls: &[Pace], space: Space, members: &[Vec<f64>], truth: &[Vec<f64>]) -> Vec<Curve> {
         println!("| candidate | {} |", TARGETS_K.map(|target_k| format!("{target_k} K")).join(" | "));
         println!("|---|{}", "---|".repeat(TARGETS_K.len()));
-        let competing = CANDIDATES.iter().zip(paces).filter(|(candidate, _)| candidate.differs(space));
+        let competing = CANDIDATES.iter().zip(controls).filter(|(candidate, _)| candidate.differs(space));
         competing
-            .map(|(candidate, pace)| {
+            .map(|(candidate, control)| {
                 let grids: &[f64] = match (space, candidate.second) {
                     (Space::Held, _) => &[1.0],
                     (_, Second::None) => &FINER_CELLS_ALONE,
@@ -129,7 +130,7 @@ impl Diagram {
                 let marks = finer.par_iter().map(|&(cells, steps)| {
                     let plies = self.density.plies.iter().map(|ply| cells * ply).collect();
                     let density = Density { plies, cuts: self.density.cuts.clone() };
-                    let plan = plan(&self.case, &density, &denser(pace, steps));
+                    let plan = plan(&self.case, &density, &denser(control, steps));
                     self.mark(candidate, &plan, space, members, truth)
                 });
                 let (title, marks): (String, Vec<Mark>) = (candidate.title(space), marks.collect());
@@ -151,11 +152,11 @@ impl Diagram {
         }
     }
 
-    /// Print how far below the start each method takes a cell.
+    /// Print the undershoot below the initial temperature for each method and step length.
     fn even_steps(&self) {
         println!("\nBelow the start, K:\n\n| method | {} |", EVEN_S.map(|step_s| format!("{step_s} s")).join(" | "));
         println!("|---|{}", "---|".repeat(EVEN_S.len()));
-        // Steps end on instants: on none but the last.
+        // Steps end on instants, so keep only the last.
         let mut case = self.case.to_builder();
         case.resolution.every_s = case.exposure.duration_s;
         case.observations.clear();
@@ -173,7 +174,7 @@ impl Diagram {
     }
 }
 
-/// What bondline's march says of some members by so many cells and steps that it has no error.
+/// Reference readings of some members by bondline's march with negligible error.
 fn truth(case: &Case, members: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let sets = [("cells", "1024"), ("first_step", "0.0005 s"), ("growth", "0.008"), ("largest_step", "0.05 s")];
     let sets = sets.map(|(name, value)| (format!("resolution.{name}"), value.to_owned()));
@@ -185,7 +186,7 @@ fn truth(case: &Case, members: &[Vec<f64>]) -> Vec<Vec<f64>> {
     (0..members.len()).map(|member| traces.member(member).to_vec()).collect()
 }
 
-/// The columns of the nominal member; column 0 is one.
+/// Factor columns of the nominal member; column 0 is one.
 pub(crate) fn nominal(case: &Case) -> Vec<f64> {
     columns(&Ensemble::nominal(case.factors()), 0)
 }
@@ -195,7 +196,7 @@ fn members(case: &Case) -> Vec<Vec<f64>> {
     std::iter::once(nominal(case)).chain((0..MEMBERS - 1).map(|member| columns(&sweep, member))).collect()
 }
 
-/// A sweep as `bondline uncertainty` draws it.
+/// A sweep as in `bondline uncertainty`.
 fn sweep(case: &Case, members: usize) -> Ensemble {
     Ensemble::sample(case.factors(), Bounds::Small, &Sampling { kind: Default::default(), seed: 1 }, members)
 }
@@ -204,25 +205,25 @@ fn columns(ensemble: &Ensemble, member: usize) -> Vec<f64> {
     std::iter::once(1.0).chain(ensemble.member(member)).collect()
 }
 
-fn denser(pace: &Pace, times: f64) -> Pace {
-    let mut denser = pace.clone();
-    denser.slices.iter_mut().for_each(|slice| slice.density *= times);
+fn denser(control: &Pace, times: f64) -> Pace {
+    let mut denser = control.clone();
+    denser.slices.iter_mut().for_each(|segment| segment.density *= times);
     denser
 }
 
-/// A case at the cells of a density and the steps of a pace.
-pub(crate) fn plan(case: &Case, density: &Density, pace: &Pace) -> Plan {
-    Plan::cut(case, Discretisation { density: density.clone(), pace: pace.clone() })
+/// The plan of a case at a grid density and step rule.
+pub(crate) fn plan(case: &Case, density: &Density, control: &Pace) -> Plan {
+    Plan::cut(case, Discretisation { density: density.clone(), pace: control.clone() })
 }
 
-/// The cheapest march within a target.
+/// The cheapest march within a target, for the table.
 fn cheapest(marks: &[Mark], target_k: f64) -> String {
     let within = marks.iter().filter(|mark| mark.error_k <= target_k);
     let least = within.min_by(|a, b| a.seconds.total_cmp(&b.seconds));
     least.map_or("–".to_owned(), |mark| format!("{:.2} s: {} × {}", mark.seconds, mark.cells, mark.steps))
 }
 
-/// The marks that none beats in both error and time, from the fastest on.
+/// The Pareto front in error and time, from the fastest on.
 fn envelope(mut marks: Vec<Mark>) -> Vec<(f64, f64)> {
     marks.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
     let mut least_k = f64::INFINITY;

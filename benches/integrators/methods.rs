@@ -1,4 +1,4 @@
-//! Ways to go from one step to the next, all linearly implicit: one tridiagonal matrix a step, factored once, no iteration.
+//! Time integrators, all linearly implicit: one tridiagonal matrix a step, factored once, without iteration.
 
 use crate::layup::{Evaluation, Layup, Slopes};
 use bondline::physics::Real;
@@ -8,11 +8,11 @@ use bondline::plan::layout::Drive;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Method {
-    /// That of src/physics/step.rs.
+    /// The two-stage Rosenbrock method of src/physics/step.rs.
     Pair,
     Rodas3,
     Rodas,
-    /// Of second or third order.
+    /// Backward differentiation formula of second or third order.
     Bdf(usize),
 }
 
@@ -27,7 +27,8 @@ impl Method {
     }
 }
 
-/// A Rosenbrock method, in the unknowns `Uᵢ` that need no product with the Jacobian (Hairer & Wanner 1996, IV.7.25), times heat capacities:
+/// A Rosenbrock method, in the unknowns `Uᵢ` that need no product with the Jacobian (Hairer & Wanner 1996, IV.7.25),
+/// multiplied by heat capacities:
 ///
 /// ```text
 /// (C/(γΔt) + F C'/C − K) Uᵢ = C/Cᵢ Fᵢ + C/Δt Σ cᵢⱼ Uⱼ + γᵢ r,    Fᵢ at T + Σ aᵢⱼ Uⱼ and t + αᵢ Δt
@@ -40,7 +41,7 @@ struct Rosenbrock<const S: usize> {
     m: [f64; S],
     alpha: [f64; S],
     gammas: [f64; S],
-    /// Whether C' is in the matrix; a W-method keeps its order without.
+    /// Whether the matrix includes C'; a W-method keeps its order without it.
     is_exact: bool,
 }
 
@@ -56,7 +57,8 @@ const PAIR: Rosenbrock<2> = Rosenbrock {
     is_exact: false,
 };
 
-/// Third order, L-stable, stiffly accurate; its second stage is where the first is (Sandu et al., Atmos. Environ. 31, 1997).
+/// Third order, L-stable, stiffly accurate; the second stage has the arguments of the first (Sandu et al., Atmos.
+/// Environ. 31, 1997).
 const RODAS3: Rosenbrock<4> = Rosenbrock {
     gamma: 0.5,
     a: [[0.0; 4], [0.0; 4], [2.0, 0.0, 0.0, 0.0], [2.0, 0.0, 1.0, 0.0]],
@@ -99,11 +101,11 @@ const RODAS: Rosenbrock<6> = Rosenbrock {
     is_exact: true,
 };
 
-/// Most stages, and most earlier temperatures that a step looks back to.
+/// Maximum number of stages, and of earlier temperatures that a step uses.
 const STAGES: usize = 6;
 const BACK: usize = 3;
 
-/// The steps of a plan, and which of them begin where the schedule has a corner.
+/// The steps of a plan, and whether each starts at a corner of the schedule.
 pub(crate) struct Steps<'a> {
     plan: &'a Plan,
     is_corner: Vec<bool>,
@@ -118,21 +120,21 @@ impl<'a> Steps<'a> {
         Self { plan, is_corner: (0..plan.steps()).map(|step| step == 0 || bends(step)).collect() }
     }
 
-    /// The drive at a share of a step.
+    /// Boundary forcing at a share of a step.
     fn drive(&self, step: usize, share: f64) -> Drive<f64> {
         let [start, end] = [0, 1].map(|end| self.plan.rows().drives[4 * step + end]);
-        // The flux is all that changes here.
+        // Only the flux changes in these cases.
         Drive { flux_w_m2: start.flux_w_m2 + share * (end.flux_w_m2 - start.flux_w_m2), ..start }
     }
 }
 
-/// A member, or lanes of them, on its way.
+/// Integration of a member, or of one member a lane.
 struct Way<'a, R> {
     layup: &'a Layup<'a, R>,
     steps: &'a Steps<'a>,
     temperatures: Vec<R>,
     staged: Vec<R>,
-    /// Temperatures at the ends of the steps before, the latest first.
+    /// Temperatures at the ends of earlier steps, the latest first.
     earlier: [Vec<R>; BACK],
     unknowns: [Vec<R>; STAGES],
     capacities: Vec<R>,
@@ -142,7 +144,7 @@ struct Way<'a, R> {
     upper: Vec<R>,
 }
 
-/// March over all steps, and `note` the temperatures at the start and after each.
+/// March over all steps; `note` receives the temperatures at the start and after each step.
 #[inline(always)]
 pub(crate) fn march<R: Real<Scalar = f64, Still = R>>(
     method: Method,
@@ -177,7 +179,7 @@ pub(crate) fn march<R: Real<Scalar = f64, Still = R>>(
             Method::Bdf(order) => {
                 way.earlier.rotate_right(1);
                 way.earlier[0].copy_from_slice(&way.temperatures);
-                // Nothing looks back beyond a corner, where slopes jump.
+                // No formula uses temperatures before a corner, where slopes jump.
                 if since_corner + 1 < order { way.rosenbrock(&PAIR, step) } else { way.backward(order, step) }
             }
         }
@@ -233,8 +235,9 @@ impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
         add(&mut self.temperatures, &self.unknowns[..S], &method.m);
     }
 
-    /// A step backwards in differences: the slope at its end is that of the polynomial through it and the ends of some steps before. One step of
-    /// Newton's from where the polynomial through those leads; the error of that falls with twice its order.
+    /// A BDF step, linearly implicit: the polynomial through the step's end and earlier ends gives the time derivative,
+    /// and one Newton iteration starts at the extrapolation of the earlier ends, whose error falls with twice its
+    /// order.
     #[inline(always)]
     fn backward(&mut self, order: usize, step: usize) {
         let time_s = |back: usize| self.steps.plan.times_s()[step + 1 - back];
@@ -267,13 +270,13 @@ impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
         combine(&mut self.temperatures, &self.staged, &self.unknowns[..1], &[1.0]);
     }
 
-    /// Take the slopes of the net fluxes from what each cell has of its own on the diagonal, and factor that matrix.
+    /// Add the derivatives of the net fluxes to the cell's own diagonal terms and factorise the matrix.
     #[inline(always)]
     fn factorise(&mut self) {
         let cells = self.diagonal.len();
         let (lower, upper) = (&mut self.lower[..cells], &mut self.upper[..cells]);
         let diagonal = &mut self.diagonal[..cells];
-        // Nothing flows out of the back: slopes under the last cell are never written.
+        // The back is insulated: the derivatives below the last cell are zero.
         let (leaving, coming) = (&self.at.by_upper[..cells], &self.at.by_lower[..cells]);
         let (mut arriving, mut returned) = (R::constant(0.0), -self.at.hot.slope);
         for i in 0..cells {
@@ -286,14 +289,14 @@ impl<R: Real<Scalar = f64, Still = R>> Way<'_, R> {
     }
 }
 
-/// Base plus a sum of columns, each times its weight.
+/// Base plus a weighted sum of columns.
 #[inline(always)]
 fn combine<R: Real>(sum: &mut [R], base: &[R], columns: &[Vec<R>], weights: &[f64]) {
     sum.copy_from_slice(base);
     add(sum, columns, weights);
 }
 
-/// Add columns, each times its weight; of none nothing.
+/// Add a weighted sum of columns.
 #[inline(always)]
 fn add<R: Real>(sum: &mut [R], columns: &[Vec<R>], weights: &[f64]) {
     for (column, &weight) in columns.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {

@@ -1,4 +1,4 @@
-//! Steps for one candidate: its own errors shared out evenly, as src/pilot.rs does for the march.
+//! Adaptation of the steps for one candidate, as src/adapt.rs does for the march.
 
 use crate::candidate::{Candidate, Space, worst_k};
 use bondline::case::Case;
@@ -6,53 +6,53 @@ use bondline::plan::Density;
 use bondline::plan::{Growth, Pace, Slice};
 use rayon::prelude::*;
 
-/// Slices of time with a pace of their own, and rounds of sharing out.
+/// Number of time segments, and rounds of the adaptation.
 const SLICES: usize = 10;
 const ROUNDS: usize = 8;
 const STEPS_FIRST: usize = 200;
-/// What is farther off than this tells nothing of how errors fall.
+/// Above this error, errors do not yet converge at their order, K.
 pub(crate) const FAR_K: f64 = 20.0;
 const CHANGE_MOST: f64 = 2.0;
 
-/// The pace by which a candidate reaches an error in time with the fewest steps, on cells that are held.
+/// The step rule with the fewest steps for a target error in time, on fixed cells.
 pub(crate) fn paced(case: &Case, density: &Density, candidate: &Candidate, reference: &[f64], aim_k: f64) -> Pace {
-    let told = |pace: &Pace| {
-        let plan = super::plan(case, density, pace);
+    let readings_and_steps = |control: &Pace| {
+        let plan = super::plan(case, density, control);
         (candidate.readings(&plan, Space::Held, &super::nominal(case)), plan.steps() as f64)
     };
-    let mut pace = first(case, density);
+    let mut control = first(case, density);
     let mut best: Option<(Pace, f64, f64)> = None;
     for _ in 0..ROUNDS {
-        let (base, steps) = told(&pace);
+        let (base, steps) = readings_and_steps(&control);
         let error_k = worst_k(&base, reference);
         if error_k > FAR_K {
-            // Temperatures run away over long steps.
-            pace.slices.iter_mut().for_each(|slice| slice.density *= 1.5);
+            // Temperatures diverge over long steps.
+            control.slices.iter_mut().for_each(|segment| segment.density *= 1.5);
             continue;
         }
         let is_better =
-            best.as_ref().is_none_or(|(_, kept_k, kept_steps)| match (error_k <= aim_k, *kept_k <= aim_k) {
-                (true, true) => steps < *kept_steps,
-                (false, false) => error_k < *kept_k,
+            best.as_ref().is_none_or(|(_, best_k, best_steps)| match (error_k <= aim_k, *best_k <= aim_k) {
+                (true, true) => steps < *best_steps,
+                (false, false) => error_k < *best_k,
                 (is_within, _) => is_within,
             });
-        let tried = (0..pace.slices.len()).into_par_iter().map(|slice| {
-            let mut finer = pace.clone();
-            finer.slices[slice].density *= 2.0;
-            let (readings, more) = told(&finer);
+        let tried = (0..control.slices.len()).into_par_iter().map(|segment| {
+            let mut finer = control.clone();
+            finer.slices[segment].density *= 2.0;
+            let (readings, more) = readings_and_steps(&finer);
             (worst_k(&readings, &base), more / steps - 1.0)
         });
         let tried: Vec<(f64, f64)> = tried.collect();
-        let kept = pace.clone();
-        share_out(&mut pace, &tried, candidate.order, error_k, aim_k.clamp(error_k / 4.0, error_k * 4.0));
+        let previous = control.clone();
+        share_out(&mut control, &tried, candidate.order, error_k, aim_k.clamp(error_k / 4.0, error_k * 4.0));
         if is_better {
-            best = Some((kept, error_k, steps));
+            best = Some((previous, error_k, steps));
         }
     }
-    best.map_or(pace, |(pace, ..)| pace)
+    best.map_or(control, |(control, ..)| control)
 }
 
-/// Few steps, in slices of as many each.
+/// Few steps, in time segments of equal numbers of steps.
 fn first(case: &Case, density: &Density) -> Pace {
     let paced = |coefficient| Pace { growth: Growth::Graded { coefficient }, slices: Vec::new() };
     let mut coefficient = 0.05;
@@ -61,28 +61,31 @@ fn first(case: &Case, density: &Density) -> Pace {
         coefficient *= 1.2;
         plan = super::plan(case, density, &paced(coefficient));
     }
-    let mut pace = paced(coefficient);
-    let slice = |slice: usize| Slice { from_s: plan.times_s()[slice * plan.steps() / SLICES], density: 1.0, cuts: 1 };
-    pace.slices = (0..SLICES).map(slice).collect();
-    pace
+    let mut control = paced(coefficient);
+    let segment =
+        |number: usize| Slice { from_s: plan.times_s()[number * plan.steps() / SLICES], density: 1.0, cuts: 1 };
+    control.slices = (0..SLICES).map(segment).collect();
+    control
 }
 
-/// Slices anew, so that steps are fewest for an error: where an error falls as `x^−q` and the steps rise as x, r times as many are best where
-/// `r^(q+1) = e/(μ c)`, and μ is such that the parts make up the error.
-fn share_out(pace: &mut Pace, tried: &[(f64, f64)], order: f64, error_k: f64, aim_k: f64) {
-    let together = error_k / tried.iter().map(|(part_k, _)| part_k).sum::<f64>().max(1e-12);
-    let times = |(part_k, cost): (f64, f64), worth: f64| {
-        let best = ((part_k * together).max(1e-9) / (worth * cost.max(1e-4))).powf(1.0 / (order + 1.0));
+/// Step densities that minimise the number of steps for a target error: if a density is multiplied by r, its error e
+/// falls as `r^−q` and its steps c rise as r, so the optimum is `r^(q+1) = e/(μ c)`, with μ such that the errors add up
+/// to the target.
+fn share_out(control: &mut Pace, tried: &[(f64, f64)], order: f64, error_k: f64, aim_k: f64) {
+    let cancellation = error_k / tried.iter().map(|(part_k, _)| part_k).sum::<f64>().max(1e-12);
+    let times = |(part_k, cost): (f64, f64), multiplier: f64| {
+        let best = ((part_k * cancellation).max(1e-9) / (multiplier * cost.max(1e-4))).powf(1.0 / (order + 1.0));
         best.clamp(1.0 / CHANGE_MOST, CHANGE_MOST)
     };
-    let left_k =
-        |worth: f64| -> f64 { tried.iter().map(|&part| part.0 * together * times(part, worth).powf(-order)).sum() };
+    let left_k = |multiplier: f64| -> f64 {
+        tried.iter().map(|&part| part.0 * cancellation * times(part, multiplier).powf(-order)).sum()
+    };
     let (mut low, mut high) = (-40.0_f64, 40.0_f64);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if left_k(middle.exp()) > aim_k { high = middle } else { low = middle }
     }
-    for (slice, &part) in pace.slices.iter_mut().zip(tried) {
-        slice.density *= times(part, low.exp());
+    for (segment, &part) in control.slices.iter_mut().zip(tried) {
+        segment.density *= times(part, low.exp());
     }
 }

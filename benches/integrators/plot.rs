@@ -1,19 +1,19 @@
-//! The diagram.
+//! Plot of the diagram.
 
 use plotters::prelude::*;
 
 const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/integrators.svg");
-/// What is shown.
+/// Ranges of the axes.
 const SECONDS: std::ops::Range<f64> = 0.3..50.0;
 const ERRORS_K: std::ops::Range<f64> = 0.005..1.0;
 
-/// Time (s) and error (K) of a candidate's marches, from the fastest on.
+/// Time (s) and error (K) of a candidate's Pareto front, from the fastest on.
 pub(crate) struct Curve {
     pub title: String,
     pub points: Vec<(f64, f64)>,
 }
 
-/// Draw panels of errors against time, both on logarithmic axes.
+/// Draw panels of error against time, both on logarithmic axes.
 pub(crate) fn draw(panels: [(&str, &[Curve]); 2]) {
     write(panels).unwrap_or_else(|error| panic!("{PATH}: {error}"));
 }

@@ -1,4 +1,4 @@
-//! What a cell-step of each method takes: members in lanes on one thread, as the march carries them.
+//! Time of a cell-step of each method: members in SIMD lanes on one thread, as in the march.
 
 use crate::layup::Layup;
 use crate::methods::{Method, Steps, march};
@@ -15,7 +15,7 @@ use std::time::Instant;
 const ROUNDS: usize = 100;
 const GROUPS: usize = 4;
 
-/// Nanoseconds a cell, step and member of bondline's own march, with its accounts and its second word.
+/// Nanoseconds per cell, step and member of bondline's own march, with its heat balances and compensated temperatures.
 pub(crate) fn own_ns(plan: &Plan, ensemble: &Ensemble) -> f64 {
     let pool = ThreadPoolBuilder::new().num_threads(1).build().unwrap_or_else(|error| panic!("{error}"));
     let marches = (0..ROUNDS).map(|_| {
@@ -27,7 +27,7 @@ pub(crate) fn own_ns(plan: &Plan, ensemble: &Ensemble) -> f64 {
     1e9 * marches.fold(f64::INFINITY, f64::min) / (ensemble.len() * plan.cells() * plan.steps()) as f64
 }
 
-/// Nanoseconds a cell, step and member, the least of several rounds in turn.
+/// Nanoseconds per cell, step and member, the minimum over alternating rounds.
 pub(crate) fn ns(plan: &Plan, methods: &[Method]) -> Vec<f64> {
     let mut least = vec![f64::INFINITY; methods.len()];
     for _ in 0..ROUNDS {
@@ -41,7 +41,7 @@ pub(crate) fn ns(plan: &Plan, methods: &[Method]) -> Vec<f64> {
     least
 }
 
-/// March some groups in the widest vectors that the march has too, or one by one, and say how many members they are.
+/// March some groups in the widest vectors that the march supports, or one by one; returns the number of members.
 fn widest(method: Method, plan: &Plan) -> usize {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx512f")

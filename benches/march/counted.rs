@@ -1,4 +1,4 @@
-//! A number that counts what is done to it: the march's own text, marched on it, says how much work a cell-step is.
+//! A real number that counts its operations: the march, run on it, gives the work of a cell-step.
 
 use bondline::ensemble::Ensemble;
 use bondline::physics::Real;
@@ -23,19 +23,19 @@ pub(crate) struct Work {
     pub sums: f64,
     pub products: f64,
     pub quotients: f64,
-    /// Smaller of two, larger of two, and the like: not counted as arithmetic.
+    /// Minima, maxima and the like, not counted as arithmetic.
     pub choices: f64,
-    /// Properties read from tables, each a value and its rise to the next node.
+    /// Properties read from tables, each as value and increment to the next node.
     pub loads: f64,
 }
 
 impl Work {
-    /// Additions, subtractions, multiplications and divisions, one each.
+    /// Additions, subtractions, multiplications and divisions, counted equally.
     pub(crate) fn flops(&self) -> f64 {
         self.sums + self.products + self.quotients
     }
 
-    /// March the nominal member once, counting. What is done once a step or once a march is spread over the cells.
+    /// Count the operations of one march of the nominal member; work per step or per march is averaged over the cells.
     pub(crate) fn of(plan: &Plan, nominal: &Ensemble) -> Self {
         let counters = [&SUMS, &PRODUCTS, &QUOTIENTS, &CHOICES, &LOADS];
         counters.iter().for_each(|counter| counter.store(0, Ordering::Relaxed));
@@ -95,7 +95,7 @@ operator!(Div, div, QUOTIENTS);
 
 impl Neg for Counted {
     type Output = Self;
-    // A change of sign goes into the operation after it.
+    // A negation is fused into the next operation.
     fn neg(self) -> Self {
         Self(-self.0)
     }

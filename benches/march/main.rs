@@ -1,6 +1,6 @@
-//! The march of one ensemble on all there is to march it: see benches/README.md.
+//! Speed of the march on every backend: see benches/README.md.
 //!
-//! `cargo bench --bench march [-- MEMBERS]` prints the table; MEMBERS leaves out larger ensembles.
+//! `cargo bench --bench march [-- MEMBERS]` prints the table; MEMBERS is the largest ensemble.
 
 #[path = "../common/alone.rs"]
 mod alone;
@@ -20,13 +20,13 @@ use counted::Work;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Sizes of ensembles: one prediction, a Jacobian of seven factors, and ever larger sweeps.
+/// Ensemble sizes: one prediction, a Jacobian of seven factors, and sweeps.
 const MEMBERS: [usize; 5] = [1, 15, 100, 1000, 5000];
 
-/// Members for each of which a software device, too, has a workgroup: with more it takes minutes.
+/// Largest ensemble for a workgroup per member on a software device: larger ones take minutes.
 const FEW: usize = 100;
 
-/// Times each march goes through an ensemble of some size; the marches take turns.
+/// Repetitions for an ensemble size; the backends alternate.
 fn rounds(members: usize) -> usize {
     if members <= 100 { 5 } else { 2 }
 }
@@ -43,7 +43,7 @@ fn main() {
     let reacting = Work::of(&Plan::new(&reacting), &Ensemble::nominal(reacting.factors()));
     println!("Where plies decompose, in lcat-2259-pyrolysis, it is {reacting}.\n");
 
-    // Members one at a time in f64: what all others are held against. Beside them lanes on as many threads, what the vector units alone are worth.
+    // The baseline is one member at a time in f64; lanes on one thread show the gain of SIMD alone.
     let mut carriers = vec![Carrier::new("scalar", Some(1), OnOneThread::new(Reference(Precision::F64)))];
     let in_lanes = |precision| Carrier::new("lanes", Some(1), OnOneThread::new(Cpu::new(precision)));
     carriers.extend([Precision::F64, Precision::F32].map(in_lanes));
@@ -59,7 +59,7 @@ fn main() {
 
     println!("\n| members | march | s | ns a cell-step | million cell-steps/s | × scalar | of peak | longest |");
     println!("|---|---|---|---|---|---|---|---|");
-    // Once through, so that no kernel is compiled and no page is touched for the first time on the clock.
+    // Warm-up: compiles kernels and touches memory.
     for carrier in &mut carriers {
         time(carrier, &plan, &sweep(case.factors(), 15));
     }
@@ -92,12 +92,12 @@ fn main() {
     }
 }
 
-/// A sweep as `bondline uncertainty` draws it.
+/// A sweep as in `bondline uncertainty`.
 fn sweep(factors: &[bondline::case::Factor], members: usize) -> Ensemble {
     Ensemble::sample(factors, Bounds::Small, &Sampling { kind: Default::default(), seed: 1 }, members)
 }
 
-/// March an ensemble and let its traces go, s.
+/// March an ensemble and drop its traces; returns the time, s.
 fn time(carrier: &mut Carrier, plan: &Plan, ensemble: &Ensemble) -> f64 {
     let began = Instant::now();
     let marched = march_all(&mut carrier.march, plan, ensemble, &mut |traces| drop(black_box(traces)));
@@ -105,7 +105,7 @@ fn time(carrier: &mut Carrier, plan: &Plan, ensemble: &Ensemble) -> f64 {
     began.elapsed().as_secs_f64()
 }
 
-/// What the threads of a march could do at most, flop/s. A hardware device has none that is measured here.
+/// Peak rate of the threads of a backend, flop/s; not measured for hardware devices.
 fn peak(carrier: &Carrier) -> Option<f64> {
     carrier.threads.map(|threads| peak::flops_per_s(carrier.precision, threads))
 }

@@ -1,4 +1,4 @@
-//! How fast the processor multiplies and adds, and nothing else: what a march is measured against.
+//! Peak rate of multiplications and additions of the CPU, to compare the march with.
 
 use bondline::march::Precision;
 use pulp::{Simd, WithSimd};
@@ -6,14 +6,15 @@ use std::array::from_fn;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Turns of a chain between two readings of the clock: some tens of milliseconds.
+/// Iterations of a chain between two clock readings: some tens of milliseconds.
 const TURNS: usize = 4_000_000;
 const ROUNDS: usize = 5;
 
-/// Multiplications and additions a second on so many threads at once, with the widest vectors the processor has.
+/// Multiplications and additions per second on `threads` threads, with the widest vectors.
 ///
-/// Each is an instruction of its own, as in the march, which may not fuse them: both twins must round alike. How many
-/// independent chains hide the latency is the machine's affair, so several are tried and the best counts.
+/// Each is a separate instruction, as in the march, where fusing would break the bit-identity of the Rust and WGSL
+/// twins. The number of independent chains that hides the latency depends on the machine, so several are tried and the
+/// best counts.
 pub(crate) fn flops_per_s(precision: Precision, threads: usize) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap_or_else(|error| panic!("{error}"));
     let rates = [rate::<4>(&pool, precision), rate::<8>(&pool, precision), rate::<12>(&pool, precision)];
@@ -29,16 +30,16 @@ fn rate<const CHAINS: usize>(pool: &rayon::ThreadPool, precision: Precision) -> 
     (0..ROUNDS).map(|_| turn()).fold(0.0, f64::max)
 }
 
-/// So many vectors, each multiplied and added to in turn.
+/// `N` vectors, each multiplied and added to in turn.
 struct Chains<const N: usize>(Precision);
 
 impl<const N: usize> WithSimd for Chains<N> {
-    /// Multiplications and additions done.
+    /// Number of multiplications and additions.
     type Output = usize;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> usize {
-        // Every chain begins elsewhere and is asked for at the end, so that none can be left out.
+        // Different start values and a used result keep the compiler from removing chains.
         match self.0 {
             Precision::F64 => {
                 let (factor, term) = (simd.splat_f64s(black_box(0.999)), simd.splat_f64s(black_box(1e-3)));

@@ -1,10 +1,10 @@
-//! A case's plan as JSON: the cells, steps and tables that peers march too, so that nothing is copied by hand.
+//! The plan of a case as JSON: cells, steps and tables for the peer implementations.
 //!
-//! `cargo bench --bench plan -- CASE [NAME=VALUE ...]`; what is set is what `--set` of the command takes. As bondline marches at two resolutions,
-//! `marches` has both, the finer one first. Rows are flat, in the order of their fields, whose names stand beside them.
+//! `cargo bench --bench plan -- CASE [NAME=VALUE ...]` takes settings as `--set` of the command does. `marches` holds
+//! both resolutions, the finer one first. Rows are flat, in the order of `fields`.
 
 #[path = "../common/mod.rs"]
-#[expect(dead_code, reason = "only where the cases lie is shared with the benches that keep time")]
+#[expect(dead_code, reason = "this bench measures no time")]
 mod common;
 
 use bondline::pilot::pilot;
@@ -16,12 +16,11 @@ use bondline::plan::layout::{
 use serde_json::{Value, json};
 
 fn main() {
-    // Cargo adds a flag of its own.
-    let asked: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with("--")).collect();
-    let (id, sets) = asked.split_first().expect("a case such as lcat-2259");
-    let halves = |set: &String| set.split_once('=').map(|(name, value)| (name.to_owned(), value.to_owned()));
-    let sets: Vec<_> =
-        sets.iter().map(|set| halves(set).unwrap_or_else(|| panic!("{set:?} is no NAME=VALUE"))).collect();
+    // Cargo adds the flag `--bench`.
+    let args: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with("--")).collect();
+    let (id, sets) = args.split_first().expect("a case such as lcat-2259");
+    let pair = |set: &String| set.split_once('=').map(|(name, value)| (name.to_owned(), value.to_owned()));
+    let sets: Vec<_> = sets.iter().map(|set| pair(set).unwrap_or_else(|| panic!("{set:?} is no NAME=VALUE"))).collect();
     let case = common::case_with(id, &sets);
     let plan = pilot(&case).unwrap_or_else(|error| panic!("{error}"));
     println!(
@@ -70,7 +69,7 @@ fn march(plan: &Plan) -> Value {
     })
 }
 
-/// The records that each instant is read from, with their weights.
+/// Interpolation stencil of each instant: records and weights.
 fn taps(plan: &Plan) -> Vec<Vec<(usize, f64)>> {
     match &plan.readout() {
         Some(readout) => readout.taps().iter().map(|taps| taps.to_vec()).collect(),
@@ -78,7 +77,7 @@ fn taps(plan: &Plan) -> Vec<Vec<(usize, f64)>> {
     }
 }
 
-/// Rows under the names of their columns.
+/// Rows with the names of their fields.
 fn table<R, S: serde::Serialize>(fields: &[&str], rows: &[R], flatten: impl Fn(&R, &mut Vec<S>)) -> Value {
     let flat = rows.iter().map(|row| {
         let mut flat = Vec::new();

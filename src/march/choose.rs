@@ -1,4 +1,4 @@
-//! Which backend carries the march.
+//! Selection of the backend for a march.
 
 use super::cpu::Cpu;
 use super::extrapolated::Extrapolated;
@@ -10,38 +10,38 @@ use super::gpu::{
 use super::{March, MarchError, Precision};
 use crate::plan::Plan;
 
-/// What was asked for.
+/// The backend options of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Choice {
-    /// Processor, device, or whichever suits the work.
+    /// CPU, GPU or automatic.
     pub kind: Kind,
-    /// `None` takes f64 on the processor and f32 on a device.
+    /// `None`: f64 on the CPU, f32 on a GPU.
     pub precision: Option<Precision>,
-    /// Part of a Vulkan device's name.
+    /// Part of the name of a Vulkan device.
     pub device: Option<String>,
 }
 
-/// Which kind of device marches.
+/// Kind of backend.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kind {
-    /// A hardware device where there is one and the work is worth it, else the processor.
+    /// A hardware GPU if there is one and the work exceeds a threshold, else the CPU.
     #[default]
     Auto,
-    /// The processor.
+    /// The CPU.
     Cpu,
     /// A Vulkan device.
     Gpu,
 }
 
-/// Cell-steps from which a device earns the time to open it and compile for it: about a second of the processor.
+/// Cell-steps above which a GPU saves more time than opening it and compiling its kernel take: about a second on the
+/// CPU.
 const WORTH_A_DEVICE: f64 = 3e8;
 
-/// Open the backend asked for; `auto` takes hardware where there is some that passes its self-tests and the
-/// work is worth it, else the processor. A software device runs only when asked for: it is the processor, and
-/// uses it less well.
+/// Open a backend. [`BackendKind::Auto`] takes a hardware GPU that passes its self-tests if the work is worth it, else
+/// the CPU. A software device is opened only on request: it runs on the CPU and uses it less well.
 ///
 /// # Errors
-/// When a device was asked for and none is found, opens, or passes its self-tests.
+/// When a GPU is requested and none is found, can be opened, or passes its self-tests.
 pub fn open(choice: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn March>, MarchError> {
     match choice.kind {
         Kind::Gpu => on_device(choice),
@@ -53,7 +53,7 @@ pub fn open(choice: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn Marc
     }
 }
 
-/// The device that was asked for.
+/// The requested GPU.
 #[cfg(feature = "gpu")]
 fn on_device(choice: &Choice) -> Result<Box<dyn March>, MarchError> {
     on_adapter(choice, device::find(choice.device.as_deref())?)
@@ -61,11 +61,11 @@ fn on_device(choice: &Choice) -> Result<Box<dyn March>, MarchError> {
 
 #[cfg(not(feature = "gpu"))]
 fn on_device(_choice: &Choice) -> Result<Box<dyn March>, MarchError> {
-    let reason = "this build marches on the processor alone".to_owned();
-    Err(MarchError::NoDevice { reason, remedy: "build it with the feature `gpu`".to_owned() })
+    let reason = "this build supports the CPU only".to_owned();
+    Err(MarchError::NoDevice { reason, remedy: "build with the feature `gpu`".to_owned() })
 }
 
-/// A hardware device, where there is one. One that fails its self-tests is no error here: nobody asked for it.
+/// A hardware GPU, if there is one. A failed self-test is no error here, as the user did not request a GPU.
 #[cfg(feature = "gpu")]
 fn on_hardware(choice: &Choice) -> Option<Box<dyn March>> {
     let may_exist = device::hardware_may_exist();
@@ -85,7 +85,7 @@ fn on_adapter(choice: &Choice, adapter: Adapter) -> Result<Box<dyn March>, March
     Ok(Box::new(Gpu::new(device, choice.precision.unwrap_or(Precision::F32))?))
 }
 
-/// What [`open`] opens, marched at both resolutions of a plan.
+/// [`open`], with Richardson extrapolation over both resolutions of a plan.
 ///
 /// # Errors
 /// As [`open`].
@@ -93,7 +93,7 @@ pub fn open_extrapolated(choice: &Choice, plan: &Plan, members: usize) -> Result
     Ok(Box::new(Extrapolated::new(open(choice, plan, members)?)))
 }
 
-/// Whether [`open`] looks for a hardware device because the work is worth one.
+/// Whether [`open`] looks for a hardware GPU because of the amount of work.
 pub fn seeks_hardware(choice: &Choice, plan: &Plan, members: usize) -> bool {
     choice.kind == Kind::Auto && choice.device.is_none() && is_worth_a_device(plan, members)
 }

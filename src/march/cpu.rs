@@ -1,4 +1,4 @@
-//! The march on the processor: batches of members on every thread, several members in each vector.
+//! The CPU backend: groups of members in SIMD lanes, over all threads.
 
 use super::{Backend, March, MarchError, Precision, arrival, read_out};
 use crate::ensemble::Ensemble;
@@ -15,15 +15,15 @@ use simdeez::engines::scalar::Scalar;
 use simdeez::prelude::Simd;
 use std::ops::Range;
 
-/// A group of lanes takes as long as this many members one by one (see benches/LOG.md), so that up to as many a thread
-/// go alone.
+/// A SIMD group takes as long as this many members in scalar arithmetic (see benches/LOG.md); up to this many members a
+/// thread are marched one by one.
 const ALONE: usize = 2;
-/// Eight directions in which derivatives in f32 are taken at once.
+/// Eight f32 tangent directions at once.
 type SingleDirections = Twofold<Twofold<Twofold<Singles<Scalar>>>>;
-/// Most members in the lanes of a vector.
+/// Most lanes of a vector.
 const LANES_MOST: usize = 16;
 
-/// The vectors that a processor may have, chosen at run time; without any, members go one by one.
+/// SIMD instruction set, chosen at run time; without one, members are marched one by one.
 #[derive(Clone, Copy, Debug)]
 enum Vectors {
     None,
@@ -36,15 +36,15 @@ enum Vectors {
 }
 
 impl Vectors {
-    /// Those of the processor at hand, the widest first.
+    /// The instruction sets of this processor, the widest first.
     #[cfg(target_arch = "x86_64")]
     fn at_hand() -> Vec<Self> {
         let has_avx512 = is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512bw")
             && is_x86_feature_detected!("avx512dq");
         let has_avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-        let asked = [(has_avx512, Self::Avx512), (has_avx2, Self::Avx2), (true, Self::None)];
-        asked.into_iter().filter_map(|(is_there, vectors)| is_there.then_some(vectors)).collect()
+        let supported = [(has_avx512, Self::Avx512), (has_avx2, Self::Avx2), (true, Self::None)];
+        supported.into_iter().filter_map(|(is_there, vectors)| is_there.then_some(vectors)).collect()
     }
 
     #[cfg(target_arch = "aarch64")]
@@ -59,7 +59,7 @@ impl Vectors {
 
     fn name(self) -> &'static str {
         match self {
-            Self::None => "no vectors",
+            Self::None => "no SIMD",
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => "AVX2",
             #[cfg(target_arch = "x86_64")]
@@ -94,7 +94,7 @@ impl Vectors {
     }
 }
 
-/// The processor, with members in lanes.
+/// The CPU, with members in SIMD lanes.
 pub struct Cpu {
     precision: Precision,
     threads: usize,
@@ -102,7 +102,7 @@ pub struct Cpu {
 }
 
 impl Cpu {
-    /// The threads of the current pool, with the widest vectors of the processor.
+    /// Uses the threads of the current pool and the widest vectors of the processor.
     pub fn new(precision: Precision) -> Self {
         Self { precision, threads: rayon::current_num_threads(), vectors: Vectors::at_hand()[0] }
     }
@@ -114,8 +114,8 @@ impl March for Cpu {
         Backend { name, kind: "cpu", precision: self.precision }
     }
 
-    /// Members whose traces take some 8 MiB, so that progress is shown between runs and memory stays small; but four
-    /// groups of lanes for every thread at least, or threads would wait for the last group of a run.
+    /// Traces of about 8 MiB, so that progress is reported often and memory stays small; but at least four SIMD groups
+    /// a thread, so that threads seldom wait for the last group.
     fn capacity(&self, plan: &Plan) -> usize {
         let reals = (plan.places.len() + plan.gauges()) * plan.records;
         (1024 * 1024 / reals.max(1)).min(4096).max(4 * LANES_MOST * self.threads)
@@ -137,7 +137,7 @@ impl March for Cpu {
         Ok(Some(read_out(records, plan, 1 + factors.len())))
     }
 
-    /// The plans over threads.
+    /// One plan a thread.
     fn march_plans(
         &mut self,
         plans: &[&Plan],
@@ -149,7 +149,7 @@ impl March for Cpu {
     }
 }
 
-/// The reference: one member at a time in one thread, in either precision.
+/// Reference backend: one member at a time in one thread.
 pub struct Reference(pub Precision);
 
 impl March for Reference {
@@ -188,8 +188,8 @@ fn in_lanes<S: Abreast>(precision: Precision, plan: &Plan, ensemble: &Ensemble, 
 fn along_lanes<S: Abreast>(precision: Precision, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Traces {
     match precision {
         Precision::F64 => carry_along::<S, Dual<f64, S::Directions>>(plan, &plan.rows, points, factors),
-        // On the processor f32 is for comparison with devices: vectors for its derivatives would be an eighth of the time
-        // that the crate takes to compile, for nobody's estimate (benches/LOG.md).
+        // On the CPU f32 serves to compare with devices. SIMD types for its derivatives would take an eighth of the
+        // compile time of the crate, and no estimate would use them (benches/LOG.md).
         Precision::F32 => {
             let rows = plan.rows.map(|x| x as f32);
             carry_along::<Scalar, Dual<f32, SingleDirections>>(plan, &rows, points, factors)
@@ -197,7 +197,7 @@ fn along_lanes<S: Abreast>(precision: Precision, plan: &Plan, points: &Ensemble,
     }
 }
 
-/// March members in groups of lanes, the groups over threads.
+/// March members in SIMD groups, the groups over threads.
 fn carry<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensemble, members: Range<usize>) -> Traces {
     let (sensors, instants) = (plan.places.len(), plan.records);
     let count = members.len();
@@ -228,13 +228,14 @@ fn carry<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, ensemble: &Ensem
     traces
 }
 
-/// March points with as many of their factors in the lanes of a dual number as it has directions, all over threads.
+/// March points with their tangents: each job carries one point and as many factors as the dual number has directions;
+/// jobs over threads.
 fn carry_along<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, points: &Ensemble, factors: &[usize]) -> Traces {
     let (sensors, instants, size) = (plan.places.len(), plan.records, plan.places.len() * plan.records);
     let some: Vec<&[usize]> = if factors.is_empty() { vec![&[]] } else { factors.chunks(R::LANES - 1).collect() };
     let jobs: Vec<(usize, &[usize])> =
         (0..points.len()).flat_map(|point| some.iter().map(move |&some| (point, some))).collect();
-    let carried = jobs.into_par_iter().map(|(point, some)| {
+    let marched = jobs.into_par_iter().map(|(point, some)| {
         let values = points.member(point);
         let mut temperatures_k = vec![0.0; (1 + some.len()) * size];
         let value = |lane: usize, column: usize| match (lane, column) {
@@ -245,19 +246,19 @@ fn carry_along<S: Simd, R: Real>(plan: &Plan, rows: &Rows<R::Scalar>, points: &E
         let ends = carry_group::<S, R>(plan, rows, 1 + some.len(), value, &mut temperatures_k);
         (temperatures_k, ends)
     });
-    let carried: Vec<(Vec<f64>, Vec<End>)> = carried.collect();
+    let marched: Vec<(Vec<f64>, Vec<End>)> = marched.collect();
     let mut traces = Traces::none(0, sensors, instants);
-    for (job, (temperatures_k, ends)) in carried.into_iter().enumerate() {
+    for (job, (temperatures_k, ends)) in marched.into_iter().enumerate() {
         let arrival = arrival(plan, ends[0].strayed, &ends[0].extremes_k);
-        // The member is the same in each job of its point, and told once.
-        let told = usize::from(job % some.len() > 0);
-        traces.temperatures_k.extend(&temperatures_k[told * size..]);
-        ends.into_iter().skip(told).for_each(|end| end.into_traces(arrival.clone(), &mut traces));
+        // Every job of a point marches the same member; only the first adds it.
+        let skipped = usize::from(job % some.len() > 0);
+        traces.temperatures_k.extend(&temperatures_k[skipped * size..]);
+        ends.into_iter().skip(skipped).for_each(|end| end.into_traces(arrival.clone(), &mut traces));
     }
     traces
 }
 
-/// How a member ended.
+/// Results of a member other than temperatures.
 struct End {
     strayed: Option<usize>,
     balance: Balance,
@@ -275,8 +276,9 @@ impl End {
     }
 }
 
-/// March one group of lanes, given the value of each lane in each column, and tell of so many of them. All of it is inlined
-/// into one function, which alone is compiled for the vectors at hand; there is one where gas flows and one where none does.
+/// March one SIMD group, given the value of each lane in each factor column, and return the results of the first
+/// `lanes` lanes. Everything is inlined into one function that is compiled for each instruction set, with and without
+/// gas.
 fn carry_group<S: Simd, R: Real>(
     plan: &Plan,
     rows: &Rows<R::Scalar>,
@@ -309,19 +311,19 @@ fn carry_columns<R: Real, const GAS: bool>(
     let (sensors, instants) = (plan.places.len(), plan.records);
     let mut gauges = vec![0.0; lanes * plan.gauges() * instants];
     let mut member = Member::<R, GAS>::start(plan, rows, |column| columns[column as usize]);
-    for turn in 0..=plan.steps() {
+    for step in 0..=plan.steps() {
         member.advance(
-            turn,
+            step,
             #[inline(always)]
             |member| {
-                let instant = plan.instants[turn];
+                let instant = plan.instants[step];
                 if instant != NO_INSTANT {
                     for (sensor, lane) in (0..sensors).flat_map(|sensor| (0..lanes).map(move |lane| (sensor, lane))) {
                         let at = (lane * sensors + sensor) * instants + instant as usize;
                         temperatures_k[at] = member.shown_k(sensor, lane);
                     }
                     if plan.gauges() > 0 {
-                        let read = member.gauges(turn);
+                        let read = member.gauges(step);
                         for (lane, gauge) in (0..lanes).flat_map(|lane| (0..GAUGES).map(move |gauge| (lane, gauge))) {
                             gauges[(lane * GAUGES + gauge) * instants + instant as usize] = read[gauge].lane(lane);
                         }
@@ -348,9 +350,9 @@ mod tests {
     use super::*;
     use crate::case::{Case, Resolution};
 
-    /// The integration tests march in the widest vectors only.
+    /// The integration tests use the widest vectors only.
     #[test]
-    fn every_set_of_vectors_that_is_here_marches_and_differentiates_as_one_by_one() {
+    fn every_available_instruction_set_gives_the_scalar_traces_and_derivatives() {
         let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/lcat-2259-pyrolysis");
         let mut case = Case::load(cases.as_ref()).expect("a shipped case loads");
         case.resolution = Resolution { cells: 40, ..Resolution::default() };
@@ -358,17 +360,20 @@ mod tests {
         let factors = case.factors.len();
         let ensemble = Ensemble::at(factors, (0..5 * factors).map(|i| 0.9 + 0.01 * (i % 21) as f64).collect());
         for precision in [Precision::F64, Precision::F32] {
-            let alone = one_by_one(precision, &plan, &ensemble, 0..5);
-            assert!(alone.trace(0, 0) != alone.trace(1, 0), "members do not differ");
+            let scalar = one_by_one(precision, &plan, &ensemble, 0..5);
+            assert!(scalar.trace(0, 0) != scalar.trace(1, 0), "the members are equal");
             let all: Vec<usize> = (0..factors).collect();
-            let told = Vectors::None.tangents(precision, &plan, &ensemble, &all);
-            assert!(told.trace(factors, 0) != told.trace(factors - 1, 0), "derivatives do not differ");
+            let derivatives = Vectors::None.tangents(precision, &plan, &ensemble, &all);
+            assert!(derivatives.trace(factors, 0) != derivatives.trace(factors - 1, 0), "the derivatives are equal");
             for vectors in Vectors::at_hand() {
-                let beside = vectors.march(precision, &plan, &ensemble, 0..5);
-                assert_eq!(beside.temperatures_k, alone.temperatures_k, "{vectors:?} in {precision:?}");
-                assert_eq!(beside.gauges, alone.gauges, "{vectors:?} in {precision:?}");
-                let beside = vectors.tangents(precision, &plan, &ensemble, &all);
-                assert_eq!(beside.temperatures_k, told.temperatures_k, "derivatives of {vectors:?} in {precision:?}");
+                let vectorised = vectors.march(precision, &plan, &ensemble, 0..5);
+                assert_eq!(vectorised.temperatures_k, scalar.temperatures_k, "{vectors:?} in {precision:?}");
+                assert_eq!(vectorised.gauges, scalar.gauges, "{vectors:?} in {precision:?}");
+                let vectorised = vectors.tangents(precision, &plan, &ensemble, &all);
+                assert_eq!(
+                    vectorised.temperatures_k, derivatives.temperatures_k,
+                    "derivatives of {vectors:?} in {precision:?}"
+                );
             }
         }
     }

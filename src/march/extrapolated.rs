@@ -1,9 +1,11 @@
-//! A march at two resolutions, and what both say of a third that is infinitely fine.
+//! Richardson extrapolation of a march at two resolutions.
 //!
-//! Errors fall with the square of cells and steps (`verify --group orders`). So a plan and the same with half of both differ by three times
-//! what the finer one is off, and taking that off leaves terms of the third and fourth order (Richardson, Phil. Trans. A 210, 1911). On the
-//! paper's layup that costs a quarter more and leaves a fifth of the error on 160 cells, a tenth on 320. The road not taken, a scheme of fourth order through interfaces, contacts and faces that
-//! radiate, would have to be written twice and would give no measure of its error.
+//! Errors are second order in cells and steps (`verify --group orders`), so that the difference between a plan and the
+//! plan with half of both is three times the error of the finer one; subtracting a third of it leaves terms of third
+//! and fourth order (Richardson, Phil. Trans. A 210, 1911). On the paper's layup the second march costs a quarter more
+//! and leaves a fifth of the error on 160 cells, a tenth on 320. The alternative, a scheme of fourth order through
+//! interfaces, contacts and radiating faces, would have to be written in Rust and in WGSL and would not estimate its
+//! own error.
 
 use super::{Backend, Begun, March, MarchError};
 use crate::ensemble::Ensemble;
@@ -11,13 +13,13 @@ use crate::plan::Plan;
 use crate::traces::{Arrival, Balance, Gauge, Traces};
 use std::ops::Range;
 
-/// Any march, at both resolutions of a plan.
+/// A march with Richardson extrapolation over both resolutions of a plan.
 pub struct Extrapolated {
     march: Box<dyn March>,
 }
 
 impl Extrapolated {
-    /// Extrapolate what a march finds at two resolutions.
+    /// Extrapolates the results of `march`.
     pub fn new(march: Box<dyn March>) -> Self {
         Self { march }
     }
@@ -45,7 +47,7 @@ impl March for Extrapolated {
         begin_both(&mut *self.march, plan, ensemble, members)
     }
 
-    /// What is said of the third resolution is straight in what is said of both, and so are its derivatives.
+    /// Richardson extrapolation is linear, so it applies to derivatives.
     fn tangents(&mut self, plan: &Plan, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, MarchError> {
         let Some(fine) = self.march.tangents(plan, points, factors)? else { return Ok(None) };
         let Some(coarse) = &plan.coarse else { return Ok(Some(fine)) };
@@ -70,7 +72,7 @@ impl March for Extrapolated {
     }
 }
 
-/// March members at both resolutions of a plan, and take what both say of the third.
+/// March members at both resolutions of a plan and extrapolate.
 ///
 /// # Errors
 /// As [`March::march`].
@@ -95,14 +97,14 @@ fn begin_both<'a>(
     Ok(Box::new(|| Ok(extrapolated(fine()?, &coarse()?))))
 }
 
-/// What readings that are off by a quarter of what others are off say of the truth. A member that failed at either resolution failed; where its
-/// plies have been is taken from the finer march.
+/// Extrapolated traces. A member that failed at either resolution has failed; temperature ranges of plies are those of
+/// the finer march.
 fn extrapolated(fine: Traces, coarse: &Traces) -> Traces {
     combined(fine, coarse, beyond)
 }
 
-/// Fronts of two resolutions further apart, m, are not of one error: where a ply is converted as a whole, a front jumps to the next, and may do so at
-/// one resolution an instant before it does at the other.
+/// Fronts further apart than this, m, are not extrapolated: where a ply converts as a whole, a front jumps to the next
+/// ply, possibly an instant earlier at one resolution.
 const FRONT_APART_M: f64 = 0.3e-3;
 
 fn combined(mut fine: Traces, coarse: &Traces, beyond: fn(f64, f64) -> f64) -> Traces {
@@ -110,7 +112,7 @@ fn combined(mut fine: Traces, coarse: &Traces, beyond: fn(f64, f64) -> f64) -> T
         fine.iter_mut().zip(coarse).for_each(|(fine, &coarse)| *fine = beyond(*fine, coarse));
     };
     all(&mut fine.temperatures_k, &coarse.temperatures_k);
-    // Across a jump two resolutions have no error in proportion.
+    // Across a jump the errors of the two resolutions are not proportional.
     let front =
         |fine: f64, coarse: f64| if (fine - coarse).abs() > FRONT_APART_M { fine } else { beyond(fine, coarse) };
     let instants = fine.instants.max(1);
@@ -131,13 +133,13 @@ fn combined(mut fine: Traces, coarse: &Traces, beyond: fn(f64, f64) -> f64) -> T
     fine
 }
 
-/// As far again beyond the finer reading as a third of its way from the coarser one.
+/// Richardson extrapolation for halved cells and steps at second order.
 fn straight(fine: f64, coarse: f64) -> f64 {
     fine + (fine - coarse) / 3.0
 }
 
-/// The same of what is no derivative. What is not below zero in either stays so: there are no
-/// fronts above the face, and no gas flows in because less of it flowed out.
+/// The same for values, not derivatives. Quantities that are nonnegative at both resolutions stay so: no front lies
+/// above the face, and no gas flows in because less flowed out.
 fn beyond(fine: f64, coarse: f64) -> f64 {
     let beyond = straight(fine, coarse);
     if fine >= 0.0 && coarse >= 0.0 { beyond.max(0.0) } else { beyond }
@@ -148,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_left_of_an_error_of_second_order_is_nothing() {
+    fn a_second_order_error_cancels() {
         let truth = 412.0;
         assert_eq!(beyond(truth + 0.5, truth + 2.0), truth);
         assert_eq!(beyond(0.0, 3.0), 0.0, "a front does not lie above the face");
@@ -156,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_member_fails_where_it_fails_at_either_resolution() {
+    fn a_member_that_fails_at_one_resolution_has_failed() {
         let traces = |arrivals: Vec<Arrival>, temperatures_k: Vec<f64>| Traces {
             first: 0,
             sensors: 1,
@@ -167,11 +169,11 @@ mod tests {
             extremes_k: Vec::new(),
             arrivals,
         };
-        let strayed = Arrival::Strayed { time_s: 3.0 };
-        let fine = traces(vec![Arrival::Done, Arrival::Done, strayed.clone()], vec![301.0, 302.0, 303.0]);
-        let coarse = traces(vec![Arrival::Done, strayed.clone(), Arrival::Done], vec![304.0, 302.0, 303.0]);
+        let diverged = Arrival::Strayed { time_s: 3.0 };
+        let fine = traces(vec![Arrival::Done, Arrival::Done, diverged.clone()], vec![301.0, 302.0, 303.0]);
+        let coarse = traces(vec![Arrival::Done, diverged.clone(), Arrival::Done], vec![304.0, 302.0, 303.0]);
         let both = extrapolated(fine, &coarse);
-        assert_eq!(both.arrivals, [Arrival::Done, strayed.clone(), strayed]);
+        assert_eq!(both.arrivals, [Arrival::Done, diverged.clone(), diverged]);
         assert_eq!(both.temperatures_k, [300.0, 302.0, 303.0]);
     }
 }

@@ -1,4 +1,4 @@
-//! Who carries the ensemble.
+//! Backends that march an ensemble through a plan.
 
 pub mod choose;
 pub mod cpu;
@@ -14,7 +14,7 @@ use crate::traces::{Arrival, Traces};
 use monitored::Monitor;
 use std::ops::Range;
 
-/// Arithmetic of a march.
+/// Floating-point precision of a march.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum Precision {
@@ -34,60 +34,60 @@ impl Precision {
     }
 }
 
-/// What carries a march, for the record of a study.
+/// Description of the backend, for the record of a study.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Backend {
-    /// The device in words: `AMD EPYC, 2 threads`, `llvmpipe (LLVM 15.0.6, 256 bits)`.
+    /// The device: `AMD EPYC, 2 threads`, `llvmpipe (LLVM 15.0.6, 256 bits)`.
     pub name: String,
     /// `cpu` or `gpu`.
     pub kind: &'static str,
-    /// Arithmetic of the march.
+    /// Floating-point precision of the march.
     pub precision: Precision,
 }
 
-/// Why a march could not be carried out at all.
+/// Error of a march as a whole.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MarchError {
     /// No device was found.
     #[error("no Vulkan device: {reason}; {remedy}")]
     NoDevice {
-        /// What was looked for and not found.
+        /// What was not found.
         reason: String,
-        /// What to install.
+        /// How to remedy it.
         remedy: String,
     },
-    /// The device computes wrongly.
+    /// The device computes incorrectly.
     #[error("device {device:?} failed its self-test {test}: {found}")]
     SelfTest {
-        /// Its name.
+        /// Name of the device.
         device: String,
-        /// Which test.
+        /// Name of the test.
         test: &'static str,
-        /// What it computed, and what was expected.
+        /// Computed and expected result.
         found: String,
     },
     /// The device ended a loop early.
-    #[error("member {member} was cut short at step {step} of {steps}: the device ended a loop early")]
+    #[error("member {member} stopped at step {step} of {steps}: the device terminated a loop early")]
     CutShort {
         /// The first such member.
         member: usize,
-        /// The step that it reached.
+        /// The last step that the member completed.
         step: usize,
-        /// The steps of the plan.
+        /// Number of steps of the plan.
         steps: usize,
     },
     /// The plan does not fit a binding of the device.
-    #[error("device {device:?} holds {limit} bytes in one binding; {what} need {needed}")]
+    #[error("device {device:?}: {needed} bytes for {what} exceed the limit of {limit} bytes of one binding")]
     TooLarge {
-        /// Its name.
+        /// Name of the device.
         device: String,
-        /// The most bytes of one binding.
+        /// Most bytes of one binding.
         limit: u64,
-        /// Which rows.
+        /// Name of the data.
         what: &'static str,
-        /// Their bytes.
+        /// Size of the data, bytes.
         needed: u64,
     },
     /// The rows of the plan do not fit together, so a device may not read them.
@@ -96,9 +96,9 @@ pub enum MarchError {
     /// The driver reports an error.
     #[error("device {device:?}: {message}")]
     Device {
-        /// Its name.
+        /// Name of the device.
         device: String,
-        /// What its driver reports.
+        /// Message of the driver.
         message: String,
     },
     /// The march was cancelled.
@@ -106,30 +106,30 @@ pub enum MarchError {
     Cancelled,
 }
 
-/// Members that are on their way: waits for them, and tells what came of them.
+/// A batch in progress: waits for the members and returns their traces.
 pub type Begun<'a> = Box<dyn FnOnce() -> Result<Traces, MarchError> + 'a>;
 
-/// Carries members of an ensemble through a plan.
+/// A backend, or a wrapper of one, that marches members of an ensemble through a plan.
 pub trait March: Send {
-    /// Which device marches, for the record of a study.
+    /// Description of the backend, for the record of a study.
     fn backend(&self) -> Backend;
-    /// Members it can carry at once.
+    /// Maximum number of members in one batch.
     fn capacity(&self, plan: &Plan) -> usize;
 
-    /// What sees this march. A study that marches by other means on the way, to adapt cells and steps or to find an
-    /// envelope, is seen by it there as well.
+    /// The monitor of this march. A study that needs other marches, for an adaptation or an envelope, passes it on to
+    /// them.
     fn monitor(&self) -> Monitor {
         Monitor::default()
     }
 
-    /// Carry `members` of the ensemble through the plan.
+    /// March `members` of the ensemble through the plan.
     ///
     /// # Errors
-    /// When the device fails; a member that runs away is an [`Arrival`], not an error.
+    /// When the device fails. A member that diverges is no error but has a [`MemberStatus`].
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError>;
 
-    /// Begin to carry `members`; what is handed back is to be [finished](Self::finish). A device marches on by itself meanwhile, so that
-    /// its host can prepare the members after these and count those before; whoever marches on the host carries them at once.
+    /// Start to march `members`; pass the result to [`finish`](Self::finish). A GPU runs asynchronously, so that the
+    /// host can prepare the next batch and process the previous one; a CPU backend marches at once.
     ///
     /// # Errors
     /// As [`march`](Self::march).
@@ -143,7 +143,7 @@ pub trait March: Send {
         Ok(Box::new(|| Ok(traces)))
     }
 
-    /// Wait for members that were begun.
+    /// Wait for a batch.
     ///
     /// # Errors
     /// As [`march`](Self::march).
@@ -151,9 +151,9 @@ pub trait March: Send {
         begun()
     }
 
-    /// Carry members together with how they change by some of their factors: of every point first the member, then for each
-    /// of the factors what all that is told of it changes by a unit of the factor, as if that were a member; it arrives as the
-    /// member does. `None` from a backend that knows no derivatives.
+    /// March members with their derivatives by some factors (forward-mode tangents). For every point the traces hold
+    /// the member, then for each factor a row with the derivative of every output per unit of the factor, with the
+    /// status of the member. `None` from a backend without derivatives.
     ///
     /// # Errors
     /// As [`march`](Self::march).
@@ -161,8 +161,8 @@ pub trait March: Send {
         Ok(None)
     }
 
-    /// Carry members through each of several plans, whose schedules differ: what a factor cannot scale. Plans one after another, but for
-    /// a backend that has room for more at once.
+    /// March members through each of several plans with different schedules, which no factor can scale: one plan after
+    /// another unless a backend overrides this.
     ///
     /// # Errors
     /// As [`march`](Self::march).
@@ -176,7 +176,7 @@ pub trait March: Send {
     }
 }
 
-/// Carry a whole ensemble, a capacity at a time and in order; `take` receives each run of members.
+/// March a whole ensemble in batches of the backend's capacity, in order; `take` receives the traces of each batch.
 ///
 /// # Errors
 /// As [`March::march`].
@@ -189,7 +189,7 @@ pub fn march_all(
     march_some(march, plan, ensemble, 0..ensemble.len(), take)
 }
 
-/// Carry some members of an ensemble as [`march_all`] carries all.
+/// March some members of an ensemble as [`march_all`] does.
 ///
 /// # Errors
 /// As [`March::march`].
@@ -203,7 +203,7 @@ pub fn march_some(
     let capacity = march.capacity(plan).max(1);
     let mut before = None;
     for first in members.clone().step_by(capacity) {
-        // Two runs at a time, so that a device never waits for its host, and no more, so that memory has a bound.
+        // Two batches at a time: enough that a GPU never waits for the host, with bounded memory.
         let begun = march.begin(plan, ensemble, first..(first + capacity).min(members.end))?;
         if let Some(before) = before.replace(begun) {
             take(march.finish(before)?);
@@ -212,7 +212,8 @@ pub fn march_some(
     before.map_or(Ok(()), |last| march.finish(last).map(take))
 }
 
-/// Readings at the instants of a plan, from records at its steps. Every so many rows there is a member; those between are derivatives.
+/// Readings at the instants of a plan, interpolated from records at its steps. Of every `rows_per_member` rows the
+/// first is a member and the others are derivatives.
 fn read_out(records: Traces, plan: &Plan, rows_per_member: usize) -> Traces {
     let mut readings = match &plan.readout {
         None => records,
@@ -239,7 +240,7 @@ fn read_out(records: Traces, plan: &Plan, rows_per_member: usize) -> Traces {
     readings
 }
 
-/// How a member arrived, from the step on which it strayed and from where its plies have been.
+/// Status of a member, from the step on which it diverged, if any, and the temperature range of each ply.
 fn arrival(plan: &Plan, strayed: Option<usize>, extremes_k: &[(f64, f64)]) -> Arrival {
     if let Some(step) = strayed {
         return Arrival::Strayed { time_s: plan.times_s[step + 1] };

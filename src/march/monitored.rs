@@ -1,4 +1,4 @@
-//! A march that counts its members, keeps the time, reports progress and can be cancelled.
+//! Progress reports, timing and cancellation of marches.
 
 use super::{Backend, Begun, March, MarchError};
 use crate::ensemble::Ensemble;
@@ -21,17 +21,17 @@ impl CancelToken {
         Self::default()
     }
 
-    /// End the marches that have this token before their next batch of members.
+    /// Stop the marches that hold this token before their next batch of members.
     pub fn cancel(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Let marches run again.
+    /// Allow marches again.
     pub fn reset(&self) {
         self.0.store(false, Ordering::Relaxed);
     }
 
-    /// Whether marches are to end.
+    /// Whether the token is cancelled.
     pub fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -43,13 +43,13 @@ impl CancelToken {
     }
 }
 
-/// How far a computation is.
+/// Progress of a computation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Progress {
-    /// Members marched: of the sweep where `expected` states its size, otherwise since the computation began.
+    /// Members marched: of the current sweep if `expected` gives its size, otherwise since the computation began.
     pub marched: usize,
-    /// Members of the sweep in progress; `None` where their number is not known beforehand.
+    /// Members of the current sweep; `None` where their number is unknown in advance.
     pub expected: Option<usize>,
 }
 
@@ -70,7 +70,7 @@ impl fmt::Debug for ProgressCallback {
     }
 }
 
-/// What sees marches: it is called with their progress, and ends them once it is cancelled. Clones are one monitor.
+/// Receives the progress of marches and stops them once cancelled. Clones share one state.
 #[derive(Clone, Debug, Default)]
 pub struct Monitor {
     progress: Option<ProgressCallback>,
@@ -78,13 +78,13 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// Reports to `progress` and ends marches once `cancel` is cancelled.
+    /// Reports to `progress`, and stops marches once `cancel` is cancelled.
     pub fn new(progress: Option<ProgressCallback>, cancel: CancelToken) -> Self {
         Self { progress, cancel }
     }
 
     /// # Errors
-    /// [`MarchError::Cancelled`] once it is cancelled.
+    /// [`MarchError::Cancelled`] once the monitor is cancelled.
     pub fn check(&self) -> Result<(), MarchError> {
         self.cancel.check()
     }
@@ -97,28 +97,28 @@ impl Monitor {
     }
 }
 
-/// Any march, monitored.
+/// A march with a monitor.
 pub struct Monitored {
     march: Box<dyn March>,
     monitor: Monitor,
     marched: usize,
-    /// Members marched before the sweep in progress, and its size.
+    /// Members marched before the current sweep, and the size of the sweep.
     sweep: Option<(usize, usize)>,
     seconds: f64,
 }
 
 impl Monitored {
-    /// A march that `monitor` sees.
+    /// A march that reports to `monitor`.
     pub fn new(march: Box<dyn March>, monitor: Monitor) -> Self {
         Self { march, monitor, marched: 0, sweep: None, seconds: 0.0 }
     }
 
-    /// Count members and time from zero.
+    /// Reset the count of members and the time.
     pub fn restart(&mut self) {
         (self.marched, self.sweep, self.seconds) = (0, None, 0.0);
     }
 
-    /// The next members are a sweep of this size.
+    /// Announce a sweep of `members`.
     pub fn expect(&mut self, members: usize) {
         self.sweep = Some((self.marched, members));
         self.report();
@@ -129,7 +129,7 @@ impl Monitored {
         self.seconds
     }
 
-    /// March so many members, keeping the time.
+    /// March `members`, adding to the time.
     fn timed<T>(
         &mut self,
         members: usize,

@@ -1,9 +1,9 @@
-//! Many studies of one plan side by side: what all of them want marched next is one ensemble.
+//! Batching: the marches that concurrent studies of one plan request are combined into one ensemble.
 //!
-//! A fit asks for a dozen members at a time, and waits for them. Two hundred fits that take turns would keep a device waiting
-//! two hundred times as long as two hundred that ask at once. So each has a thread and a march of its own that passes on what
-//! it is asked; when no thread is left that does not wait, all that they wait for goes out together. A member does not depend
-//! on the batch that it is marched in, so neither does any study on when the others ask.
+//! A fit requests a dozen members at a time and waits for them; two hundred fits in sequence would leave a GPU mostly
+//! idle. So each study runs in a thread of its own with a [`BatchClient`] that forwards its requests; once every
+//! running study waits, their members are marched as one ensemble. A member does not depend on its batch, so the
+//! results do not depend on the timing of the requests.
 
 use super::{Backend, March, MarchError, march_all};
 use crate::ensemble::Ensemble;
@@ -12,16 +12,17 @@ use crate::traces::Traces;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// Studies at once: enough to fill any device with a dozen members of each, and no burden as threads that mostly wait.
+/// Most concurrent studies: enough to fill any device with a dozen members of each, at little cost for threads that
+/// mostly wait.
 const AT_ONCE: usize = 128;
 
-/// The answers to `studies` studies, in their order: each is given its number and a march through this plan alone.
+/// Run `studies` studies, each with its number and a march restricted to this plan; returns their results in order.
 ///
 /// # Errors
 /// When the device fails.
 ///
 /// # Panics
-/// When a study asks for another plan.
+/// When a study marches another plan.
 pub fn together<T: Send>(
     march: &mut dyn March,
     plan: &Plan,
@@ -30,37 +31,37 @@ pub fn together<T: Send>(
 ) -> Result<Vec<T>, MarchError> {
     let (backend, capacity) = (march.backend(), march.capacity(plan));
     let study = &study;
-    let mut answers = Vec::with_capacity(studies);
+    let mut all = Vec::with_capacity(studies);
     for first in (0..studies).step_by(AT_ONCE) {
         let numbers = first..(first + AT_ONCE).min(studies);
-        let (served, answered) = std::thread::scope(|scope| {
-            let (ask, asked) = channel();
+        let (outcome, results) = std::thread::scope(|scope| {
+            let (sender, receiver) = channel();
             let threads: Vec<_> = numbers
                 .map(|number| {
-                    let mut seat = Seat { plan, backend: backend.clone(), capacity, ask: ask.clone() };
+                    let mut seat = Seat { plan, backend: backend.clone(), capacity, ask: sender.clone() };
                     scope.spawn(move || study(number, &mut seat))
                 })
                 .collect();
-            let served = serve(march, plan, &asked, threads.len());
-            // Whoever still asks after a failure is told so by a channel that nobody holds any more.
-            drop(asked);
-            let answered: Vec<T> = threads
+            let outcome = serve(march, plan, &receiver, threads.len());
+            // After an error the closed channel makes every further request fail.
+            drop(receiver);
+            let results: Vec<T> = threads
                 .into_iter()
                 .map(|thread| thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
                 .collect();
-            (served, answered)
+            (outcome, results)
         });
-        served?;
-        answers.extend(answered);
+        outcome?;
+        all.extend(results);
     }
-    Ok(answers)
+    Ok(all)
 }
 
-/// What a study says to those who march for it.
+/// Message of a study to the batching loop.
 enum Said {
-    /// March these rows, so many of so many factors.
+    /// A request to march members.
     Wanted(Wanted),
-    /// It will not ask any more.
+    /// The study has ended.
     Done,
 }
 
@@ -71,11 +72,11 @@ struct Wanted {
     reply: Sender<Traces>,
 }
 
-/// March what is wanted whenever all who still work wait for it.
-fn serve(march: &mut dyn March, plan: &Plan, asked: &Receiver<Said>, mut working: usize) -> Result<(), MarchError> {
+/// March all pending requests whenever every running study waits for one.
+fn serve(march: &mut dyn March, plan: &Plan, requests: &Receiver<Said>, mut working: usize) -> Result<(), MarchError> {
     let mut waiting: Vec<Wanted> = Vec::new();
     while working > 0 {
-        match asked.recv() {
+        match requests.recv() {
             Ok(Said::Wanted(wanted)) => waiting.push(wanted),
             Ok(Said::Done) => working -= 1,
             Err(_) => break,
@@ -90,7 +91,7 @@ fn serve(march: &mut dyn March, plan: &Plan, asked: &Receiver<Said>, mut working
         let mut first = 0;
         for wanted in waiting.drain(..) {
             let end = first + wanted.members.len();
-            // One who no longer listens has ended by a panic, which is told when its thread is joined.
+            // A study whose receiver is gone has panicked; joining its thread reports the panic.
             let _ = wanted.reply.send(part(&runs, first..end, wanted.members.start));
             first = end;
         }
@@ -98,7 +99,7 @@ fn serve(march: &mut dyn March, plan: &Plan, asked: &Receiver<Said>, mut working
     Ok(())
 }
 
-/// Some of the members of runs in a row, as traces that begin with a number of their own.
+/// Some members of consecutive batches, as traces numbered from `first`.
 fn part(runs: &[Traces], members: Range<usize>, first: usize) -> Traces {
     let mut part = Traces::none(first, runs[0].sensors, runs[0].instants);
     for run in runs {
@@ -110,7 +111,7 @@ fn part(runs: &[Traces], members: Range<usize>, first: usize) -> Traces {
     part
 }
 
-/// The march of one study: passes on and waits.
+/// The march of one study: forwards requests and waits for the results.
 struct Seat<'a> {
     plan: &'a Plan,
     backend: Backend,
@@ -128,13 +129,11 @@ impl March for Seat<'_> {
     }
 
     fn march(&mut self, plan: &Plan, ensemble: &Ensemble, members: Range<usize>) -> Result<Traces, MarchError> {
-        assert!(std::ptr::eq(plan, self.plan), "studies that march together share one plan");
+        assert!(std::ptr::eq(plan, self.plan), "batched studies share one plan");
         let (reply, replied) = channel();
         let rows = members.clone().flat_map(|member| ensemble.member(member)).collect();
-        let failed = || MarchError::Device {
-            device: self.backend.name.clone(),
-            message: "the march that many studies share failed".to_owned(),
-        };
+        let failed =
+            || MarchError::Device { device: self.backend.name.clone(), message: "the batched march failed".to_owned() };
         let wanted = Wanted { factors: ensemble.factors(), rows, members, reply };
         self.ask.send(Said::Wanted(wanted)).map_err(|_| failed())?;
         replied.recv().map_err(|_| failed())
@@ -142,7 +141,7 @@ impl March for Seat<'_> {
 }
 
 impl Drop for Seat<'_> {
-    /// However a study ends, nobody waits for it to ask again.
+    /// However a study ends, the batching loop must not wait for its next request.
     fn drop(&mut self) {
         let _ = self.ask.send(Said::Done);
     }
@@ -155,7 +154,7 @@ mod tests {
     use super::*;
     use crate::case::Case;
 
-    /// A march that remembers how many members it carried at once, and fails when it is to carry some number.
+    /// A march that records the size of each ensemble, and fails at one size.
     struct Counting {
         cpu: Cpu,
         ensembles: Vec<usize>,
@@ -180,20 +179,20 @@ mod tests {
         }
     }
 
-    /// The traces of every turn of each study, the sizes of the ensembles they took, and what each study gets alone.
-    type Asked = (Result<Vec<Vec<Traces>>, MarchError>, Vec<usize>, Vec<Vec<Traces>>);
+    /// Traces of every request of each study, sizes of the ensembles, and the traces of each study run alone.
+    type Batched = (Result<Vec<Vec<Traces>>, MarchError>, Vec<usize>, Vec<Vec<Traces>>);
 
-    fn asked(fails_at: usize) -> Asked {
+    fn run_four(fails_at: usize) -> Batched {
         let case = Case::load("cases/slab".as_ref()).expect("a shipped case");
         let (plan, factors) = (Plan::new(&case), case.factors.len());
         let mut march = Counting { cpu: Cpu::new(Precision::F64), ensembles: Vec::new(), fails_at };
-        // The n-th asks n + 1 times, for three members each time.
-        let rows = |number: usize, turn: usize| {
-            let values = (0..3 * factors).map(|i| 1.0 + 0.01 * (number + 2 * turn + i) as f64);
+        // Study n sends n + 1 requests, of three members each.
+        let rows = |number: usize, request: usize| {
+            let values = (0..3 * factors).map(|i| 1.0 + 0.01 * (number + 2 * request + i) as f64);
             Ensemble::at(factors, values.collect())
         };
         let ask = |number: usize, march: &mut dyn March| -> Vec<Traces> {
-            (0..=number).map_while(|turn| march.march(&plan, &rows(number, turn), 1..3).ok()).collect()
+            (0..=number).map_while(|request| march.march(&plan, &rows(number, request), 1..3).ok()).collect()
         };
         let found = together(&mut march, &plan, 4, ask);
         let alone = (0..4).map(|number| ask(number, &mut Cpu::new(Precision::F64))).collect();
@@ -201,8 +200,8 @@ mod tests {
     }
 
     #[test]
-    fn studies_that_march_together_get_what_each_would_get_alone_in_as_few_ensembles_as_the_longest_asks() {
-        let (found, ensembles, alone) = asked(usize::MAX);
+    fn batched_studies_get_the_results_of_single_ones_in_as_few_ensembles_as_the_longest_requests() {
+        let (found, ensembles, alone) = run_four(usize::MAX);
         let same = |a: &Traces, b: &Traces| {
             (a.first, &a.temperatures_k, &a.extremes_k) == (b.first, &b.temperatures_k, &b.extremes_k)
                 && a.arrivals == b.arrivals
@@ -212,13 +211,13 @@ mod tests {
         for (found, alone) in found.iter().zip(&alone) {
             assert!(found.len() == alone.len() && found.iter().zip(alone).all(|(a, b)| same(a, b)));
         }
-        // Runs of five at most: eight members are two runs of one ensemble.
+        // With a capacity of five, eight members are two batches of one ensemble.
         assert_eq!(ensembles, [8, 8, 6, 6, 4, 2]);
     }
 
     #[test]
-    fn a_march_that_fails_ends_all_studies_with_its_own_error() {
-        let (found, ensembles, _) = asked(6);
+    fn a_failed_march_ends_all_studies_with_its_error() {
+        let (found, ensembles, _) = run_four(6);
         assert!(matches!(found, Err(MarchError::CutShort { .. })));
         assert_eq!(ensembles, [8, 8]);
     }

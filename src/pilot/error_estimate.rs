@@ -1,25 +1,25 @@
-//! The discretisation error of every output, of the difference to finer marches.
+//! Discretisation error of every output, from the difference to finer marches.
 
 use crate::plan::{GaugeError, Reached};
 use crate::traces::{Arrival, Gauge, Traces};
 
-/// The error of a march, each output's beside its tolerance.
+/// The error of each output of a march, with its tolerance.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Estimate {
     tolerance_k: f64,
     pub(super) temperature_k: f64,
-    /// Of the residual of the energy balance.
+    /// Error of the residual of the energy balance, relative to the heat moved.
     balance: f64,
     pub(super) gauges: Vec<GaugeError>,
 }
 
 impl Estimate {
-    /// Of the difference to a march with all cells and steps cut in two.
+    /// From the difference to a march with all cells and steps halved.
     pub(super) fn twofold(base: &Traces, finer: &Traces, tolerance_k: f64) -> Self {
         Self::difference(base, finer, tolerance_k).times(TWOFOLD)
     }
 
-    /// Of the difference to a march with all cells and steps cut in four.
+    /// From the difference to a march with all cells and steps quartered.
     pub(super) fn fourfold(base: &Traces, finest: &Traces, tolerance_k: f64) -> Self {
         Self::difference(base, finest, tolerance_k).times(FOURFOLD)
     }
@@ -31,15 +31,16 @@ impl Estimate {
         self
     }
 
-    /// What is reported of it, with the largest error of members at corners of the factors' bounds. Marches that agree better than any of them is
-    /// off say nothing of their error, so that of a gauge is no smaller than a given share of its tolerance.
+    /// The estimate for the report, with the largest error of the members at corners of the factors' bounds. Two
+    /// marches may agree better than either is accurate, so the error of a gauge is at least `MIN_REPORTED_SHARE` of
+    /// its tolerance.
     pub(super) fn reported(self, corners_k: Option<f64>) -> Reached {
         let least = |gauge: GaugeError| GaugeError { error: gauge.error.max(LEAST * gauge.tolerance), ..gauge };
         let gauges = self.gauges.into_iter().map(least).collect();
         Reached { tolerance_k: self.tolerance_k, nominal_k: self.temperature_k, corners_k, gauges }
     }
 
-    /// The larger error of two estimates, output by output.
+    /// The larger of two estimates, output by output.
     pub(super) fn larger(mut self, other: &Self) -> Self {
         self.temperature_k = self.temperature_k.max(other.temperature_k);
         self.balance = self.balance.max(other.balance);
@@ -49,16 +50,16 @@ impl Estimate {
         self
     }
 
-    /// The difference of two marches, without end where either member did not arrive, as a maximum would pass over what is no number.
+    /// The difference of two marches; infinite where either member did not complete, as a maximum ignores NaN.
     fn difference(base: &Traces, finer: &Traces, tolerance_k: f64) -> Self {
         let member = 0;
         let gauge = |gauge: Gauge| {
             let (base, finer) = (base.gauge(member, gauge)?, finer.gauge(member, gauge)?);
             let peak = finer.iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
-            let apart = gauges_apart(gauge, base, finer);
+            let difference = gauges_apart(gauge, base, finer);
             Some(match gauge.is_front() {
-                true => GaugeError { gauge, error: apart, tolerance: FRONT_M },
-                false => GaugeError { gauge, error: apart / peak.max(f64::MIN_POSITIVE), tolerance: GAUGE_SHARE },
+                true => GaugeError { gauge, error: difference, tolerance: FRONT_M },
+                false => GaugeError { gauge, error: difference / peak.max(f64::MIN_POSITIVE), tolerance: GAUGE_SHARE },
             })
         };
         Self {
@@ -69,22 +70,22 @@ impl Estimate {
         }
     }
 
-    /// The largest error, as a share of its tolerance.
+    /// The largest error relative to its tolerance.
     pub(super) fn relative(&self) -> f64 {
         let gauges = self.gauges.iter().map(|gauge| gauge.error / gauge.tolerance);
         gauges.fold((self.temperature_k / self.tolerance_k).max(self.balance / BALANCE), f64::max)
     }
 }
 
-/// The smallest error of a gauge that is reported, as a share of its tolerance: 0.01 mm of a front, 0.05 % of a peak. Of 300 random cases
-/// one had a front that was off by 14 µm where two finer marches agreed to 2 µm.
+/// Smallest reported error of a gauge, relative to its tolerance: 0.01 mm of a front, 0.05 % of a peak. Among 300
+/// random cases one front had an error of 14 µm where two finer marches agreed to 2 µm.
 const LEAST: f64 = 0.1;
-/// An error below this share of its tolerance is not told from rounding.
+/// Errors below this share of the tolerance are rounding.
 const ROUNDING: f64 = 1e-3;
 
 impl Reached {
-    /// How often a true error holds the reported one: of temperatures, then of each gauge. The true error is that against a march of the same
-    /// member that is much finer.
+    /// Ratios of true to reported error: temperatures first, then each gauge. The true error is the difference to a
+    /// much finer march of the same member.
     pub fn ratios(&self, given: &Traces, truth: &Traces) -> Vec<f64> {
         let found = Estimate::difference(given, truth, self.tolerance_k);
         let ratio = |error: f64, reported: f64, tolerance: f64| error / reported.max(ROUNDING * tolerance);
@@ -95,31 +96,31 @@ impl Reached {
     }
 }
 
-/// The error over the difference to twice the cells and steps: 4/3 where it falls by the second order. Extrapolated marches fall by the third as a
-/// rule, which leaves 8/7, and by less where plans are coarse.
+/// Error per difference to twice the cells and steps: 4/3 at second order. Extrapolated marches usually converge at
+/// third order (8/7), more slowly on coarse plans.
 pub(super) const TWOFOLD: f64 = 4.0 / 3.0;
-/// The error over the difference to four times the cells and steps, where it falls by the second order.
+/// Error per difference to four times the cells and steps, at second order.
 const FOURFOLD: f64 = 16.0 / 15.0;
-/// Tolerance of the energy balance, of the heat moved.
+/// Tolerance of the energy balance, relative to the heat moved.
 const BALANCE: f64 = 2e-4;
-/// Tolerances of gas flux, mass lost and pressure, as a share of the peak.
+/// Tolerance of gas flux, mass lost and pressure, relative to the peak.
 pub const GAUGE_SHARE: f64 = 5e-3;
 /// Tolerance of fronts, m.
 pub const FRONT_M: f64 = 0.1e-3;
-/// The share of instants at which a front is within its error: between plies it jumps, and may do so earlier or later.
+/// Quantile of the front error over the instants: a front jumps between plies, possibly a little early or late.
 const FRONT_INSTANTS: f64 = 0.95;
 
-/// The difference between two readings of a gauge: of a front the one that 95 % of the instants do not exceed, else the largest.
+/// The difference between two records of a gauge: for fronts the 95 % quantile over the instants, else the maximum.
 fn gauges_apart(gauge: Gauge, one: &[f64], other: &[f64]) -> f64 {
-    let mut apart: Vec<f64> = one.iter().zip(other).map(|(one, other)| (one - other).abs()).collect();
-    apart.sort_by(f64::total_cmp);
+    let mut difference: Vec<f64> = one.iter().zip(other).map(|(one, other)| (one - other).abs()).collect();
+    difference.sort_by(f64::total_cmp);
     let share = if gauge.is_front() { FRONT_INSTANTS } else { 1.0 };
-    let place = (share * apart.len() as f64).ceil() as usize;
-    place.checked_sub(1).map_or(0.0, |place| apart[place])
+    let place = (share * difference.len() as f64).ceil() as usize;
+    place.checked_sub(1).map_or(0.0, |place| difference[place])
 }
 
-/// The largest difference between two marches of a member at any sensor and any instant after the start, whose temperatures are given, K; without end
-/// where either did not arrive, as a maximum would pass over what is no number.
+/// The largest difference between two marches of a member at any sensor and any instant after the prescribed start, K;
+/// infinite where either did not complete, as a maximum ignores NaN.
 pub(super) fn worst_k(one: &Traces, other: &Traces, member: usize) -> f64 {
     if [one, other].iter().any(|traces| traces.arrivals[member] != Arrival::Done) {
         return f64::INFINITY;

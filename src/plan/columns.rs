@@ -1,14 +1,14 @@
-//! Which column of an ensemble scales a property; column 0 is one.
+//! Factor columns: the column of the ensemble that scales a property; column 0 is one.
 
 use super::layout::Conduction;
 use crate::case::{Case, Ply, Property};
 
-/// The ensemble column of the factor on a property of a ply (by its group or name, or of all plies), 0 where there is none.
+/// The column of the factor on a property of a ply (by its group or name, or of all plies); 0 where there is none.
 pub(super) fn column(case: &Case, ply: &str, property: Property) -> u32 {
     column_of_state(case, ply, "", property)
 }
 
-/// As [`column`], of one state of the ply.
+/// As [`factor_column`], for one state of the ply.
 fn column_of_state(case: &Case, ply: &str, state: &str, property: Property) -> u32 {
     let group = case.layup.plies.iter().find(|p| p.name == ply).map_or("", |p| p.group.as_str());
     case.factors
@@ -20,7 +20,7 @@ fn column_of_state(case: &Case, ply: &str, state: &str, property: Property) -> u
         .map_or(0, |factor| factor as u32 + 1)
 }
 
-/// The columns that scale the conductivity of every state of a ply.
+/// Factor columns of the conductivity of every state of a ply.
 pub(super) fn conductions(case: &Case, ply: &Ply) -> Vec<Conduction<u32>> {
     let states = ply.material.conductivities();
     states

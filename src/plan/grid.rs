@@ -1,54 +1,58 @@
-//! Cells through the thickness.
+//! Finite-volume grid through the thickness.
 //!
-//! Interfaces and sensors lie on cell faces; the two outer faces of the layup carry a node of their own,
-//! whose cell is half as wide. A surface temperature is thus an unknown like any other. Within a ply spacings widen away from the hot face,
-//! smoothly, so that every reading is second order in them, and a grid of half its spacings lies on the same curve.
+//! Interfaces and sensors lie on cell faces; the two outer faces of the layup carry a node of their own, whose cell is
+//! half as wide, so that a surface temperature is an unknown like any other. Within a ply spacings widen smoothly away
+//! from the hot face: every reading is second order, and a grid of half the spacing lies on the same curve.
 
 use super::layout::{Cell, Place, Sensor};
 use crate::case::{self, Case, Property, Side};
 
-/// Cells from hot face to back face, the plies' shares of them and the sensors' places on them.
+/// Cells from hot face to back face, the cell range of each ply, and the sensors.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
-    /// Their widths and nodes.
+    /// Widths and node distances.
     pub cells: Vec<Cell<f64>>,
     /// First cell of each ply, and one past the last.
     pub plies: Vec<(usize, usize)>,
-    /// Where each sensor lies, and how it is read.
+    /// Location of each sensor, and its interpolation data.
     pub sensors: Vec<(Place<u32>, Sensor<f64>)>,
 }
 
-/// Fewest cells of a ply before they are cut.
+/// Fewest cells of a ply, before subdivision.
 const CELLS_PLY_MIN: f64 = 2.0;
-/// The way by which spacings widen is counted from so far before the hot face, of the whole way through the layup.
+/// Offset of the distance from the hot face that sets the widening, as a share of the whole distance (√ of diffusion
+/// time).
 const AHEAD: f64 = 0.3;
 
-/// How many cells each ply of a layup gets, before they are cut: any number, as sensors split plies.
+/// Number of cells of each ply before subdivision; a real number, as sensors split plies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Density {
     /// Cells of each ply.
     pub plies: Vec<f64>,
-    /// Each cell of a ply is cut into so many: unlike a density, this refines every stretch, however few cells it has.
+    /// Equal parts of each cell of a ply. Unlike a density, they refine every stretch, however few cells it has.
     pub cuts: Vec<usize>,
 }
 
 impl Density {
-    /// Cells for each ply by its diffusion time L²ρc/k at the start, to the power 3/8, at least two.
+    /// Shares `cells` among the plies by diffusion time L²ρc/k at the start, to the power 3/8; at least two a ply.
     ///
-    /// The square root would make every cell as hard to heat through as the next, but insulation conducts
-    /// several times better once hot, and fronts are steepest in the cloth: of the powers tried on the paper's
-    /// layup (1/8, 1/4, 3/8, 1/2 at 48 to 192 cells) this one has the smallest worst error over the sensors.
+    /// A power of 1/2 would give every cell the same diffusion time, but insulation conducts several times better once
+    /// hot, and fronts are steepest in the cloth: of the powers tried on the paper's layup (1/8, 1/4, 3/8, 1/2 at 48 to
+    /// 192 cells) 3/8 has the smallest worst error over the sensors.
     pub fn shared(case: &Case, cells: f64) -> Self {
         let weights: Vec<f64> = diffusion_roots(case).iter().map(|root| root.powf(0.75)).collect();
         let total: f64 = weights.iter().sum();
-        // Where nothing conducts, no number: `max` passes over it.
-        let cuts = vec![1; weights.len()];
-        Self { plies: weights.iter().map(|weight| (cells * weight / total).max(CELLS_PLY_MIN)).collect(), cuts }
+        // Where nothing conducts the weights are NaN, which `max` ignores.
+        let subdivisions = vec![1; weights.len()];
+        Self {
+            plies: weights.iter().map(|weight| (cells * weight / total).max(CELLS_PLY_MIN)).collect(),
+            cuts: subdivisions,
+        }
     }
 }
 
-/// The root of each ply's diffusion time L²ρc/k at the start, √s: how far a front has to go through it. None goes through one that does not conduct, or whose tables go
-/// on below zero there.
+/// Square root of each ply's diffusion time L²ρc/k at the start, √s: zero for a ply that does not conduct, or whose
+/// extrapolated tables are negative there.
 fn diffusion_roots(case: &Case) -> Vec<f64> {
     let start_k = case.exposure.initial_k[0].1;
     let root = |ply: &case::Ply| {
@@ -61,7 +65,7 @@ fn diffusion_roots(case: &Case) -> Vec<f64> {
     case.layup.plies.iter().map(root).collect()
 }
 
-/// A ply, and how many times as wide its last spacing is as its first.
+/// Depths of a ply, and the ratio of its last cell width to its first.
 #[derive(Clone, Copy, Debug)]
 struct Span {
     top_m: f64,
@@ -70,37 +74,39 @@ struct Span {
 }
 
 impl Span {
-    /// Those of a layup. A front is the blunter the further it has come, and what lies deep shows less at any sensor: spacings grow as the root of
-    /// the way that it has gone, counted from three tenths of the whole way before the hot face (benches/LOG.md has what was tried).
+    /// One per ply. Fronts spread with distance and deep cells affect the sensors less: widths grow as the square root
+    /// of the distance in √ of diffusion time, offset by three tenths of the total (benches/LOG.md has the alternatives
+    /// tried).
     fn all(case: &Case) -> Vec<Self> {
         let roots = diffusion_roots(case);
-        let (mut way, mut top_m) = (AHEAD * roots.iter().sum::<f64>(), case.layup.origin_m);
+        let (mut position, mut top_m) = (AHEAD * roots.iter().sum::<f64>(), case.layup.origin_m);
         let mut spans = Vec::with_capacity(roots.len());
         for (root, bottom_m) in roots.into_iter().zip(case.layup.faces_m()) {
-            let widening = if root > 0.0 { ((way + root) / way).sqrt() } else { 1.0 };
+            let widening = if root > 0.0 { ((position + root) / position).sqrt() } else { 1.0 };
             spans.push(Self { top_m, bottom_m, widening });
-            (way, top_m) = (way + root, bottom_m);
+            (position, top_m) = (position + root, bottom_m);
         }
         spans
     }
 
-    /// How deep a share of its spacings reaches, m: spacings that widen evenly with their number grow as the root of the way.
+    /// Depth at a share of the ply's spacings, m: widths that are linear in their number grow as the square root of the
+    /// distance.
     fn depth_m(self, share: f64) -> f64 {
-        let way = share * (2.0 + share * (self.widening - 1.0)) / (self.widening + 1.0);
-        self.top_m + way * (self.bottom_m - self.top_m)
+        let position = share * (2.0 + share * (self.widening - 1.0)) / (self.widening + 1.0);
+        self.top_m + position * (self.bottom_m - self.top_m)
     }
 
-    /// The share of its spacings that lies over a depth.
+    /// Inverse of [`depth_m`](Self::depth_m).
     fn share(self, depth_m: f64) -> f64 {
-        let way = (depth_m - self.top_m) / (self.bottom_m - self.top_m) * (self.widening + 1.0);
-        way / (1.0 + (1.0 + way * (self.widening - 1.0)).sqrt())
+        let position = (depth_m - self.top_m) / (self.bottom_m - self.top_m) * (self.widening + 1.0);
+        position / (1.0 + (1.0 + position * (self.widening - 1.0)).sqrt())
     }
 }
 
 impl Grid {
-    /// The cells of a density, each cut into so many: a grid and one of half its spacing differ in nothing else, so that their difference tells how
-    /// far either is off.
-    pub(super) fn new(case: &Case, density: &Density, cuts: usize) -> Self {
+    /// The cells of a density, each divided into `subdivisions`: grids of different subdivisions differ in nothing
+    /// else, so that their difference estimates the discretisation error.
+    pub(super) fn new(case: &Case, density: &Density, subdivisions: usize) -> Self {
         let plies_last = case.layup.plies.len() - 1;
         let (mut cells, mut plies) = (Vec::new(), Vec::new());
         let mut faces_m = vec![case.layup.origin_m];
@@ -112,7 +118,7 @@ impl Grid {
                 let is_back = ply == plies_last && stretch + 2 == marks_m.len();
                 let shares = [span.share(mark[0]), span.share(mark[1])];
                 let spacings = (density.plies[ply] * (shares[1] - shares[0])).round().max(2.0) as usize;
-                let units = spacings * density.cuts[ply] * cuts;
+                let units = spacings * density.cuts[ply] * subdivisions;
                 cut(&mut cells, &mut faces_m, span, shares, units, is_hot, is_back);
             }
             plies.push((first, cells.len()));
@@ -123,7 +129,7 @@ impl Grid {
     }
 }
 
-/// The upper and lower face of a ply and the depths of the sensors between, in order.
+/// Depths of the faces of a ply and of the sensors inside it, in order.
 fn marks(case: &Case, top_m: f64, bottom_m: f64) -> Vec<f64> {
     let close_m = 1e-9 * case.layup.back_m();
     let mut marks_m: Vec<f64> = case
@@ -138,8 +144,9 @@ fn marks(case: &Case, top_m: f64, bottom_m: f64) -> Vec<f64> {
     marks_m
 }
 
-/// Append the cells of a stretch of so many spacings, from one share of its ply's to another; an outer face takes a node, whose cell is half as wide. The half that is
-/// then over goes to the cell at the other end, or to another cell where both ends are outer faces: widths are what they are in spacings, whatever the spacing.
+/// Append the cells of a stretch of a ply, from one share of its spacings to another. A cell at an outer face is half
+/// as wide; the other half goes to the cell at the other end, or to another cell where both ends are outer faces, so
+/// that widths in units of the spacing do not depend on the spacing.
 fn cut(
     cells: &mut Vec<Cell<f64>>,
     faces_m: &mut Vec<f64>,
@@ -179,7 +186,7 @@ fn cut(
     }
 }
 
-/// Fill in what depends on a neighbour or on the start.
+/// Fill in the fields that depend on a neighbour or on the initial temperature.
 fn join(cells: &mut [Cell<f64>], case: &Case, faces_m: &[f64]) {
     for i in 0..cells.len() {
         if i + 1 < cells.len() {
@@ -189,12 +196,13 @@ fn join(cells: &mut [Cell<f64>], case: &Case, faces_m: &[f64]) {
     }
 }
 
-/// Two depths are one when they lie no further apart than this, m.
+/// Largest difference between two depths that are the same, m.
 pub(super) fn same_depth_m(case: &Case) -> f64 {
     1e-6 * (case.layup.back_m() - case.layup.origin_m)
 }
 
-/// The face nearest a sensor's depth, and how to read it: a node on an outer face, else one side of the face or both.
+/// The cell face at a sensor's depth, and its interpolation: the node of an outer face, else one side of the face or
+/// both.
 fn place(
     cells: &[Cell<f64>],
     plies: &[(usize, usize)],
@@ -244,7 +252,7 @@ fn place(
     (place, Sensor { above, below, above_m, below_m, depth_m })
 }
 
-/// How many steps from node to node lead from a first node at a distance at least as far as a reach.
+/// Number of node-to-node steps that start within `reach_m`, the first at `first_m`.
 fn steps(first_m: f64, reach_m: f64, lengths_m: impl Iterator<Item = f64>) -> u32 {
     let starts_m = lengths_m.scan(first_m, |start_m, length_m| {
         let here_m = *start_m;

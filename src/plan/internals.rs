@@ -1,10 +1,10 @@
-//! Rows of a plan, for the benches of the project.
+//! Access to the fields of a plan, for the benches of the project.
 
 use super::layout::{Conduction, Place, Ply, Rows, Scaling};
 use super::readout::Readout;
 use super::{GasPath, Plan};
 
-/// Declares accessors of fields.
+/// Declares accessors.
 macro_rules! fields {
     ($($name:ident: $type:ty = $value:expr;)+) => {
         impl Plan {

@@ -1,24 +1,24 @@
-//! The rows of a plan: the only types that cross to a device.
+//! Plain-data rows of a plan: the only types that are uploaded to a device.
 //!
-//! Rows of reals are generic over their scalar and hold nothing but reals, so that one text serves f32 and
-//! f64; rows of indices are `u32` throughout. The structs of a kernel are generated from them.
+//! Real-valued rows are generic over the scalar and hold only reals, so that one definition serves f32 and f64; index
+//! rows are `u32`. The WGSL structs of a kernel are generated from these definitions.
 
 use std::sync::Arc;
 
 #[cfg(feature = "gpu")]
-/// The layout of a row on a device: its name there, its scalar, which is `real` or `u32`, and its fields in order.
+/// The WGSL layout of a row: its name, its scalar (`real` or `u32`), and its fields in order.
 pub struct RowLayout {
     pub name: &'static str,
     pub scalar: &'static str,
     pub fields: &'static [&'static str],
 }
 
-/// Declares rows: of each a struct of one scalar type, its field names in order, and its flat form; and the layouts of
-/// all, from which kernels get their structs.
+/// Declares rows: for each a generic struct, its field names and a function that flattens it; and the layouts of all
+/// rows, from which the WGSL structs are generated.
 macro_rules! rows {
     (@map real $name:ident $($field:ident),+) => {
         impl<S: Copy> $name<S> {
-            /// The same row of another scalar.
+            /// The same row in another scalar.
             pub fn map<T>(&self, each: impl Fn(S) -> T) -> $name<T> {
                 $name { $($field: each(self.$field)),+ }
             }
@@ -33,7 +33,7 @@ macro_rules! rows {
 
             impl<S: Copy> $name<S> {
                 #[cfg(feature = "gpu")]
-                /// The fields, as a kernel names them.
+                /// Names of the fields, as in WGSL.
                 pub const FIELDS: &'static [&'static str] = &[$(stringify!($field)),+];
 
                 #[cfg(feature = "gpu")]
@@ -47,7 +47,7 @@ macro_rules! rows {
         )+
 
         #[cfg(feature = "gpu")]
-        /// The layout of every row.
+        /// Layouts of all rows.
         pub const ROWS: &[RowLayout] = &[$(RowLayout {
             name: stringify!($name),
             scalar: stringify!($scalar),
@@ -57,71 +57,74 @@ macro_rules! rows {
 }
 
 rows! {
-    /// A finite volume. Its node lies `above_m` under its upper face and `below_m` over its lower one.
+    /// A finite volume. Its node lies `above_m` below its upper face and `below_m` above its lower face.
     real Cell {
         width_m,
         above_m,
         below_m,
-        /// Half over the distance to the next node, 1/m: conductance within a ply is this times k + k'.
+        /// Half the reciprocal distance to the next node, 1/m: conductance within a ply is this times k + k'.
         half_over_next_1_m,
-        /// Temperature at the start, K.
+        /// Initial temperature, K.
         start_k,
     }
 
-    /// What does not change with time on a face.
+    /// Constant parameters of a face.
     real Face {
         film_w_m2_k,
-        /// 1/(h_r − h_w(T_cw)) of the hot-wall correction, kg/J; zero leaves the flux as given.
+        /// 1/(h_r − h_w(T_cw)) of the hot-wall correction, kg/J; zero applies the flux unchanged.
         hot_wall_kg_j,
-        /// Twice λ of the blowing correction; zero leaves it out.
+        /// 2λ of the blowing correction; zero disables it.
         blowing,
-        /// One where the temperature is prescribed, else zero.
+        /// 1 where the temperature is prescribed, else 0.
         held,
     }
 
-    /// What drives a face at one end of a step.
+    /// Boundary forcing of a face at one end of a step.
     real Drive {
         flux_w_m2,
         radiant_w_m2,
         gas_k,
         surroundings_k,
-        /// Of the gas outside.
+        /// Ambient pressure.
         pressure_pa,
         held_k,
-        /// Of the holder around the layup, the same for either face.
+        /// Temperature of the holder around the layup, the same for both faces.
         holder_k,
     }
 
-    /// A sensor on the face under its cell: `above` of the upper and `below` of the lower side are read.
+    /// Interpolation of a sensor on the face below its cell: the reading is `above` × upper side + `below` × lower side
+    /// of the face.
     real Sensor {
         above,
         below,
-        /// From the node over the face to the face, and from the face to the node under it, m.
+        /// Distance from the node above to the face, and from the face to the node below, m.
         above_m,
         below_m,
-        /// Nominal, below the hot face.
+        /// Nominal depth below the hot face, m.
         depth_m,
     }
 
-    /// Where a sensor lies: the cell over its face, the plies of that and of the next, and the column that scales its depth. Where one does, the nearest
-    /// nodes above and below the face, and how many steps from node to node its bounds may take it on either side.
+    /// Location of a sensor: the cell above its face, the plies of that cell and the next, and the factor column of its
+    /// depth. With a depth factor also the nearest nodes above and below the face, and how many node-to-node steps the
+    /// bounds of the factor reach on either side.
     u32 Place { cell, ply_above, ply_below, depth, node_above, steps_above, node_below, steps_below }
 
-    /// How a sensor's bead follows over a step: its weights of the readings at the start and at the end.
+    /// First-order lag of a thermocouple bead over a step: weights of the readings at the start and at the end.
     real Bead { start, end }
 
-    /// A ply: its cells, its block of tables, its reactions and the ensemble columns that scale it. Column 0 is one.
+    /// A ply: its cells, tables, reactions and factor columns. Column 0 is one.
     u32 Ply {
         first_cell,
         end_cell,
-        /// Where its tables begin, and how many columns a row of them has: those of every state, then those of the gas.
+        /// Offset of its tables, and columns of a table row: those of every tabulated state, then those of the gas.
         table,
         columns,
-        /// Virgin and residues; their rows begin at `first_state`.
+        /// Number of states, virgin and residues; their rows start at `first_state`.
         states,
-        /// States with properties of their own in the tables: all, or the virgin one alone where those of every residue are so many times its.
+        /// Tabulated states: all, or the virgin one alone where the properties of every residue are multiples of its.
         rows,
-        /// Conductivity columns that a member's factors tell apart: see [`Plan::parts`](super::Plan::parts).
+        /// Conductivity columns that the factors need separately: see
+        /// [`Plan::conductivity_parts`](super::Plan::conductivity_parts).
         parts,
         first_state,
         first_reaction,
@@ -135,49 +138,49 @@ rows! {
         char_yield,
         permeability,
         holder,
-        /// The factor on the contact under the ply.
+        /// Factor column of the contact below the ply.
         contact,
     }
 
-    /// The ensemble columns that scale the conductivity of a state of a ply: all of it, and each of its parts.
+    /// Factor columns of the conductivity of a state of a ply: of the total, and of each part.
     u32 Conduction {
         whole,
         solid,
         gas,
         radiative,
-        /// The factor on density where extinction follows it.
+        /// The column of the density factor, where extinction follows density.
         extinction,
     }
 
-    /// The ensemble columns that scale a face.
+    /// Factor columns of a face.
     u32 Scaling { heating, film, exchange, emissivity }
 
-    /// What is constant in a ply.
+    /// Constants of a ply.
     real Bulk {
-        /// Of the virgin material.
+        /// Density of the virgin material.
         density_kg_m3,
-        /// Share of the thickness lost when all has reacted.
+        /// Relative loss of thickness at complete reaction.
         shrinkage,
-        /// One where properties mix by volume, zero where by mass.
+        /// 1: properties mix by volume; 0: by mass.
         by_volume,
-        /// One where enthalpies are absolute and hold the heat of pyrolysis, zero where the reactions do.
+        /// 1: absolute enthalpies include the heat of pyrolysis; 0: the reactions carry it.
         absolute,
-        /// Conductance to the holder in a volume.
+        /// Conductance to the holder per volume.
         holder_w_m3_k,
     }
 
-    /// A state of a ply: virgin or a residue.
+    /// Properties of a state of a ply: virgin or a residue.
     real Substance {
-        /// Mass where it has replaced all the virgin material, over the mass of that.
+        /// Mass of this state per mass of the virgin material that it has replaced.
         remains,
         porosity,
         permeability_m2,
-        /// Klinkenberg's slip over temperature.
+        /// Klinkenberg slip pressure over temperature.
         slip_pa_k,
         inertia_1_m,
-        /// Enthalpy over that of the tables, which begins at zero, J/kg.
+        /// Enthalpy at the first table node, where the tables start at zero, J/kg.
         formation_j_kg,
-        /// Where the tables hold the virgin state alone: over what that conducts and stores.
+        /// Multiple of the virgin conductivity and heat capacity, where the tables hold the virgin state alone.
         conductivity,
         heat_capacity,
     }
@@ -189,52 +192,51 @@ rows! {
         activation_k,
         order,
         onset_k,
-        /// E/RT from which on it comes to nothing over a whole march.
+        /// E/RT above which the reaction is negligible over the whole march.
         idle,
-        /// Mass of gas over the virgin mass.
+        /// Mass of gas released per virgin mass.
         loss,
-        /// Share of the volume that it turns from one state into another.
+        /// Share of the volume that the reaction converts from one state into another.
         share,
         heat_j_kg,
-        /// One where it lives on what the reaction before it made, zero where on the virgin material.
+        /// 1: consumes the product of the previous reaction; 0: the virgin material.
         chained,
     }
 
-    /// Between which states of its ply a reaction leads.
+    /// The states that a reaction of a ply consumes and produces.
     u32 Path { source, product }
 }
 
 /// Temperature of the first node of every table, K.
 pub const TABLE_START_K: f64 = 0.0;
-/// Distance between nodes, K: a power-law property is resampled to better than 1e-4 of itself.
+/// Distance between nodes, K: the resampling error of a power-law property is below 1e-4 of its value.
 pub const TABLE_STEP_K: f64 = 5.0;
-/// Nodes of every table. The last, 4,000 K, is also the temperature above which a member has strayed.
+/// Nodes of every table. A member above the last node, 4,000 K, has diverged.
 pub const TABLE_NODES: usize = 801;
-/// Columns of a table stand in fours that are read at once: two properties, each with its value at a node and by how much it
-/// rises to the next.
+/// Table columns per vector load: two properties, each as its value at a node and its increment to the next node.
 pub const ABREAST: usize = 4;
-/// Properties in the faces' block of tables before the emissivities of the hot face in each state and those of the back
-/// face: enthalpy of air over that at the cold wall (J/kg) and its slope (J/kg/K).
+/// Properties in the table of the faces before the emissivities of the hot face and of the back face in each state:
+/// enthalpy of air relative to the cold wall (J/kg) and its slope (J/kg/K).
 pub const AIR_PROPERTIES: usize = 2;
-/// Columns of that block.
+/// Columns of the table of the faces.
 pub const FACE_COLUMNS: usize = 2 * (AIR_PROPERTIES + 2 * STATES_MAX);
-/// Columns of the gas at the end of a row: enthalpy (J/kg), its slope (J/kg/K), molar mass over the gas constant
-/// (kg K/J) and viscosity (Pa s).
+/// Gas columns at the end of a row: enthalpy (J/kg), its slope (J/kg/K), molar mass over the gas constant (kg K/J) and
+/// viscosity (Pa s).
 pub const GAS_COLUMNS: usize = 2 * 4;
-/// Most states of a ply.
+/// Maximum number of states of a ply.
 pub const STATES_MAX: usize = 4;
-/// Levels of pressure in the tables of a case whose pressure changes.
+/// Pressure levels in the tables of a case with varying pressure.
 pub const LEVELS_MAX: usize = 17;
-/// What is told of a whole layup at every instant, where it makes gas or lets it through.
+/// Gauges of a layup at every instant, in a case with gas.
 pub const GAUGES: usize = 6;
 
-/// Sums of heat that a member keeps: in and out through the hot face and the back face, from and to the holder.
+/// Accumulated heats of a member: in and out through the hot face and the back face, from and to the holder.
 pub const HEATS: usize = 6;
 
-/// No reading falls on the end of this step.
+/// Marks a step that ends on no instant.
 pub const NO_INSTANT: u32 = u32::MAX;
 
-/// The real-valued rows of a plan, in the scalar of a march.
+/// The real-valued data of a plan, in the scalar of a march.
 #[derive(Clone, Debug)]
 pub struct Rows<S> {
     pub cells: Vec<Cell<S>>,
@@ -245,16 +247,16 @@ pub struct Rows<S> {
     pub reactions: Vec<Reaction<S>>,
     /// Contact resistance of each interface, m²K/W.
     pub contacts_m2_k_w: Vec<S>,
-    /// Hot, back.
+    /// Hot face, back face.
     pub faces: [Face<S>; 2],
-    /// Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the
-    /// end of the march.
+    /// Four a step: hot face at its start and end, back face at its start and end; then four for the end of the march.
     pub drives: Vec<Drive<S>>,
     pub lengths_s: Vec<S>,
-    /// Ply × level × node × state × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI, and where the
-    /// conductivity is in parts, the first of which is then the solid one, × (radiative, its slope, gas, its slope); in each row
-    /// what all states are like that have rows is followed by what the gas is like, where there is one. Plies of one material share their
-    /// tables. Then the faces' table. Each property with by how much it rises to the next node. Plans of one case share them.
+    /// Ply × pressure level × node × state × (conductivity, heat capacity, slope of the conductivity, enthalpy), SI.
+    /// Where the conductivity is in parts, its first column is the solid part, and (radiative, its slope, gas, its
+    /// slope) follow. Each row ends with the gas properties, if the case has gas. Each property is a pair: value at the
+    /// node, increment to the next. Plies of one material share a table; the table of the faces is last. Plans of one
+    /// case share the tables.
     pub tables: Arc<[S]>,
     pub sensors: Vec<Sensor<S>>,
     /// Step × sensor.
@@ -262,7 +264,7 @@ pub struct Rows<S> {
 }
 
 impl<S: Copy> Rows<S> {
-    /// The same rows in another scalar.
+    /// The same data in another scalar.
     pub fn map<T>(&self, each: impl Fn(S) -> T + Copy) -> Rows<T> {
         Rows {
             cells: self.cells.iter().map(|row| row.map(each)).collect(),

@@ -1,8 +1,8 @@
-//! The bridge: a case flattened for marching. It cannot fail, because a case holds.
+//! A case flattened into plain data for the march. Planning cannot fail, because a case is valid.
 //!
-//! Variety ends here. Every property becomes a column of a table on one uniform temperature grid, so that a
-//! look-up is a floor and a lerp; every face becomes one row of coefficients an instant; every scaled
-//! quantity points at a column of the ensemble, and what nobody scales points at column 0, which is one.
+//! Every property becomes a column of a table on one uniform temperature grid, so that a look-up is a floor and a
+//! linear interpolation; every boundary schedule becomes four rows a step; every scaled quantity refers to a factor
+//! column of the ensemble, and unscaled quantities refer to column 0, which is one.
 
 mod clock;
 mod columns;
@@ -44,8 +44,8 @@ use steps::{beads, instants};
 use substances::{bulk, paths, plies, reactions, substances};
 use tables::{Tables, states};
 
-/// The estimated discretisation error of one gauge of the nominal member, and its tolerance: of fronts in m, at 95 % of the instants; of
-/// the others as a share of their peak, at any instant.
+/// Estimated discretisation error of one gauge of the nominal member, and its tolerance: for fronts in m, at 95 % of
+/// the instants; for other gauges relative to their peak, at every instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct GaugeError {
@@ -53,127 +53,129 @@ pub struct GaugeError {
     pub gauge: Gauge,
     /// The estimated error.
     pub error: f64,
-    /// The error that adaptation aims for.
+    /// The tolerance of the adaptation.
     pub tolerance: f64,
 }
 
-/// Estimated discretisation errors: of temperatures the largest at any sensor and instant, K.
+/// Estimated discretisation errors. A temperature error is the largest at any sensor and instant, K.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub struct Reached {
-    /// What was asked for.
+    /// The tolerance of the case.
     pub tolerance_k: f64,
-    /// Of the nominal member.
+    /// Error of the nominal member.
     pub nominal_k: f64,
-    /// The largest of members at corners of the factors' small bounds that arrived; none where there are no factors.
+    /// The largest error of the members at corners of the factors' small bounds that completed; `None` without factors.
     pub corners_k: Option<f64>,
-    /// Of the nominal member; none where nothing decomposes and no gas flows.
+    /// Gauges of the nominal member; empty without decomposition and gas flow.
     pub gauges: Vec<GaugeError>,
 }
 
-/// How finely a plan cuts space and time.
+/// Resolution of a plan in space and time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Discretisation {
     /// Cells of each ply.
     pub density: Density,
-    /// Steps through time.
+    /// Time steps.
     pub pace: Pace,
 }
 
 impl Discretisation {
-    /// With every cell and every step cut into so many more.
+    /// With every cell and every step divided into `times` parts.
     #[must_use]
     pub fn refined(&self, times: usize) -> Self {
         let mut finer = self.clone();
-        finer.density.cuts.iter_mut().for_each(|cuts| *cuts *= times);
+        finer.density.cuts.iter_mut().for_each(|parts| *parts *= times);
         if finer.pace.slices.is_empty() {
             finer.pace.slices.push(Slice { from_s: 0.0, density: 1.0, cuts: 1 });
         }
-        finer.pace.slices.iter_mut().for_each(|slice| slice.cuts *= times);
+        finer.pace.slices.iter_mut().for_each(|segment| segment.cuts *= times);
         finer
     }
 }
 
-/// All that a backend reads.
+/// All input of a backend.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// What its cells and steps were made of.
+    /// The resolution in space and time.
     pub(crate) discretisation: Discretisation,
-    /// How far its temperatures are off, where a pilot found out.
+    /// Estimated discretisation error, where an adaptation estimated it.
     pub(crate) reached: Option<Reached>,
-    /// The same with half the cells and half the steps, read at the same instants; of that, none.
+    /// The plan with half the cells and half the steps, with the same instants; it has no coarser one itself.
     pub(crate) coarse: Option<Box<Self>>,
     /// Times at which the sensors are read, s; the first is zero.
     pub(crate) instants_s: Vec<f64>,
     /// End of each step, s, after a first entry of zero.
     pub(crate) times_s: Vec<f64>,
-    /// The record that is made at each of `times_s`, or [`NO_INSTANT`](layout::NO_INSTANT).
+    /// Number of the record at each of `times_s`, or [`NO_INSTANT`](layout::NO_INSTANT).
     pub(crate) instants: Vec<u32>,
-    /// Records of every sensor that a march makes.
+    /// Records of every sensor in a march.
     pub(crate) records: usize,
-    /// What instants are read from; `None` where they are the records.
+    /// Interpolation from records to instants; `None` where they coincide.
     pub(crate) readout: Option<Readout>,
     /// Sensors on faces whose temperature is prescribed.
     pub(crate) held_readings: Vec<HeldReading>,
     pub(crate) plies: Vec<Ply<u32>>,
     /// Ply × state.
     pub(crate) conductions: Vec<Conduction<u32>>,
-    /// Scaling columns of the hot and of the back face.
+    /// Factor columns of the hot face and of the back face.
     pub(crate) scalings: [Scaling<u32>; 2],
-    /// Where each sensor lies.
+    /// Location of each sensor.
     pub(crate) places: Vec<Place<u32>>,
-    /// Whether the depth of a sensor is scaled; where none is, nothing is spent on it.
+    /// Whether a factor scales the depth of a sensor; the march skips displaced readings otherwise.
     pub(crate) has_depths: bool,
-    /// Conductivity columns of a table: one; two, the last of them radiative, where a factor on density makes a ply more
-    /// opaque; solid, gas and radiative where a factor tells them apart. Of plies the most; each has its own.
+    /// Conductivity columns of a table row, the maximum over plies. One: the total. Two: solid with gas, and radiative,
+    /// where a factor on density scales extinction. Three: solid, gas and radiative, where a factor scales a part.
     pub(crate) parts: usize,
-    /// Levels of pressure in the tables: one where the pressure never changes.
+    /// Pressure levels in the tables: one where the pressure is constant.
     pub(crate) levels: usize,
-    /// The pressure half-way up the levels, Pa.
+    /// The pressure at the middle level, Pa.
     pub(crate) middle_pa: f64,
-    /// Most states of a ply, and most reactions.
+    /// Maximum number of states of a ply, and of reactions.
     pub(crate) states: usize,
     pub(crate) reactions: usize,
-    /// Between which states each reaction leads.
+    /// The states that each reaction consumes and produces.
     pub(crate) paths: Vec<Path<u32>>,
-    /// How gas leaves; `None` where none is made and none flows.
+    /// Gas transport model; `None` without gas.
     pub(crate) gas: Option<GasPath>,
-    /// Whether gauges are read at every instant, where there is gas: see [`Plan::without_gauges`].
+    /// Whether gauges are recorded at every instant, in a case with gas: see [`Plan::without_gauges`].
     pub(crate) has_gauges: bool,
-    /// Whether the back face lets gas through.
+    /// Whether the back face is permeable to gas.
     pub(crate) back_is_open: bool,
-    /// Faces that are anything but insulated, from the hot one on: both, or that one alone, and nothing is spent on the back one.
+    /// Faces that are not insulated, counted from the hot face: 2, or 1 where the march skips the back face.
     pub(crate) open_faces: usize,
-    /// Whether a holder takes heat sideways; where none does, nothing is spent on it.
+    /// Whether a holder takes heat sideways; the march skips it otherwise.
     pub(crate) has_holder: bool,
-    /// Factors of a member; columns are one more.
+    /// Number of factors; an ensemble has one column more.
     pub(crate) factors: usize,
-    /// Where a ply refuses to leave its tables: the range of temperatures it allows, K.
+    /// Range of temperatures in which each ply's tables that refuse extrapolation are valid, K.
     pub(crate) allowed_k: Vec<(f64, f64)>,
     pub(crate) rows: Rows<f64>,
-    /// The schedules of the exposure, which plans of one case share.
+    /// The schedules of the exposure, shared by plans of one case.
     forcing: Arc<Forcing>,
 }
 
 /// A sensor without lag on a face whose temperature is prescribed.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct HeldReading {
-    /// The place of the sensor in the case.
+    /// Index of the sensor in the case.
     pub(crate) sensor: usize,
-    /// Hot 0, back 1.
+    /// 0: hot face; 1: back face.
     pub(crate) face: usize,
-    /// The prescribed temperature at every instant, K, where steps smooth it; otherwise the node of the face has it.
+    /// The prescribed temperature at every instant, K, where it differs from the temperature of the face node: the
+    /// steps smooth it, or it jumps within a step.
     pub(crate) temperatures_k: Option<Vec<f64>>,
 }
 
 impl Plan {
-    /// A case at the cells and steps that it states, and at half of both.
+    /// The plan at the resolution that a case specifies, and at half of it.
     pub fn new(case: &Case) -> Self {
         Self::cut(case, Self::stated(case))
     }
 
-    /// A case at what it states, each cell and each step cut into so many: what errors of it are in proportion to is known exactly.
+    /// The specified resolution with each cell and each step divided into `cells` and `steps` parts, without a coarser
+    /// plan: for convergence studies with exact refinement ratios.
     pub fn finer(case: &Case, cells: usize, steps: usize) -> Self {
         let mut stated = Self::stated(case);
         stated.density.cuts.fill(2 * cells);
@@ -186,18 +188,19 @@ impl Plan {
         Discretisation { density, pace: Pace::slowed(&case.resolution, 2.0) }
     }
 
-    /// A case at a discretisation, and with each cell and step cut into two.
+    /// The plan of a case at a discretisation with each cell and step halved; its coarse plan is the discretisation
+    /// itself.
     pub fn cut(case: &Case, discretisation: Discretisation) -> Self {
         Self::sharing(case, discretisation, &Tables::new(case), &Arc::new(Forcing::new(case)))
     }
 
-    /// The steps of a pace for the case of this plan, each cut into so many.
-    pub fn clock(&self, case: &Case, pace: &Pace, cuts: usize) -> Clock {
-        Clock::new(case, &self.forcing, pace, cuts)
+    /// The time grid of a step rule for this case, each step divided into `subdivisions`.
+    pub fn clock(&self, case: &Case, control: &Pace, subdivisions: usize) -> Clock {
+        Clock::new(case, &self.forcing, control, subdivisions)
     }
 
-    /// The case of this plan at other cells and steps. Tables and schedules depend on neither and are shared: to make the tables takes
-    /// about as long as to march a member, and a pilot tries a hundred plans.
+    /// The plan of the same case at another discretisation. Tables and schedules do not depend on it and are shared:
+    /// building the tables takes about as long as marching a member, and an adaptation tries a hundred plans.
     pub fn recut(&self, case: &Case, discretisation: Discretisation) -> Self {
         let places = self.plies.iter().map(|ply| ply.table as usize).collect();
         let tables = Tables { words: Arc::clone(&self.rows.tables), places };
@@ -206,16 +209,22 @@ impl Plan {
     }
 
     fn sharing(case: &Case, discretisation: Discretisation, tables: &Tables, forcing: &Arc<Forcing>) -> Self {
-        let [coarse, fine] = [1, 2].map(|cuts| Self::of(case, &discretisation, cuts, tables, forcing));
+        let [coarse, fine] = [1, 2].map(|subdivisions| Self::of(case, &discretisation, subdivisions, tables, forcing));
         Self { coarse: Some(Box::new(coarse)), ..fine }
     }
 
-    fn of(case: &Case, discretisation: &Discretisation, cuts: usize, tables: &Tables, forcing: &Arc<Forcing>) -> Self {
-        let grid = Grid::new(case, &discretisation.density, cuts);
-        let clock = Clock::new(case, forcing, &discretisation.pace, cuts);
-        let (instants, records) = match &clock.readout {
-            None => (instants(&clock), clock.instants_s.len()),
-            Some(_) => ((0..clock.times_s.len() as u32).collect(), clock.times_s.len()),
+    fn of(
+        case: &Case,
+        discretisation: &Discretisation,
+        subdivisions: usize,
+        tables: &Tables,
+        forcing: &Arc<Forcing>,
+    ) -> Self {
+        let grid = Grid::new(case, &discretisation.density, subdivisions);
+        let time_grid = Clock::new(case, forcing, &discretisation.pace, subdivisions);
+        let (instants, records) = match &time_grid.readout {
+            None => (instants(&time_grid), time_grid.instants_s.len()),
+            Some(_) => ((0..time_grid.times_s.len() as u32).collect(), time_grid.times_s.len()),
         };
         let conductions: Vec<_> = case.layup.plies.iter().flat_map(|ply| conductions(case, ply)).collect();
         let parts = tables::parts(case);
@@ -223,18 +232,18 @@ impl Plan {
         let states = case.layup.plies.iter().map(|ply| states(&ply.material)).max().unwrap_or(1);
         let (places, sensors): (Vec<_>, Vec<_>) = grid.sensors.into_iter().unzip();
         let holder_w_m3_k = case.exposure.holder.as_ref().map_or(0.0, |holder| holder.conductance_w_m3_k);
-        let duration_s = clock.times_s.last().map_or(0.0, |end_s| end_s - clock.times_s[0]);
+        let duration_s = time_grid.times_s.last().map_or(0.0, |end_s| end_s - time_grid.times_s[0]);
         let rows = Rows {
             bulks: case.layup.plies.iter().map(|ply| bulk(&ply.material, holder_w_m3_k)).collect(),
             substances: case.layup.plies.iter().flat_map(|ply| substances(&ply.material)).collect(),
             reactions: case.layup.plies.iter().flat_map(|ply| reactions(&ply.material, duration_s)).collect(),
             contacts_m2_k_w: case.layup.contacts_w_m2_k.iter().map(|h| h.map_or(0.0, |h| 1.0 / h)).collect(),
             faces: [face(&case.exposure.hot_face), face(&case.exposure.back_face)],
-            drives: forcing.drives(&clock.times_s),
-            lengths_s: clock.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
+            drives: forcing.drives(&time_grid.times_s),
+            lengths_s: time_grid.times_s.windows(2).map(|pair| pair[1] - pair[0]).collect(),
             tables: Arc::clone(&tables.words),
             sensors,
-            beads: beads(case, &clock),
+            beads: beads(case, &time_grid),
             cells: grid.cells,
         };
         Self {
@@ -243,8 +252,8 @@ impl Plan {
             reached: None,
             instants,
             records,
-            readout: clock.readout,
-            held_readings: held_readings(case, &places, forcing, &clock.times_s, &clock.instants_s),
+            readout: time_grid.readout,
+            held_readings: held_readings(case, &places, forcing, &time_grid.times_s, &time_grid.instants_s),
             plies: plies(case, &grid.plies, &tables.places, parts),
             conductions,
             scalings: scalings(case),
@@ -268,12 +277,12 @@ impl Plan {
             allowed_k: case.layup.plies.iter().map(|ply| allowed(&ply.material)).collect(),
             rows,
             forcing: Arc::clone(forcing),
-            instants_s: clock.instants_s,
-            times_s: clock.times_s,
+            instants_s: time_grid.instants_s,
+            times_s: time_grid.times_s,
         }
     }
 
-    /// What its cells and steps were made of.
+    /// The resolution in space and time.
     pub fn discretisation(&self) -> &Discretisation {
         &self.discretisation
     }
@@ -283,7 +292,7 @@ impl Plan {
         self.reached.as_ref()
     }
 
-    /// The plan with half the cells and half the steps, read at the same instants; none of a plan that is itself such.
+    /// The plan with half the cells and half the steps, with the same instants; `None` for a coarse plan.
     pub fn coarse(&self) -> Option<&Self> {
         self.coarse.as_deref()
     }
@@ -308,22 +317,23 @@ impl Plan {
         self.rows.cells.len()
     }
 
-    /// Properties of a state in a row of a ply's tables.
+    /// Properties of a state in a table row.
     pub fn properties(&self) -> usize {
         tables::properties(self.parts)
     }
 
-    /// Where the faces' table begins.
+    /// Offset of the table of the faces.
     pub fn face_table(&self) -> usize {
         self.rows.tables.len() - TABLE_NODES * FACE_COLUMNS
     }
 
-    /// Gauges read at every instant: all, or none.
+    /// Number of gauges recorded at every instant: all, or none.
     pub fn gauges(&self) -> usize {
         if self.has_gauges { layout::GAUGES } else { 0 }
     }
 
-    /// The same for members of which nobody asks for gauges: to find fronts in every cell at every instant took 7 % of a march (benches/LOG.md).
+    /// The same plan without gauges: locating the fronts in every cell at every instant took 7 % of a march
+    /// (benches/LOG.md).
     #[must_use]
     pub fn without_gauges(self) -> Self {
         let coarse = self.coarse.map(|coarse| Box::new(coarse.without_gauges()));
@@ -382,7 +392,7 @@ fn scalings(case: &Case) -> [Scaling<u32>; 2] {
     ]
 }
 
-/// Temperature of the cold wall at which probe heat flux is stated, K.
+/// Cold-wall temperature of the stated heat flux of a probe, K.
 const COLD_WALL_K: f64 = 300.0;
 
 fn face(face: &Face) -> layout::Face<f64> {
@@ -399,7 +409,7 @@ fn face(face: &Face) -> layout::Face<f64> {
     }
 }
 
-/// The temperatures a ply may take: those of every table of its material that refuses to be left.
+/// The range of temperatures in which all tables of a material that refuse extrapolation are valid, K.
 fn allowed(material: &Material) -> (f64, f64) {
     let mut allowed_k = (f64::NEG_INFINITY, f64::INFINITY);
     let mut narrow = |table: &Table| {

@@ -1,21 +1,23 @@
-//! Readings between steps.
+//! Interpolation of readings between steps.
 //!
-//! Steps that had to end on every instant would be many where nothing happens any more. A reading between steps is taken from the
-//! cubic through the two steps before it and the two after, none of them beyond a corner of a schedule, where slopes jump.
+//! Ending a step on every instant would force many short steps where little changes. A reading between steps is
+//! interpolated by the cubic through the two records before it and the two after it; no stencil crosses a corner of a
+//! schedule, where slopes jump.
 
 use super::same_instant::same_instant_s;
 
-/// Steps that a reading is taken from, at most.
+/// Maximum number of records in an interpolation stencil.
 pub const TAPS: usize = 4;
 
-/// What each instant is read from: records and their weights, the same for all members.
+/// The interpolation stencil of each instant: records and weights, the same for all members.
 #[derive(Clone, Debug)]
 pub struct Readout {
     taps: Vec<[(usize, f64); TAPS]>,
 }
 
 impl Readout {
-    /// From records at `times_s`, among which all of `corners_s` are, to readings at `instants_s`, none of which is later than the last record.
+    /// Interpolation from records at `times_s`, which include all `corners_s`, to `instants_s`, none later than the
+    /// last record.
     pub(super) fn new(times_s: &[f64], corners_s: &[f64], instants_s: &[f64]) -> Self {
         let close_s = same_instant_s(times_s.last().copied().unwrap_or_default());
         let at = |time_s: f64| times_s.partition_point(|&other_s| other_s < time_s - close_s);
@@ -37,27 +39,27 @@ impl Readout {
     }
 
     #[cfg(feature = "internals")]
-    /// The records that each instant is read from, with their weights, which add up to one.
+    /// The records and weights of each instant; the weights add up to one.
     pub fn taps(&self) -> &[[(usize, f64); TAPS]] {
         &self.taps
     }
 
-    /// How many instants are read.
+    /// Number of instants.
     pub fn instants(&self) -> usize {
         self.taps.len()
     }
 
-    /// The readings up to one of the instants.
+    /// The interpolation up to one of the instants.
     pub(super) fn until(&self, instant: usize) -> Self {
         Self { taps: self.taps[..=instant].to_vec() }
     }
 
-    /// The last record that is read.
+    /// The last record that any stencil uses.
     pub(super) fn last(&self) -> usize {
         self.taps.iter().flatten().map(|&(record, _)| record).max().unwrap_or_default()
     }
 
-    /// Append the readings at all instants to `readings`, from the records of one sensor.
+    /// Append to `readings` the readings at all instants, from the records of one sensor.
     pub fn read(&self, records: &[f64], readings: &mut Vec<f64>) {
         readings.extend(
             self.taps.iter().map(|taps| taps.iter().map(|&(record, weight)| weight * records[record]).sum::<f64>()),
@@ -65,7 +67,7 @@ impl Readout {
     }
 }
 
-/// Lagrange's weights of some records at an instant.
+/// Lagrange weights of some records at an instant.
 fn weights(times_s: &[f64], records: std::ops::Range<usize>, instant_s: f64) -> [(usize, f64); TAPS] {
     let mut taps = [(records.start, 0.0); TAPS];
     for (tap, record) in taps.iter_mut().zip(records.clone()) {
@@ -88,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cubic_is_read_exactly_on_uneven_steps() {
+    fn a_cubic_is_interpolated_exactly_on_nonuniform_steps() {
         let cubic = |t: f64| 300.0 + 2.0 * t - 0.3 * t * t + 0.05 * t * t * t;
         let instants_s = [0.0, 0.1, 0.9, 2.0, 3.3, 6.9, 7.0];
         let readings = read(&[0.0, 0.5, 1.5, 2.0, 4.0, 7.0], &[0.0], &instants_s, cubic);
@@ -98,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn no_reading_looks_beyond_a_corner() {
+    fn no_stencil_crosses_a_corner() {
         let kinked = |t: f64| if t < 2.0 { 300.0 + 10.0 * t } else { 320.0 - 5.0 * (t - 2.0) };
         let instants_s = [0.3, 1.7, 1.9, 2.0, 2.1, 3.5];
         let readings = read(&[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0], &[0.0, 2.0], &instants_s, kinked);
@@ -106,11 +108,11 @@ mod tests {
             assert!((reading - kinked(instant_s)).abs() < 1e-10, "{reading} at {instant_s} s");
         }
         let blurred = read(&[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0], &[0.0], &[1.9], kinked);
-        assert!((blurred[0] - kinked(1.9)).abs() > 0.1, "the corner does not matter");
+        assert!((blurred[0] - kinked(1.9)).abs() > 0.1, "a stencil across the corner is exact");
     }
 
     #[test]
-    fn two_steps_between_corners_are_enough() {
+    fn single_steps_between_corners_are_interpolated_linearly() {
         let readings = read(&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0], &[0.25, 1.5], |t| 300.0 + t);
         assert_eq!(readings, [300.25, 301.5]);
     }

@@ -1,4 +1,4 @@
-//! Rows of plies: what they are made of, what that turns into, and what scales it.
+//! Ply rows: properties of the states, reactions and factor columns.
 
 use super::columns::column;
 use super::layout::{Bulk, Path, Ply, Reaction, Substance};
@@ -6,7 +6,7 @@ use super::tables::{columns, enthalpy_j_kg, parts_of, rows, states};
 use crate::case::GAS_CONSTANT_J_MOL_K;
 use crate::case::{Case, Material, Mixing, Pores, Property, PyrolysisHeat, Sequence, Table};
 
-/// Of each ply its cells are given, and where its tables begin.
+/// The ply rows, given the cell range and the table offset of each ply.
 pub(super) fn plies(case: &Case, cells: &[(usize, usize)], tables: &[usize], parts: usize) -> Vec<Ply<u32>> {
     let (mut state, mut reaction) = (0, 0);
     let cut = case.layup.plies.iter().zip(cells).zip(tables);
@@ -41,7 +41,7 @@ pub(super) fn plies(case: &Case, cells: &[(usize, usize)], tables: &[usize], par
     .collect()
 }
 
-/// Between which states the reactions of a material lead: all to the char, or one after the other.
+/// The states that each reaction of a material consumes and produces: side by side from virgin to char, or in a chain.
 pub(super) fn paths(material: &Material) -> Vec<Path<u32>> {
     let Some(decomposition) = &material.decomposition else { return vec![] };
     let places = 0..decomposition.reactions.len() as u32;
@@ -77,7 +77,7 @@ pub(super) fn substances(material: &Material) -> Vec<Substance<f64>> {
         conductivity: multiples[state][0],
         heat_capacity: multiples[state][1],
     };
-    // Tables begin their enthalpy at their first node.
+    // The enthalpy in the tables is zero at the first node.
     let over = |heat_capacity: &Table, stated_j_kg: f64, reference_k: f64| {
         stated_j_kg - enthalpy_j_kg(heat_capacity, reference_k)
     };
@@ -97,8 +97,8 @@ pub(super) fn substances(material: &Material) -> Vec<Substance<f64>> {
     rows
 }
 
-/// Share of its reactant that a reaction uses up at most over a whole march where it counts as idle. A factor on activation energies moves the
-/// mark along, one on the rates does not: twice the rate is twice this, which is still nothing.
+/// Largest converted share of the reactant over a whole march for which a reaction is skipped. A factor on activation
+/// energies shifts the threshold; a factor on rates does not, as twice this share is still negligible.
 const NOTHING: f64 = 1e-9;
 
 pub(super) fn reactions(material: &Material, duration_s: f64) -> Vec<Reaction<f64>> {

@@ -1,4 +1,4 @@
-//! Every property as columns on one uniform temperature grid.
+//! Material properties as columns on one uniform temperature grid.
 
 use super::COLD_WALL_K;
 use super::columns::conductions;
@@ -7,7 +7,7 @@ use crate::case::air::air_enthalpy_j_kg;
 use crate::case::{Case, Conductivity, Emissivity, Face, GAS_CONSTANT_J_MOL_K, GasPath, Material, Ply, Table};
 use std::sync::Arc;
 
-/// All tables of a case, the faces' last, and where those of each ply begin.
+/// All tables of a case, the table of the faces last, and the offset of each ply's table.
 pub(super) struct Tables {
     pub(super) words: Arc<[f64]>,
     pub(super) places: Vec<usize>,
@@ -47,24 +47,24 @@ fn tables(case: &Case) -> (Vec<f64>, Vec<usize>) {
     (words, places)
 }
 
-/// What each state of a material conducts and stores.
+/// Conductivity and heat capacity of each state of a material.
 fn state_tables(material: &Material) -> impl Iterator<Item = (&Conductivity, &Table)> {
     let residues = material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
     std::iter::once((&material.conductivity, &material.heat_capacity))
         .chain(residues.map(|residue| (&residue.conductivity, &residue.heat_capacity)))
 }
 
-/// States of a material: virgin and its residues.
+/// Number of states of a material: virgin and residues.
 pub(super) fn states(material: &Material) -> usize {
     1 + material.decomposition.as_ref().map_or(0, |decomposition| decomposition.residues.len())
 }
 
-/// Those of them that have rows in the tables: the others are so many times the virgin one.
+/// Number of tabulated states: the others are multiples of the virgin one.
 pub(super) fn rows(material: &Material) -> usize {
     if material.multiples().is_some() { 1 } else { states(material) }
 }
 
-/// Conductivity columns that are told apart in a ply: see [`Plan::parts`](super::Plan::parts).
+/// Conductivity columns of a ply: see [`Plan::conductivity_parts`](super::Plan::conductivity_parts).
 pub(super) fn parts_of(case: &Case, ply: &Ply) -> usize {
     let told_apart =
         conductions(case, ply).into_iter().map(|row| match (row.solid, row.gas, row.radiative, row.extinction) {
@@ -75,25 +75,25 @@ pub(super) fn parts_of(case: &Case, ply: &Ply) -> usize {
     told_apart.max().unwrap_or(1)
 }
 
-/// The most of any ply, for which the rows of all have room.
+/// The maximum over plies, for which all rows have columns.
 pub(super) fn parts(case: &Case) -> usize {
     case.layup.plies.iter().map(|ply| parts_of(case, ply)).max().unwrap_or(1)
 }
 
-/// Properties of a state: four more where its conductivity is in parts.
+/// Properties of a state: four, or eight where its conductivity is in parts.
 pub(super) fn properties(parts: usize) -> usize {
     if parts > 1 { 8 } else { 4 }
 }
 
-/// Columns of a row of a ply's tables.
+/// Columns of a table row of a ply.
 pub(super) fn columns(case: &Case, material: &Material, parts: usize) -> usize {
     2 * properties(parts) * rows(material) + if case.gas.is_some() { GAS_COLUMNS } else { 0 }
 }
 
-/// How many levels of pressure a case needs, and the pressure half-way up, Pa.
+/// Number of pressure levels that a case needs, and the pressure at the middle level, Pa.
 ///
-/// Levels are even in `P/(P + P_middle)`, which takes all pressures from none to any into zero to one, and in
-/// which the gas part of a conductivity, `P/(P + B(T))`, is close to straight.
+/// Levels are equidistant in `P/(P + P_middle)`, which maps all pressures to [0, 1] and in which the gas part of a
+/// conductivity, `P/(P + B(T))`, is nearly linear.
 pub(super) fn levels(case: &Case) -> (usize, f64) {
     let exposure = &case.exposure;
     let pressures_pa =
@@ -111,20 +111,20 @@ pub(super) fn levels(case: &Case) -> (usize, f64) {
     (if feels && (flows || !is_steady) { LEVELS_MAX } else { 1 }, middle_pa)
 }
 
-/// The pressure of a level, Pa; the ends stand in for none and for any.
+/// The pressure of a level, Pa; the end levels are shifted off zero and infinity.
 fn level_pa(level: usize, levels: usize, middle_pa: f64) -> f64 {
     let share = (level as f64 / (levels - 1) as f64).clamp(1e-6, 1.0 - 1e-6);
     middle_pa * share / (1.0 - share)
 }
 
-/// Temperatures of the nodes; absolute zero, where gases conduct nothing over nothing, is stood in for.
+/// Node temperatures, K; absolute zero is shifted, where the gas conductivity is 0/0.
 fn nodes() -> impl Iterator<Item = f64> {
     (0..TABLE_NODES).map(|node| (TABLE_START_K + TABLE_STEP_K * node as f64).max(1e-6))
 }
 
-/// Slope of a column at its nodes, per kelvin. Between nodes slopes are interpolated like any property: a slope
-/// that jumped from segment to segment would make temperatures jump as a factor moves a cell across a node, by
-/// little, but by enough to drown a derivative by differences.
+/// Slope of a column at its nodes, per kelvin. Slopes are interpolated like any property: with piecewise constant
+/// slopes a temperature would jump slightly when a factor moves a cell across a node, enough to spoil a derivative by
+/// finite differences.
 fn slopes(column: &[f64]) -> Vec<f64> {
     let last = column.len() - 1;
     (0..column.len())
@@ -135,8 +135,8 @@ fn slopes(column: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Properties of a state node by node, so many of its parts told apart and with room for as many as any ply has. Enthalpy is the exact
-/// integral of the resampled heat capacity.
+/// Properties of a state at the nodes, with `own` conductivity parts of its ply and columns for `parts`. Enthalpy is
+/// the exact integral of the resampled heat capacity.
 fn solid_properties(
     conductivity: &Conductivity,
     heat_capacity: &Table,
@@ -166,7 +166,7 @@ fn solid_properties(
     columns
 }
 
-/// The integral of a heat capacity from the first node to every node, exact for the straight lines between.
+/// Enthalpy at every node relative to the first, J/kg: the exact integral of a heat capacity linear between nodes.
 fn risen(heat_capacities: &[f64]) -> Vec<f64> {
     let rises = heat_capacities.windows(2).map(|pair| 0.5 * TABLE_STEP_K * (pair[0] + pair[1]));
     std::iter::once(0.0)
@@ -177,7 +177,7 @@ fn risen(heat_capacities: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Enthalpy at a temperature over that at the first node, as the march reads it, J/kg.
+/// Enthalpy at a temperature relative to the first node, as the march interpolates it, J/kg.
 pub(super) fn enthalpy_j_kg(heat_capacity: &Table, temperature_k: f64) -> f64 {
     let heat_capacities: Vec<f64> = nodes().map(|temperature_k| heat_capacity.at(temperature_k)).collect();
     let position = (temperature_k - TABLE_START_K) / TABLE_STEP_K;
@@ -186,7 +186,7 @@ pub(super) fn enthalpy_j_kg(heat_capacity: &Table, temperature_k: f64) -> f64 {
     risen(&heat_capacities)[row] + TABLE_STEP_K * share * (under + 0.5 * share * (over - under))
 }
 
-/// Properties node by node, each with its rise to the next node.
+/// Properties at the nodes, each paired with its increment to the next node.
 fn interleaved(properties: &[Vec<f64>]) -> Vec<f64> {
     let of = |node: usize, property: &Vec<f64>| {
         let next = property.get(node + 1).unwrap_or(&property[node]);
@@ -205,11 +205,11 @@ fn face_table(case: &Case) -> Vec<f64> {
     for (face, ply) in [(&exposure.hot_face, plies.first()), (&exposure.back_face, plies.last())] {
         columns.extend((0..STATES_MAX).map(|state| emissivities(face, ply, state)));
     }
-    debug_assert_eq!(2 * columns.len(), FACE_COLUMNS, "the layout says how many columns there are");
+    debug_assert_eq!(2 * columns.len(), FACE_COLUMNS, "columns as the layout declares");
     interleaved(&columns)
 }
 
-/// Emissivity of a face at every node with its ply in a state; past the last one, of the char.
+/// Emissivity of a face at every node with its ply in a state; for a state beyond the last, that of the char.
 fn emissivities(face: &Face, ply: Option<&Ply>, state: usize) -> Vec<f64> {
     let own = |ply: &Ply| {
         let residues = ply.material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
@@ -227,8 +227,7 @@ fn emissivities(face: &Face, ply: Option<&Ply>, state: usize) -> Vec<f64> {
     }
 }
 
-/// Enthalpy of the gas that flows, its slope, its molar mass over the gas constant, its viscosity; nothing where no gas
-/// flows.
+/// Enthalpy of the gas, its slope, its molar mass over the gas constant, its viscosity; empty without gas.
 fn gas_properties(case: &Case) -> Vec<Vec<f64>> {
     let Some(flow) = &case.gas else { return vec![] };
     let read = |table: &Table, scale: f64| nodes().map(|temperature_k| scale * table.at(temperature_k)).collect();
@@ -236,6 +235,6 @@ fn gas_properties(case: &Case) -> Vec<Vec<f64>> {
     let rises = slopes(&enthalpies);
     let columns =
         vec![enthalpies, rises, read(&flow.gas.molar_mass, 1.0 / GAS_CONSTANT_J_MOL_K), read(&flow.gas.viscosity, 1.0)];
-    debug_assert_eq!(2 * columns.len(), GAS_COLUMNS, "the layout says how many columns there are");
+    debug_assert_eq!(2 * columns.len(), GAS_COLUMNS, "columns as the layout declares");
     columns
 }

@@ -20,7 +20,7 @@ fn a_device_of_another_name_is_exit_3_and_names_those_there_are() {
     scratch.write("c/case.toml", CASE);
     say(&scratch, "predict c --backend gpu --device Voodoo2")
         .ended(3)
-        .saying(&["none is called \"Voodoo2\"; there are"]);
+        .saying(&["no device is called \"Voodoo2\"; available:"]);
 }
 
 #[test]

@@ -60,7 +60,7 @@ fn an_option_that_would_change_nothing_is_refused() {
 #[test]
 fn a_device_that_verify_names_and_that_is_not_there_is_exit_3() {
     let scratch = Scratch::new("verify-device");
-    say(&scratch, "verify --group twins --device Voodoo2").ended(3).saying(&["none is called \"Voodoo2\""]);
+    say(&scratch, "verify --group twins --device Voodoo2").ended(3).saying(&["no device is called \"Voodoo2\""]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Members on their way through a plan on a device: what goes up, what is dispatched, what comes down.
+//! A batch of members on a device: upload, dispatches, readback.
 
 use super::device::{Device, Landing};
 use super::gather::{gather, trace_words};
@@ -14,24 +14,24 @@ use crate::traces::Traces;
 use bytemuck::Zeroable;
 use std::time::Instant;
 
-/// A kernel as a device compiled it.
+/// A kernel compiled by the driver.
 pub(super) struct Pipeline {
     pub(super) inner: wgpu::ComputePipeline,
-    /// What its kernel's text is at any length of its columns.
+    /// Source of the kernel without its column lengths.
     pub(super) text: String,
-    /// Cells that its columns have room for.
+    /// Length of its columns, cells.
     pub(super) cells: usize,
-    /// Invocations that carry each member.
+    /// Threads per member.
     pub(super) lanes: u32,
-    /// Whether it tells derivatives.
+    /// Whether the kernel is differentiated.
     pub(super) tells: bool,
-    /// Whether it reads tables from texels.
+    /// Whether it reads tables from a texture.
     pub(super) texels: bool,
-    /// Members that were timed, the most so far, and steps that a dispatch of them takes.
+    /// Largest timed number of members, and the steps per dispatch for it.
     pub(super) timed: Option<(u32, u32)>,
 }
 
-/// A batch whose dispatches are submitted and whose results land by themselves.
+/// A batch whose dispatches are submitted and whose results are read back asynchronously.
 pub(super) struct Batch {
     carried: Vec<Carried>,
     progress: Landing,
@@ -39,27 +39,27 @@ pub(super) struct Batch {
     changes: Option<Words>,
 }
 
-/// What an invocation carries: a member, and the factor along which it tells how the member changes.
+/// The work of an invocation: a member, and the factor of its directional derivative.
 #[derive(Clone, Copy)]
 pub(super) struct Carried {
     pub(super) member: usize,
     pub(super) along: Option<usize>,
 }
 
-/// State and traces of a batch, or their changes, on a device.
+/// State and traces of a batch, or their derivatives, on the device.
 struct Room {
     state: wgpu::Buffer,
     traces: wgpu::Buffer,
 }
 
-/// What is read of them.
+/// Readbacks of the final state and of the traces.
 struct Words {
     left: Landing,
     shown: Landing,
 }
 
 impl Room {
-    /// For so many bytes a word.
+    /// `bytes` is the size of one word of all members.
     fn new(device: &Device, plan: &Plan, bytes: u64) -> Self {
         Self {
             state: device.storage("state", state_words(plan) as u64 * bytes),
@@ -76,14 +76,14 @@ impl Room {
     }
 }
 
-/// Where the changes of factors, state and traces are bound where a kernel tells them: behind all others.
+/// First binding of the derivatives of factors, state and traces in a differentiated kernel.
 const CHANGES: u32 = 14;
 
 impl Batch {
-    /// Upload, submit every dispatch, and have copied down what they leave.
+    /// Upload, submit every dispatch and the copies of the results.
     ///
     /// # Errors
-    /// When the rows of the plan do not fit together, or the device has no room for them.
+    /// When the rows of the plan do not fit together, or a buffer of the plan exceeds a limit of the device.
     pub(super) fn begin<W: Word>(
         device: &Device,
         pipeline: &mut Pipeline,
@@ -102,11 +102,17 @@ impl Batch {
         let changes = pipeline.tells.then(|| {
             (device.upload("changes of factors", &seeds::<W>(plan, &carried)), Room::new(device, plan, bytes))
         });
-        let own = [(0, &run), (10, &factors), (11, &values.state), (12, &values.traces), (13, &progress)];
-        let told = changes.iter().flat_map(|(seeds, room)| (CHANGES..).zip([seeds, &room.state, &room.traces]));
+        let value_buffers = [(0, &run), (10, &factors), (11, &values.state), (12, &values.traces), (13, &progress)];
+        let tangent_buffers =
+            changes.iter().flat_map(|(seeds, room)| (CHANGES..).zip([seeds, &room.state, &room.traces]));
         let mut entries: Vec<(u32, wgpu::BindingResource<'_>)> =
             rows.buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding())).collect();
-        entries.extend(own.into_iter().chain(told).map(|(binding, buffer)| (binding, buffer.as_entire_binding())));
+        entries.extend(
+            value_buffers
+                .into_iter()
+                .chain(tangent_buffers)
+                .map(|(binding, buffer)| (binding, buffer.as_entire_binding())),
+        );
         entries.push((7, wgpu::BindingResource::TextureView(&rows.texels)));
         let group = device.bind(&pipeline.inner, entries);
         dispatch(device, plan, pipeline, &group, &run, count as u32)?;
@@ -118,10 +124,10 @@ impl Batch {
         })
     }
 
-    /// What the members did, once they have; and how that changes along the factor of each, where that is told.
+    /// Wait for the traces of the members, and their derivatives if the kernel is differentiated.
     ///
     /// # Errors
-    /// When the device is lost, or ended loops early.
+    /// When the device is lost, or terminated loops early.
     pub(super) fn finish<W: Word>(self, device: &Device, plan: &Plan) -> Result<(Traces, Option<Traces>), MarchError> {
         let (count, first) = (self.carried.len(), self.carried.first().map_or(0, |carried| carried.member));
         let progress: Vec<u32> = device.landed(self.progress)?;
@@ -133,7 +139,7 @@ impl Batch {
             });
         }
         if let Some(&step) = progress[count..].iter().find(|&&step| step as usize > plan.steps()) {
-            return Err(device.error(format!("says that a member diverged on step {step} of {}", plan.steps())));
+            return Err(device.error(format!("reports that a member diverged on step {step} of {}", plan.steps())));
         }
         let gathered = |words: Words| -> Result<Traces, MarchError> {
             let (left, shown) = (device.landed::<W>(words.left)?, device.landed::<W>(words.shown)?);
@@ -161,7 +167,7 @@ fn factors<W: Word>(plan: &Plan, ensemble: &Ensemble, carried: &[Carried]) -> Ve
     factors
 }
 
-/// How the factors change along that of each, in the same order.
+/// Seeds of the forward mode: derivatives of the factors, factor × member.
 fn seeds<W: Word>(plan: &Plan, carried: &[Carried]) -> Vec<W> {
     let count = carried.len();
     let mut seeds = vec![W::word(0.0); plan.factors * count];
@@ -171,7 +177,7 @@ fn seeds<W: Word>(plan: &Plan, carried: &[Carried]) -> Vec<W> {
     seeds
 }
 
-/// The rows of a plan on a device.
+/// The data of a plan on a device.
 struct Rows {
     buffers: Vec<(u32, wgpu::Buffer)>,
     texels: wgpu::TextureView,
@@ -196,8 +202,8 @@ fn rows<W: Word>(device: &Device, plan: &Plan, pipeline: &Pipeline) -> Result<Ro
     Ok(Rows { buffers, texels: device.texels("texels", &words) })
 }
 
-/// Submit every dispatch; the queue keeps their order. On hardware the first dispatch of a kernel with so many members is waited for,
-/// with nothing else under way, and tells by its time how many steps the others take: no loop turns tell how fast a device is.
+/// Submit all dispatches in order. On hardware the first dispatch of a kernel with more members than before is timed
+/// alone and sets the number of steps of the others, as loop counts do not predict the speed of a device.
 fn dispatch(
     device: &Device,
     plan: &Plan,
@@ -207,8 +213,8 @@ fn dispatch(
     members: u32,
 ) -> Result<(), MarchError> {
     let steps = plan.steps() as u32 + 1;
-    let lanes = pipeline.lanes;
-    let groups = (members * lanes).div_ceil(shader::workgroup(lanes));
+    let threads = pipeline.lanes;
+    let groups = (members * threads).div_ceil(shader::workgroup(threads));
     let submit = |first_step: u32, end_step: u32| {
         let words = Run {
             slots: slots(plan),
@@ -223,7 +229,7 @@ fn dispatch(
             open_faces: plan.open_faces as u32,
             stages: 2,
             gauges: plan.gauges() as u32,
-            lanes,
+            lanes: threads,
             sums: shader::sums(plan),
             cells: plan.cells() as u32,
             last_cell: plan.cells() as u32 - 1,
@@ -241,16 +247,16 @@ fn dispatch(
     };
     let mut first_step = 0;
     let stride = match pipeline.timed {
-        _ if device.is_software => shader::steps_a_dispatch(plan, lanes, true),
+        _ if device.is_software => shader::steps_a_dispatch(plan, threads, true),
         Some((most, stride)) if members <= most => stride,
         _ => {
-            let tried = shader::steps_a_dispatch(plan, lanes, false).min(steps);
+            let first_steps = shader::steps_a_dispatch(plan, threads, false).min(steps);
             device.wait()?;
             let began = Instant::now();
-            submit(0, tried);
+            submit(0, first_steps);
             device.wait()?;
-            first_step = tried;
-            let stride = shader::steps_in_time(tried, began.elapsed());
+            first_step = first_steps;
+            let stride = shader::steps_in_time(first_steps, began.elapsed());
             pipeline.timed = Some((members, stride));
             stride
         }

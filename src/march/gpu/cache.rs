@@ -1,40 +1,40 @@
-//! Kernels that a driver compiled before, in the user's folder for caches.
+//! Pipeline cache of the driver, in the user's cache folder.
 //!
-//! What compiling costs, seconds on some drivers, is then paid once for each plan. A cache that is damaged, of another driver or in a
-//! folder that cannot be written is no error: kernels are compiled as they would be without. lavapipe keeps nothing here, as Mesa has
-//! a cache of its own.
+//! Compilation takes seconds on some drivers; with the cache it is paid once for each plan. A cache that is damaged,
+//! belongs to another driver or cannot be written is no error: kernels are compiled again. lavapipe stores nothing
+//! here, as Mesa has a cache of its own.
 
 use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
 use std::{env, fs, process};
 
-/// What a driver compiled, and the file it is kept in.
+/// The driver's pipeline cache and its file.
 #[derive(Clone)]
 pub(super) struct Cache {
     compiled: wgpu::PipelineCache,
     file: PathBuf,
 }
 
-/// The folder of the specification of the XDG base directories, which has relative paths ignored.
+/// The folder according to the XDG base directory specification, which ignores relative paths.
 pub(super) fn folder() -> Option<PathBuf> {
     let of = |name| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     of("XDG_CACHE_HOME").or_else(|| Some(of("HOME")?.join(".cache"))).map(|caches| caches.join("bondline"))
 }
 
 impl Cache {
-    /// What a folder keeps of a device, or nothing yet; `None` where the device has no such caches.
+    /// The cache of a device in a folder, possibly empty; `None` where the device has no pipeline cache.
     #[expect(unsafe_code, reason = "argued at the block")]
     pub(super) fn open(device: &wgpu::Device, info: &wgpu::AdapterInfo, folder: &Path) -> Option<Self> {
         if !device.features().contains(wgpu::Features::PIPELINE_CACHE) {
             return None;
         }
         let file = folder.join(wgpu::util::pipeline_cache_key(info)?);
-        let kept = fs::read(&file).unwrap_or_default();
+        let stored = fs::read(&file).unwrap_or_default();
         let descriptor =
-            wgpu::PipelineCacheDescriptor { label: Some("bondline"), data: unsealed(&kept), fallback: true };
-        // SAFETY: the data are to be wgpu's own. They come from a file that `keep` alone writes, whole or not at all, in a folder of the
-        // user's who runs this, and under a seal that tells damage; wgpu holds their device and driver against those at hand, and starts
-        // afresh where one is another's. Whoever forges that can as well replace the driver.
+            wgpu::PipelineCacheDescriptor { label: Some("bondline"), data: unsealed(&stored), fallback: true };
+        // SAFETY: the data must come from wgpu. The file is written only by `save`, atomically, in a folder of the
+        // user, with a checksum that detects damage; wgpu checks device and driver and starts with an empty cache if
+        // they differ. Whoever forges the file could as well replace the driver.
         let compiled = unsafe { device.create_pipeline_cache(&descriptor) };
         Some(Self { compiled, file })
     }
@@ -43,26 +43,27 @@ impl Cache {
         &self.compiled
     }
 
-    /// Write what is new since it was read, beside the file first and then in its place, as other marches may be reading. A cache that
-    /// cannot be kept is none.
+    /// Write the cache if it changed: to a temporary file first, then renamed, as other processes may be reading.
+    /// Errors are ignored.
     pub(super) fn keep(&self) {
-        let Some(kept) = self.compiled.get_data().map(|data| sealed(&data)) else { return };
-        if fs::read(&self.file).is_ok_and(|before| before == kept) {
+        let Some(stored) = self.compiled.get_data().map(|data| sealed(&data)) else { return };
+        if fs::read(&self.file).is_ok_and(|before| before == stored) {
             return;
         }
-        let beside = self.file.with_extension(process::id().to_string());
+        let temporary = self.file.with_extension(process::id().to_string());
         let folder = self.file.parent().unwrap_or(Path::new("."));
         let done = fs::create_dir_all(folder)
-            .and_then(|()| fs::write(&beside, kept))
-            .and_then(|()| fs::rename(&beside, &self.file));
+            .and_then(|()| fs::write(&temporary, stored))
+            .and_then(|()| fs::rename(&temporary, &self.file));
         if done.is_err() {
-            // Nothing may be there to remove.
-            let _ = fs::remove_file(&beside);
+            // The file may not exist.
+            let _ = fs::remove_file(&temporary);
         }
     }
 }
 
-/// What tells damage, which neither wgpu nor every driver looks for. Another build may hash otherwise, and then starts afresh.
+/// Checksum against damage, which neither wgpu nor every driver checks. Another build may hash differently and then
+/// starts with an empty cache.
 fn seal(data: &[u8]) -> [u8; 8] {
     let mut hasher = DefaultHasher::new();
     hasher.write(data);
@@ -73,9 +74,9 @@ fn sealed(data: &[u8]) -> Vec<u8> {
     [&seal(data), data].concat()
 }
 
-/// The data under a seal; `None` where they are damaged.
-fn unsealed(kept: &[u8]) -> Option<&[u8]> {
-    let (found, data) = kept.split_first_chunk()?;
+/// The data without the checksum; `None` where they are damaged.
+fn unsealed(stored: &[u8]) -> Option<&[u8]> {
+    let (found, data) = stored.split_first_chunk()?;
     (*found == seal(data)).then_some(data)
 }
 
@@ -84,13 +85,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn data_with_a_bit_flipped_or_a_byte_short_are_not_taken() {
-        let kept = sealed(b"compiled");
-        assert_eq!(unsealed(&kept), Some(&b"compiled"[..]));
-        assert_eq!(unsealed(&kept[..kept.len() - 1]), None);
+    fn damaged_or_truncated_data_are_rejected() {
+        let stored = sealed(b"compiled");
+        assert_eq!(unsealed(&stored), Some(&b"compiled"[..]));
+        assert_eq!(unsealed(&stored[..stored.len() - 1]), None);
         assert_eq!(unsealed(&[]), None);
-        for byte in 0..kept.len() {
-            let mut flipped = kept.clone();
+        for byte in 0..stored.len() {
+            let mut flipped = stored.clone();
             flipped[byte] ^= 1;
             assert_eq!(unsealed(&flipped), None, "byte {byte}");
         }

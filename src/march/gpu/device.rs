@@ -1,4 +1,4 @@
-//! The one place that knows devices: adapters, limits and self-tests.
+//! Vulkan devices: adapters, limits, buffers and pipelines.
 
 use super::cache::{self, Cache};
 use super::shader;
@@ -9,44 +9,44 @@ use bytemuck::Pod;
 use std::path::Path;
 use std::sync::mpsc;
 
-/// What to install where no driver is found.
+/// Remedy where no driver is found.
 const REMEDY: &str = "install a Vulkan driver: a vendor's for its hardware, or the software rasteriser \
                       (Debian, Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1)";
 
-/// A device as its driver describes it.
+/// A device as described by its driver.
 #[derive(Clone, Debug)]
 pub struct Adapter {
-    /// As its driver names it.
+    /// Name reported by the driver.
     pub name: String,
     /// The driver and its version.
     pub driver: String,
     /// `discrete`, `integrated`, `virtual`, `software` or `other`.
     pub kind: &'static str,
     pub(crate) limits: wgpu::Limits,
-    /// Whether its shaders have f64.
+    /// Whether its shaders support f64.
     pub has_f64: bool,
     inner: wgpu::Adapter,
 }
 
 impl Adapter {
-    /// A software rasteriser runs on the processor that the vectorised path uses better.
+    /// Whether the device is a software rasteriser, which runs on the CPU and uses it less well than the CPU backend.
     pub fn is_software(&self) -> bool {
         self.kind == "software"
     }
 
-    /// The most bytes of one binding.
+    /// Most bytes of one binding.
     pub fn binding_bytes(&self) -> u64 {
         self.limits.max_storage_buffer_binding_size
     }
 
-    /// The most bytes of one buffer.
+    /// Most bytes of one buffer.
     pub fn buffer_bytes(&self) -> u64 {
         self.limits.max_buffer_size
     }
 }
 
-/// Whether looking for hardware can find any. Loading the drivers takes a moment, and without a display some
-/// of them complain on standard error; where the system has no render node nobody need ask.
+/// Whether hardware can exist: without a render node there is none. Loading the drivers takes a moment, and without a
+/// display some print messages on standard error.
 pub fn hardware_may_exist() -> bool {
     if !cfg!(target_os = "linux") {
         return true;
@@ -86,35 +86,35 @@ pub fn adapters() -> Vec<Adapter> {
     found
 }
 
-/// The first adapter whose name contains `name` (any case), or simply the first.
+/// The first adapter whose name contains `name` (ignoring case), or the first of all.
 ///
 /// # Errors
 /// When there is none; the message names the package to install.
 pub fn find(name: Option<&str>) -> Result<Adapter, MarchError> {
     let found = adapters();
     let names: Vec<String> = found.iter().map(|adapter| format!("{:?}", adapter.name)).collect();
-    let wanted = name.map(str::to_lowercase);
+    let pattern = name.map(str::to_lowercase);
     found
         .into_iter()
-        .find(|adapter| wanted.as_ref().is_none_or(|wanted| adapter.name.to_lowercase().contains(wanted)))
+        .find(|adapter| pattern.as_ref().is_none_or(|pattern| adapter.name.to_lowercase().contains(pattern)))
         .ok_or_else(|| match name {
             Some(name) if !names.is_empty() => MarchError::NoDevice {
-                reason: format!("none is called {name:?}"),
-                remedy: format!("there are {}", names.join(", ")),
+                reason: format!("no device is called {name:?}"),
+                remedy: format!("available: {}", names.join(", ")),
             },
             _ => MarchError::NoDevice { reason: "no adapter found".to_owned(), remedy: REMEDY.to_owned() },
         })
 }
 
-/// A device ready to march; a clone is another handle of it.
+/// An open device; a clone is another handle of it.
 #[derive(Clone)]
 pub struct Device {
-    /// As its driver names it.
+    /// Name reported by the driver.
     pub name: String,
-    /// Whether it runs on the processor.
+    /// Whether it runs on the CPU.
     pub is_software: bool,
     pub(crate) limits: wgpu::Limits,
-    /// Whether its shaders have f64.
+    /// Whether its shaders support f64.
     pub has_f64: bool,
     checks: bool,
     cache: Option<Cache>,
@@ -122,7 +122,7 @@ pub struct Device {
     pub(crate) queue: wgpu::Queue,
 }
 
-/// Bytes on their way down.
+/// A pending copy of a buffer to the host.
 pub(crate) struct Landing {
     buffer: wgpu::Buffer,
     submitted: wgpu::SubmissionIndex,
@@ -130,7 +130,7 @@ pub(crate) struct Landing {
 }
 
 impl Device {
-    /// Open an adapter with all the room it has, and with what it compiled before. `checks` keeps the runtime's bounds and loop checks
+    /// Open an adapter with its full limits and its pipeline cache. `checks` keeps the runtime's bounds and loop checks
     /// in the shaders.
     ///
     /// # Errors
@@ -139,7 +139,7 @@ impl Device {
         Self::open_with(adapter, checks, cache::folder().as_deref())
     }
 
-    /// The same with what it compiled before in a folder of one's own, or with nothing.
+    /// As [`open`](Self::open), with the pipeline cache in a given folder, or without one.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -161,12 +161,12 @@ impl Device {
         Ok(Self { name, is_software, limits, has_f64, checks, cache, device, queue })
     }
 
-    /// Keep what it compiled, for the next time it is opened.
+    /// Save the pipeline cache.
     pub fn keep(&self) {
         self.cache.iter().for_each(Cache::keep);
     }
 
-    /// Wait until all that is submitted is done.
+    /// Wait until all submitted work is done.
     ///
     /// # Errors
     /// When the device is lost.
@@ -179,18 +179,18 @@ impl Device {
         MarchError::Device { device: self.name.clone(), message: message.to_string() }
     }
 
-    /// The kernel of a text.
+    /// Parse and validate the source of a kernel.
     ///
     /// # Errors
-    /// When the text does not compile, with the compiler's excerpt.
+    /// When the source does not compile, with the compiler's excerpt.
     pub(crate) fn kernel(&self, text: String) -> Result<Kernel, MarchError> {
         Kernel::of(text).map_err(|why| self.error(why))
     }
 
-    /// A pipeline of a kernel. Private arrays of more than [`spirv::SHORT`] elements begin as they may.
+    /// Compile a kernel. Private arrays of more than [`spirv::MAX_INITIALISED_LENGTH`] elements are left uninitialised.
     ///
     /// # Errors
-    /// When the kernel has no such entry point, or the driver refuses it.
+    /// When the kernel has no such entry point, or the driver rejects it.
     pub(crate) fn pipeline(&self, kernel: &Kernel, entry: &str) -> Result<wgpu::ComputePipeline, MarchError> {
         let compiled = spirv::compile(kernel, entry, self.checks).map_err(|why| self.error(why))?;
         let entry_of = |&(binding, ty): &(u32, wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
@@ -239,7 +239,7 @@ impl Device {
     /// A uniform buffer that holds `rows`.
     ///
     /// # Errors
-    /// When the device has not as much room in one.
+    /// When `rows` exceed the limit of a uniform binding.
     pub(crate) fn uniform<T: Pod>(&self, label: &'static str, rows: &[T]) -> Result<wgpu::Buffer, MarchError> {
         let bytes: &[u8] = bytemuck::cast_slice(rows);
         let (needed, limit) = (bytes.len() as u64, self.limits.max_uniform_buffer_binding_size);
@@ -260,15 +260,15 @@ impl Device {
         })
     }
 
-    /// Whether so many words are better read as texels: a software device fetches four of them for all its lanes at once, but
-    /// picks words up from storage lane by lane. Hardware has caches for both.
+    /// Whether `words` words of tables are read faster from a texture: a software device fetches four of them for all
+    /// its lanes at once, but gathers storage lane by lane. Hardware caches both.
     pub(crate) fn reads_texels(&self, words: usize) -> bool {
         let rows = words.div_ceil(ABREAST).div_ceil(shader::TEXELS_ABREAST as usize);
         self.is_software && rows <= self.limits.max_texture_dimension_2d as usize
     }
 
-    /// Texels that hold `words`, four each; a row of zeros, where there are none. A storage image, as a texture that is
-    /// sampled has levels, which a software device looks up for every lane: a fifth more of the whole march.
+    /// A storage texture that holds `words`, four a texel; one row of zeros if there are none. A sampled texture has
+    /// mip levels, which a software device looks up for every lane: 20 % of the march.
     pub(crate) fn texels(&self, label: &str, words: &[f32]) -> wgpu::TextureView {
         let texels = words.len().div_ceil(ABREAST).max(1) as u32;
         let width = shader::TEXELS_ABREAST;
@@ -291,41 +291,41 @@ impl Device {
         texture.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
-    /// Have the bytes of a buffer from `start` on copied down, once all that is submitted is done.
+    /// Copy the bytes of a buffer from `start` to the host, after all submitted work.
     pub(crate) fn land(&self, buffer: &wgpu::Buffer, start: u64, bytes: u64) -> Landing {
-        let landing = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("landing"),
+        let readback = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("readback"),
             size: bytes,
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(buffer, start, &landing, 0, bytes);
+        encoder.copy_buffer_to_buffer(buffer, start, &readback, 0, bytes);
         let submitted = self.queue.submit([encoder.finish()]);
         let (sender, mapped) = mpsc::channel();
-        landing.map_async(wgpu::MapMode::Read, .., move |result| {
-            // The receiver is gone only where polling has failed already.
+        readback.map_async(wgpu::MapMode::Read, .., move |result| {
+            // The receiver is dropped only after polling failed.
             let _ = sender.send(result);
         });
-        Landing { buffer: landing, submitted, mapped }
+        Landing { buffer: readback, submitted, mapped }
     }
 
-    /// What landed, once it has.
+    /// Wait for a readback and return its data.
     ///
     /// # Errors
     /// When the device is lost.
-    pub(crate) fn landed<T: Pod>(&self, landing: Landing) -> Result<Vec<T>, MarchError> {
-        let Landing { buffer, submitted, mapped } = landing;
+    pub(crate) fn landed<T: Pod>(&self, readback: Landing) -> Result<Vec<T>, MarchError> {
+        let Landing { buffer, submitted, mapped } = readback;
         let until = wgpu::PollType::Wait { submission_index: Some(submitted), timeout: None };
         self.device.poll(until).map_err(|error| self.error(error))?;
         mapped.recv().map_err(|error| self.error(error))?.map_err(|error| self.error(error))?;
         let range = buffer.get_mapped_range(..).map_err(|error| self.error(error))?;
-        // Copied byte by byte, as the mapping promises no alignment for T.
+        // Copied bytewise, as the mapping need not be aligned for T.
         let rows = bytemuck::pod_collect_to_vec(&range);
         Ok(rows)
     }
 
-    /// What a kernel binds, each at its number.
+    /// Bind group of a pipeline: binding numbers with their resources.
     pub(crate) fn bind<'a>(
         &self,
         pipeline: &wgpu::ComputePipeline,
@@ -337,7 +337,7 @@ impl Device {
         self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
 
-    /// Run one small kernel over what it binds, and hand back what it wrote into one of its buffers.
+    /// Compile and run one small kernel, and read back the buffer `written`.
     ///
     /// # Errors
     /// As [`pipeline`](Self::pipeline), or when the device is lost.
@@ -352,7 +352,7 @@ impl Device {
         self.run(&self.pipeline(kernel, entry)?, groups, bound, written)
     }
 
-    /// Run a pipeline once over what it binds, and hand back what it wrote into one of its buffers.
+    /// Run a pipeline once, and read back the buffer `written`.
     ///
     /// # Errors
     /// When the device is lost.
@@ -376,7 +376,7 @@ impl Device {
     }
 }
 
-/// A shader of words that wgpu does not look into.
+/// A shader module of SPIR-V words that wgpu passes through unchanged.
 #[expect(unsafe_code, reason = "argued at the block")]
 fn handed_over(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::ShaderModule {
     let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
@@ -385,11 +385,12 @@ fn handed_over(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::Shade
         entry_points: vec![wgpu::PassthroughShaderEntryPoint { name: entry.into(), workgroup_size: (0, 0, 0) }].into(),
         ..Default::default()
     };
-    // SAFETY: the words are naga's, of a module that it validated, less the zeros of arrays that our kernels clear
-    // themselves; one that tells changes has the loops and indices of the one that it was made of. Every loop of theirs counts
-    // to a constant or to a length fixed before it starts; every index into
-    // a private array, or one that a workgroup shares, is such a counter, a lane, or a cell number below that of a dispatch's cells, for which `Gpu::pipeline` sees that columns have room; table rows are clamped
-    // before use; members beyond the last return at once; what lanes of a workgroup ask before a barrier is the same for all of them. Tests march shipped cases with checks on and compare bit
-    // for bit. Injected loop counters cost about a tenth on a software device, and far more has been seen on hardware.
+    // SAFETY: the words are naga's, of a validated module, less the initialisers of arrays that our kernels clear
+    // themselves; a differentiated module has the loops and indices of its source. Every loop counts to a constant or
+    // to a bound fixed before it starts. Every index into a private or workgroup array is such a counter, a thread
+    // index, or a cell number below the cells of the dispatch, for which `Gpu::pipeline` checks the column lengths.
+    // Table rows are clamped before use. Members beyond the last return at once. Conditions before a workgroup barrier
+    // are uniform. Tests march shipped cases with the checks on and compare bit for bit. Injected loop counters cost
+    // about 10 % on a software device, and far more on some hardware.
     unsafe { device.create_shader_module_passthrough(descriptor) }
 }

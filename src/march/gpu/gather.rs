@@ -1,4 +1,4 @@
-//! What comes down from a device: traces from the words of members.
+//! Conversion of the words read back from a device into traces.
 
 use super::state::Block;
 use super::word::Word;
@@ -6,12 +6,13 @@ use crate::plan::Plan;
 use crate::traces::{Balance, Traces};
 use std::array::from_fn;
 
-/// Words of one member in the traces.
+/// Words of the traces of one member.
 pub(super) fn trace_words(plan: &Plan) -> usize {
     2 * (plan.places.len() + plan.gauges()) * plan.records
 }
 
-/// Traces from what came down, which lies member by member within each word; how they arrived is told apart.
+/// Traces from `shown` and the results part of the state, `left`: word × member. The status of the members is set by
+/// the caller.
 pub(super) fn gather<W: Word>(plan: &Plan, first: usize, count: usize, shown: &[W], left: &[W]) -> Traces {
     let (sensors, instants) = (plan.places.len(), plan.records);
     let traced = sensors + plan.gauges();

@@ -1,4 +1,4 @@
-//! What a kernel reads, declared once: the host's rows and the structs of a kernel are generated from the same lists.
+//! Data layout of a kernel: the host rows and the WGSL structs are generated from one declaration.
 
 use super::state::{self, Slots};
 use super::word::Word;
@@ -8,7 +8,7 @@ use crate::plan::layout::{
 use crate::plan::{Plan, layout::Rows};
 use bytemuck::{Pod, Zeroable};
 
-/// Declares a struct of words and its text in WGSL.
+/// Declares a struct of words, and its WGSL source.
 macro_rules! words {
     ($(#[$about:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $kind:ident),+ $(,)? }) => {
         $(#[$about])*
@@ -27,8 +27,8 @@ macro_rules! words {
 }
 
 words! {
-    /// What a dispatch is given. Lengths of short loops come at run time, so that drivers do not unroll a step of many
-    /// plies and so that one text serves every clock.
+    /// Parameters of a dispatch. Bounds of short loops are run-time values, so that drivers do not unroll the loops
+    /// over plies and one kernel serves all time grids.
     Run {
         slots: Slots,
         first_step: u32,
@@ -44,15 +44,15 @@ words! {
         gauges: u32,
         lanes: u32,
         sums: u32,
-        /// Not more than `CELLS`, for which columns have room.
+        /// At most `CELLS`, the length of the columns.
         cells: u32,
         last_cell: u32,
-        /// To a multiple of 16 bytes.
+        /// Padding to a multiple of 16 bytes.
         unused: u32,
     }
 }
 
-/// Rows one behind the other, each begun on 16 bytes; one of zeros where there are none, as a binding cannot be empty.
+/// Rows in sequence, each aligned to 16 bytes; one row of zeros if there are none, as a binding cannot be empty.
 pub(super) fn flatten_rows<S: Pod, T>(rows: &[T], fields: usize, flatten: impl Fn(&T, &mut Vec<S>)) -> Vec<S> {
     let stride = fields.next_multiple_of(16 / size_of::<S>());
     let mut words = Vec::with_capacity(stride * rows.len().max(1));
@@ -64,7 +64,7 @@ pub(super) fn flatten_rows<S: Pod, T>(rows: &[T], fields: usize, flatten: impl F
     words
 }
 
-/// Rows of one kind, by their name in `plan/layout.rs`.
+/// Flattens rows of a type of `plan/layout.rs`.
 macro_rules! flat {
     ($kind:ident of $rows:expr) => {
         $crate::march::gpu::layout::flatten_rows(&$rows[..], $kind::<u32>::FIELDS.len(), |row, into| row.flatten(into))
@@ -72,9 +72,9 @@ macro_rules! flat {
 }
 pub(super) use flat;
 
-/// Declares the rows that are the same for all members and steps: in a kernel the struct `Plan`, on the host its bytes.
-/// One buffer, as lavapipe of Mesa 22.3 writes beyond its own memory while it compiles a condition on a word of the fourth
-/// uniform buffer or a later one.
+/// Declares the data that all members and steps share: the WGSL struct `Plan`, and its bytes on the host. One buffer,
+/// because lavapipe of Mesa 22.3 writes beyond its memory when it compiles a condition on a word of the fourth or a
+/// later uniform buffer.
 macro_rules! uniform_rows {
     ($plan:ident, $rows:ident: $($field:ident: $kind:ident[$length:literal] of $list:expr),+ $(,)?) => {
         const PLAN: &str = concat!(
@@ -83,7 +83,7 @@ macro_rules! uniform_rows {
             "}\n"
         );
 
-        /// The bytes of `Plan` in a kernel.
+        /// Bytes of the WGSL struct `Plan`.
         pub(super) fn plan_bytes<W: Word>($plan: &Plan, $rows: &Rows<W>) -> Vec<u8> {
             let rows: &[Vec<u8>] = &[$(bytemuck::cast_slice(&flat!($kind of $list)).to_vec()),+];
             rows.concat()
@@ -105,13 +105,13 @@ uniform_rows! {
     paths: Path["PATHS"] of plan.paths,
 }
 
-/// A row as a struct of WGSL. Rows begin on 16 bytes, as arrays of uniforms must.
+/// WGSL struct of a row. Rows are aligned to 16 bytes, as uniform arrays require.
 fn row(row: &RowLayout) -> String {
     let fields = row.fields.iter().map(|field| format!("    {field}: {},\n", row.scalar)).collect::<String>();
     format!("struct {} {{\n{}}}\n", row.name, fields.replacen("    ", "    @align(16) ", 1))
 }
 
-/// The structs of a kernel, and the functions that load and save its state.
+/// The WGSL structs, and the functions that load and save the state.
 pub(super) fn declarations() -> String {
     let rows = ROWS.iter().map(row).collect::<String>();
     format!("{rows}{PLAN}{}{}", state::declarations(), Run::WGSL)
@@ -125,8 +125,8 @@ mod tests {
     use crate::march::gpu::{LANES, shader};
     use naga::{Module, TypeInner};
 
-    /// The offsets of the members of a struct, and its span.
-    fn lies(module: &Module, name: &str) -> (Vec<u32>, u32) {
+    /// Offsets of the members of a struct, and its size.
+    fn struct_layout(module: &Module, name: &str) -> (Vec<u32>, u32) {
         let named = |(_, kind): &(_, &naga::Type)| kind.name.as_deref() == Some(name);
         let Some((_, naga::Type { inner: TypeInner::Struct { members, span }, .. })) = module.types.iter().find(named)
         else {
@@ -135,39 +135,39 @@ mod tests {
         (members.iter().map(|member| member.offset).collect(), *span)
     }
 
-    /// Whether a kernel of a plan lays out rows, and the words of a dispatch, as the host writes them.
-    fn lies_as_written<W: Word>(plan: &Plan, text: &str) -> bool {
+    /// Whether the rows and the dispatch parameters of a kernel have the layout that the host writes.
+    fn has_host_layout<W: Word>(plan: &Plan, text: &str) -> bool {
         let module =
             naga::front::wgsl::parse_str(text).unwrap_or_else(|error| panic!("{}", error.emit_to_string(text)));
-        let rows_lie = ROWS.iter().all(|row| {
+        let rows_match = ROWS.iter().all(|row| {
             let bytes = if row.scalar == "real" { size_of::<W>() } else { size_of::<u32>() };
             let each = (0..row.fields.len()).map(|place| (place * bytes) as u32).collect();
-            lies(&module, row.name) == (each, (row.fields.len() * bytes).next_multiple_of(16) as u32)
+            struct_layout(&module, row.name) == (each, (row.fields.len() * bytes).next_multiple_of(16) as u32)
         });
         let slots = size_of::<Slots>() as u32;
         let words = (0..).step_by(4).take(16).map(|offset| slots + offset);
         let run = (std::iter::once(0).chain(words).collect(), size_of::<Run>() as u32);
         let plan_bytes = plan_bytes(plan, &plan.rows.map(W::word)).len() as u32;
-        rows_lie && lies(&module, "Run") == run && lies(&module, "Plan").1 == plan_bytes
+        rows_match && struct_layout(&module, "Run") == run && struct_layout(&module, "Plan").1 == plan_bytes
     }
 
     #[test]
-    fn kernels_lay_out_what_they_read_as_the_host_writes_it() {
+    fn kernel_structs_have_the_layout_of_the_host() {
         for id in ["slab", "lcat-2259-pyrolysis"] {
             let plan = Plan::new(&Case::load(format!("cases/{id}").as_ref()).expect("a shipped case"));
             for lanes in [1, LANES] {
-                let text = |precision| shader::kernel(&plan, precision, false, lanes, shader::MARCH);
-                assert!(lies_as_written::<f32>(&plan, &text(Precision::F32)), "{id} in f32");
-                assert!(lies_as_written::<f64>(&plan, &text(Precision::F64)), "{id} in f64");
-                assert!(!lies_as_written::<f64>(&plan, &text(Precision::F32)), "{id}: the other precision passed");
+                let source = |precision| shader::kernel(&plan, precision, false, lanes, shader::MARCH);
+                assert!(has_host_layout::<f32>(&plan, &source(Precision::F32)), "{id} in f32");
+                assert!(has_host_layout::<f64>(&plan, &source(Precision::F64)), "{id} in f64");
+                assert!(!has_host_layout::<f64>(&plan, &source(Precision::F32)), "{id}: the other precision passed");
                 for (from, to) in [
                     ("    end_step: u32,", "    @align(16) end_step: u32,"),
                     ("    bulks: array", "    @size(4096) bulks: array"),
                     ("    @align(16) start: real,", "    @align(16) unused: real,\n    start: real,"),
                 ] {
-                    let spoiled = text(Precision::F32).replacen(from, to, 1);
-                    assert_ne!(spoiled, text(Precision::F32), "nothing was spoiled: {from}");
-                    assert!(!lies_as_written::<f32>(&plan, &spoiled), "{id}: {to} passed");
+                    let altered = source(Precision::F32).replacen(from, to, 1);
+                    assert_ne!(altered, source(Precision::F32), "the text has no {from}");
+                    assert!(!has_host_layout::<f32>(&plan, &altered), "{id}: {to} passed");
                 }
             }
         }

@@ -1,16 +1,15 @@
-//! The march on a Vulkan device: upload, dispatch, download.
+//! The Vulkan backend.
 //!
-//! A plan and the members' factors go up once; identical dispatches carry every member a few steps each;
-//! traces come down once. No dispatch is long, which keeps clear of drivers that time out or stop counting
-//! loops, and the kernel records how far each member came, so that a march cut short is an error and never
-//! a wrong temperature.
+//! The plan and the members' factors are uploaded once, dispatches of one kernel advance all members by a few steps
+//! each, and the traces are read back once. Each dispatch is short, as drivers stop long ones or stop counting loop
+//! iterations. The kernel records the last step of each member, so that an incomplete march is reported as an error.
 //!
-//! Derivatives come from the same kernel, differentiated by its factors, one direction an invocation: a member with seven factors is seven
-//! invocations, each of which marches the member and how it changes along one. Not taken, all directions in one invocation: private memory is
-//! what invocations are short of.
+//! Derivatives come from the same kernel, differentiated in forward mode by its factors, one direction an invocation: a
+//! member with seven factors takes seven invocations, each of which computes the member and one directional derivative.
+//! All directions in one invocation would need more private memory than devices have.
 //!
-//! Few members on hardware have a workgroup each, whose lanes share a member's cells: see `lanes.rs`. Derivatives have not, as their
-//! invocations are more to begin with.
+//! Small ensembles on hardware use one workgroup a member, whose threads share the member's cells: see
+//! `cooperative.rs`. Derivatives do not, as they have more invocations.
 
 mod batch;
 mod cache;
@@ -41,39 +40,39 @@ use state::state_words;
 use std::ops::Range;
 use word::Word;
 
-/// Members at once, at most: enough to fill any device, and a bound on the host's memory. A software device is full with
-/// fewer, and its memory is the host's too.
+/// Most members in one batch: enough to fill any device, with bounded host memory. A software device needs fewer, and
+/// shares the memory of the host.
 const MEMBERS_MAX: usize = 8192;
 const MEMBERS_MAX_SOFTWARE: usize = 2048;
 
-/// Bytes of a batch's largest buffer, at most: four batches may be under way, two runs of members at two resolutions.
+/// Most bytes of a batch's largest buffer: four batches may be in progress, two at each of two resolutions.
 const BATCH_BYTES: u64 = 1 << 30;
 
-/// A Vulkan device as a march.
+/// A Vulkan device as a backend.
 pub struct Gpu {
     device: Device,
     precision: Precision,
-    /// Lanes of a member, where they were asked for.
+    /// Threads per member, if set by [`with_threads_per_member`](Self::with_threads_per_member).
     lanes: Option<u32>,
     pipelines: Vec<Pipeline>,
-    /// Texts of cooperative kernels with the bytes that a workgroup shares in each.
+    /// Sources of cooperative kernels, with the bytes of workgroup memory of each.
     workgroup_bytes: Vec<(String, u32)>,
 }
 
 impl Gpu {
-    /// A device that passed the self-tests its precision leans on.
+    /// A device that passes the self-tests of a precision.
     ///
     /// # Errors
-    /// When error-free transforms fail, or f64 is asked of a device without.
+    /// When error-free transformations fail, or the device does not support f64.
     pub fn new(device: Device, precision: Precision) -> Result<Self, MarchError> {
         if precision == Precision::F64 && !device.has_f64 {
-            return Err(device.error("has no 64-bit floats in shaders; use --precision f32"));
+            return Err(device.error("does not support 64-bit floats in shaders; use --precision f32"));
         }
         for (tested, wrong, tried) in device.self_tests()?.transforms {
             if tested == precision && wrong > 0 {
                 return Err(MarchError::SelfTest {
                     device: device.name,
-                    test: "error-free transforms",
+                    test: "error-free transformations",
                     found: format!("{wrong} of {tried} sums lost their rounding error"),
                 });
             }
@@ -81,17 +80,17 @@ impl Gpu {
         Ok(Self { device, precision, lanes: None, pipelines: vec![], workgroup_bytes: vec![] })
     }
 
-    /// The same with so many invocations for each member, whatever is faster: to prove and to measure them. A plan that a workgroup has no
-    /// room for has one all the same.
+    /// Sets the threads per member, for tests and benchmarks. A plan that needs more workgroup memory than the device
+    /// has still uses one.
     #[must_use]
-    pub fn with_lanes(mut self, lanes: u32) -> Self {
+    pub fn with_lanes(mut self, threads: u32) -> Self {
         let limits = &self.device.limits;
         let most = limits.max_compute_workgroup_size_x.min(limits.max_compute_invocations_per_workgroup);
-        self.lanes = Some(lanes.clamp(1, most));
+        self.lanes = Some(threads.clamp(1, most));
         self
     }
 
-    /// Invocations that carry each of so many members; one where a workgroup has no room for what its lanes share.
+    /// Threads per member for an ensemble; one where a workgroup has too little memory for the shared columns.
     ///
     /// # Errors
     /// When the cooperative kernel does not compile.
@@ -113,14 +112,14 @@ impl Gpu {
         Ok(if bytes > self.device.limits.max_compute_workgroup_storage_size { 1 } else { wanted })
     }
 
-    /// Whether a kernel reads the tables of a plan from texels.
+    /// Whether the kernel of a plan reads tables from a texture.
     fn reads_texels(&self, plan: &Plan) -> bool {
         self.precision == Precision::F32 && self.device.reads_texels(plan.rows.tables.len())
     }
 
-    /// The text of the kernel of a plan, but for the lengths of its columns.
-    fn text(&self, plan: &Plan, lanes: u32) -> String {
-        shader::of_any_length(plan, self.precision, self.reads_texels(plan), lanes, shader::MARCH)
+    /// The source of the kernel of a plan without its column lengths.
+    fn text(&self, plan: &Plan, threads: u32) -> String {
+        shader::of_any_length(plan, self.precision, self.reads_texels(plan), threads, shader::MARCH)
     }
 
     fn word_bytes(&self) -> u64 {
@@ -130,33 +129,41 @@ impl Gpu {
         }
     }
 
-    /// Room in one buffer of a batch.
+    /// Most bytes of one buffer of a batch.
     fn binding_bytes(&self) -> u64 {
         let limits = &self.device.limits;
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size).min(BATCH_BYTES)
     }
 
-    /// Bytes of one member in the largest of its buffers.
+    /// Bytes of one member in its largest buffer.
     fn member_bytes(&self, plan: &Plan) -> u64 {
         (trace_words(plan).max(state_words(plan)) as u64) * self.word_bytes()
     }
 
-    /// A pipeline that marches a plan, so many lanes a member, or telling derivatives; compiled once for both resolutions.
-    fn pipeline(&mut self, plan: &Plan, lanes: u32, tells: bool) -> Result<&mut Pipeline, MarchError> {
-        let (texels, text) = (self.reads_texels(plan), self.text(plan, lanes));
-        // Half of longer columns would lie idle, in memory that other members could be carried in.
+    /// The pipeline of a plan, compiled once for both resolutions.
+    fn pipeline(&mut self, plan: &Plan, threads: u32, tells: bool) -> Result<&mut Pipeline, MarchError> {
+        let (texels, text) = (self.reads_texels(plan), self.text(plan, threads));
+        // With more than twice the cells, half of the columns would be unused memory.
         let room = plan.cells()..=2 * plan.cells();
         let fits = |known: &Pipeline| known.text == text && known.tells == tells && room.contains(&known.cells);
         let known = self.pipelines.iter().position(fits);
         let place = known.unwrap_or(self.pipelines.len());
         if known.is_none() {
-            let mut kernel = self.device.kernel(shader::columns(plan, lanes) + &text)?;
+            let mut kernel = self.device.kernel(shader::columns(plan, threads) + &text)?;
             if tells {
                 kernel = kernel.differentiated("factors").map_err(|why| self.device.error(why))?;
             }
             let inner = self.device.pipeline(&kernel, "march")?;
             self.device.keep();
-            self.pipelines.push(Pipeline { inner, text, cells: plan.cells(), lanes, tells, texels, timed: None });
+            self.pipelines.push(Pipeline {
+                inner,
+                text,
+                cells: plan.cells(),
+                lanes: threads,
+                tells,
+                texels,
+                timed: None,
+            });
         }
         Ok(&mut self.pipelines[place])
     }
@@ -169,8 +176,8 @@ impl Gpu {
     ) -> Result<Begun<'a>, MarchError> {
         let device = self.device.clone();
         let carried = members.map(|member| Carried { member, along: None }).collect();
-        let lanes = self.lanes(plan, ensemble.len())?;
-        let batch = Batch::begin::<W>(&device, self.pipeline(plan, lanes, false)?, plan, ensemble, carried)?;
+        let threads = self.lanes(plan, ensemble.len())?;
+        let batch = Batch::begin::<W>(&device, self.pipeline(plan, threads, false)?, plan, ensemble, carried)?;
         Ok(Box::new(move || Ok(read_out(batch.finish::<W>(&device, plan)?.0, plan, 1))))
     }
 
@@ -184,23 +191,23 @@ impl Gpu {
             if factors.is_empty() { vec![None] } else { factors.iter().copied().map(Some).collect() };
         let carried: Vec<Carried> =
             (0..points.len()).flat_map(|member| along.iter().map(move |&along| Carried { member, along })).collect();
-        let mut told = Traces::none(0, plan.places.len(), plan.records);
+        let mut traces = Traces::none(0, plan.places.len(), plan.records);
         let most = self.capacity(plan).max(1);
         for (run, some) in carried.chunks(most).enumerate() {
             let device = self.device.clone();
             let batch = Batch::begin::<W>(&device, self.pipeline(plan, 1, true)?, plan, points, some.to_vec())?;
             let (values, changes) = batch.finish::<W>(&device, plan)?;
             for (place, carried) in some.iter().enumerate() {
-                // The member is the same in each invocation of its point, and told once.
+                // Every invocation of a point marches the same member; only the first adds it.
                 if (run * most + place).is_multiple_of(along.len()) {
-                    told.extend(&values, place..place + 1);
+                    traces.extend(&values, place..place + 1);
                 }
                 if let (Some(changes), Some(_)) = (&changes, carried.along) {
-                    told.extend(changes, place..place + 1);
+                    traces.extend(changes, place..place + 1);
                 }
             }
         }
-        Ok(read_out(told, plan, 1 + factors.len()))
+        Ok(read_out(traces, plan, 1 + factors.len()))
     }
 }
 

@@ -1,4 +1,4 @@
-//! What a device shows when it is asked for what the march leans on.
+//! Self-tests of a device: error-free transformations and long loops.
 
 use super::device::Device;
 use super::shader;
@@ -7,21 +7,21 @@ use crate::physics::Real;
 use crate::physics::compensated::two_sum;
 use bytemuck::Pod;
 
-/// What a device showed when tested.
+/// Results of the self-tests.
 #[derive(Clone, Debug)]
 pub struct SelfTests {
-    /// Sums whose rounding error came back wrong, of all tried; in f64 too where the device has it.
+    /// Precision, sums with a wrong rounding error, and sums tried; f64 where the device supports it.
     pub transforms: Vec<(Precision, usize, usize)>,
-    /// Turns of one loop, of a million asked for.
+    /// Completed iterations of one loop, of a million.
     pub loop_turns: u32,
 }
 
-/// Pairs summed, and loop turns asked for, by the self-tests.
+/// Pairs summed, and iterations of the loop.
 const PAIRS: usize = 4096;
 const TURNS: u32 = 1_000_000;
 
 impl Device {
-    /// Test what the march leans on.
+    /// Run the self-tests.
     ///
     /// # Errors
     /// When a test kernel does not compile or the device is lost.
@@ -43,7 +43,7 @@ impl Device {
         Ok(SelfTests { transforms, loop_turns: turned[0] })
     }
 
-    /// Sum pairs of very different sizes and count the error terms that are not exact.
+    /// Sum pairs of very different magnitude and count inexact error terms.
     fn test_transforms<W: Pod + Real<Scalar = W> + PartialEq>(
         &self,
         precision: Precision,
@@ -62,7 +62,7 @@ impl Device {
             part("prelude"),
             part("compensated"),
         );
-        // A multiplicative congruence is random enough to give every pair a rounding error of its own.
+        // A linear congruential generator is random enough to give every pair its own rounding error.
         let mut seed = 12_345_u64;
         let mut next = || {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -80,7 +80,7 @@ impl Device {
     }
 }
 
-/// Pairs whose sum or error term differs from that of the processor.
+/// Number of pairs whose sum or error term differs from the CPU's.
 fn wrong_sums<R: Real + PartialEq>(pairs: &[R], sums: &[R]) -> usize {
     pairs
         .chunks_exact(2)

@@ -1,8 +1,8 @@
-//! Kernels as lists of parts.
+//! Assembly of the kernel sources.
 //!
-//! WGSL asks for no order of declaration, so a kernel is its parts one after another, each under a comment
-//! with its path, which is where naga's excerpts then point. Precision is one line, sizes are constants:
-//! private arrays cannot be sized by pipeline constants, so that text is made for each plan, and serves those of fewer cells.
+//! WGSL needs no order of declaration, so a kernel is the concatenation of its source files, each after a comment with
+//! its path, to which naga's excerpts then point. The precision is one line, sizes are constants: private arrays cannot
+//! be sized by pipeline constants, so the source depends on the plan, and also serves plans with fewer cells.
 
 use super::layout::declarations;
 use crate::march::Precision;
@@ -14,13 +14,13 @@ use crate::plan::{GasPath, Plan};
 use std::fmt::Write;
 use std::time::Duration;
 
-/// Invocations in a workgroup, so many of which carry a member: where each carries one, two subgroups of hardware, and no matter to a
-/// software device.
-pub fn workgroup(lanes: u32) -> u32 {
-    if lanes == 1 { 64 } else { lanes }
+/// Threads in a workgroup: of one member in the cooperative kernel; otherwise two subgroups of most hardware, which a
+/// software device does not mind.
+pub fn workgroup(threads: u32) -> u32 {
+    if threads == 1 { 64 } else { threads }
 }
 
-/// Texels in a row of the tables: as wide as any device takes them.
+/// Texels in a row of the table texture: the largest width that every device supports.
 pub const TEXELS_ABREAST: u32 = 4096;
 
 macro_rules! part {
@@ -29,7 +29,7 @@ macro_rules! part {
     };
 }
 
-/// Pure functions and the rows they read, in reading order.
+/// Source files of pure functions and their data, in reading order.
 pub const PARTS: &[(&str, &str)] = &[
     part!("prelude"),
     part!("layout"),
@@ -56,56 +56,57 @@ pub const PARTS: &[(&str, &str)] = &[
     part!("step"),
 ];
 
-/// The entry point that carries members.
+/// The entry point that marches members.
 pub const MARCH: (&str, &str) = part!("march");
 
-/// What the threads of a member hand to each other: nothing where one carries it, and much where a workgroup does.
+/// Communication between the threads of a member: none in the single-thread kernel, through workgroup memory in the
+/// cooperative one.
 pub const SINGLE_THREAD: (&str, &str) = part!("single_thread");
 pub const COOPERATIVE: (&str, &str) = part!("cooperative");
 
-/// A part with its columns where so many lanes of a member reach them; WGSL has no word of one's own for that.
-pub fn placed(part: &str, lanes: u32) -> String {
-    part.replace("<COLUMNS>", if lanes == 1 { "<private>" } else { "<workgroup>" })
+/// A source with its columns in the address space of the kernel, which WGSL cannot parametrise.
+pub fn placed(part: &str, threads: u32) -> String {
+    part.replace("<COLUMNS>", if threads == 1 { "<private>" } else { "<workgroup>" })
 }
 
-/// What all parts use: the real number, its binary digits behind the first, a number so large that the next is one more,
-/// whether tiny results are flushed to zero, and the constants of the physics.
+/// Common declarations: the real type, its mantissa digits, the constant that rounds to an integer when added, whether
+/// tiny results are flushed to zero, and the constants of the physics.
 pub fn head(precision: Precision) -> String {
-    let (real, digits, whole, settles) = match precision {
+    let (real, digits, rounding, settles) = match precision {
         Precision::F32 => ("f32", 23, "12582912.0", true),
         Precision::F64 => ("f64", 52, "6755399441055744.0", false),
     };
     let constants = constants().into_iter().map(|(name, value)| format!("const {name} = {value:?};\n"));
-    format!("alias real = {real};\nconst DIGITS = {digits}u;\nconst WHOLE = {whole};\nconst SETTLES = {settles};\n")
+    format!("alias real = {real};\nconst DIGITS = {digits}u;\nconst WHOLE = {rounding};\nconst SETTLES = {settles};\n")
         + &constants.collect::<String>()
 }
 
 #[cfg(test)]
-/// The text of a kernel that has room for a plan.
-pub fn kernel(plan: &Plan, precision: Precision, texels: bool, lanes: u32, entry: (&str, &str)) -> String {
-    columns(plan, lanes) + &of_any_length(plan, precision, texels, lanes, entry)
+/// The source of a kernel with the column lengths of a plan.
+pub fn kernel(plan: &Plan, precision: Precision, texels: bool, threads: u32, entry: (&str, &str)) -> String {
+    columns(plan, threads) + &of_any_length(plan, precision, texels, threads, entry)
 }
 
-/// Lengths of the columns of a kernel, which may be longer than a plan has cells.
-pub(super) fn columns(plan: &Plan, lanes: u32) -> String {
-    let (cells, gas, pores, nodes) = (plan.cells(), gas_cells(plan), pore_cells(plan), node_cells(plan, lanes));
+/// Declarations of the column lengths, which may exceed the cells of a plan.
+pub(super) fn columns(plan: &Plan, threads: u32) -> String {
+    let (cells, gas, pores, nodes) = (plan.cells(), gas_cells(plan), pore_cells(plan), node_cells(plan, threads));
     format!(
         "const CELLS = {cells}u;\nconst GAS_CELLS = {gas}u;\nconst PORE_CELLS = {pores}u;\nconst NODE_CELLS = {nodes}u;\n"
     )
 }
 
-/// All else of the text of a kernel: the parts for a plan, whose tables are texels or not and whose members are carried by so many lanes each, and
-/// an entry point. It is the same at both resolutions.
+/// The rest of the source, with the given table access, threads per member and entry point. It is the same at both
+/// resolutions.
 pub(super) fn of_any_length(
     plan: &Plan,
     precision: Precision,
     texels: bool,
-    lanes: u32,
+    threads: u32,
     entry: (&str, &str),
 ) -> String {
     let mut text = head(precision);
     let sizes = [
-        ("LANES", lanes),
+        ("LANES", threads),
         ("PLIES", plan.plies.len() as u32),
         ("SENSORS", plan.places.len() as u32),
         ("PARTS", plan.parts as u32),
@@ -127,7 +128,7 @@ pub(super) fn of_any_length(
         ("STATES_MAX", STATES_MAX as u32),
         ("GAUGES", GAUGES as u32),
         ("NO_INSTANT", NO_INSTANT),
-        ("WORKGROUP", workgroup(lanes)),
+        ("WORKGROUP", workgroup(threads)),
     ];
     let mut line = |words: std::fmt::Arguments<'_>| {
         text.write_fmt(words).expect("writing to a string cannot fail");
@@ -139,7 +140,7 @@ pub(super) fn of_any_length(
     let has = |path| plan.gas == Some(path);
     let is = [
         ("TEXELS", texels),
-        ("LOOKED_UP", node_cells(plan, lanes) == 1),
+        ("LOOKED_UP", node_cells(plan, threads) == 1),
         ("GAS", plan.gas.is_some()),
         ("UNHINDERED", has(GasPath::Unhindered)),
         ("QUASI_STEADY", has(GasPath::QuasiSteady)),
@@ -155,21 +156,21 @@ pub(super) fn of_any_length(
         "// Generated from src/plan/layout.rs, src/march/gpu/layout.rs and src/march/gpu/state.rs.\n{}",
         declarations()
     ));
-    let across = if lanes == 1 { SINGLE_THREAD } else { COOPERATIVE };
+    let across = if threads == 1 { SINGLE_THREAD } else { COOPERATIVE };
     for (name, part) in PARTS.iter().chain([&across, &entry]) {
-        line(format_args!("// shaders/{name}.wgsl\n{}", placed(part, lanes)));
+        line(format_args!("// shaders/{name}.wgsl\n{}", placed(part, threads)));
     }
     text
 }
 
-/// Cells of the columns of what the passes over the cells need of each: one where an invocation carries a member whose plies are one substance each at one
-/// pressure, as it looks that up on its way.
-fn node_cells(plan: &Plan, lanes: u32) -> usize {
+/// Length of the columns of cell properties: one where a single thread marches a member whose plies have one tabulated
+/// state at one pressure level, as the properties are then looked up in the sweep.
+fn node_cells(plan: &Plan, threads: u32) -> usize {
     let is_plain = plan.gas.is_none() && plan.levels == 1 && plan.plies.iter().all(|ply| ply.rows == 1);
-    if lanes == 1 && is_plain { 1 } else { plan.cells() }
+    if threads == 1 && is_plain { 1 } else { plan.cells() }
 }
 
-/// Cells of columns for gas, and for what flows through pores: one where a plan has none, as WGSL has no array of none.
+/// Length of the columns of gas, and of pore flow: one without them, as WGSL has no empty array.
 fn gas_cells(plan: &Plan) -> usize {
     if plan.gas.is_some() { plan.cells() } else { 1 }
 }
@@ -178,52 +179,53 @@ fn pore_cells(plan: &Plan) -> usize {
     if plan.gas == Some(GasPath::Darcy) { plan.cells() } else { 1 }
 }
 
-/// Turns of all loops of one step, and of all that surrounds the steps of a dispatch, in one of so many lanes of a member: what a driver that
-/// counts loops would count. Every loop takes a turn more, on which it ends. At most: passes over cells that have become one are counted
-/// apart, which costs a dispatch more now and then, where a turn too few would cost a march.
-pub fn loop_turns(plan: &Plan, lanes: u32) -> (u32, u32) {
-    let (cells, plies, sensors) = (block(plan, lanes), plan.plies.len() as u32, plan.places.len() as u32);
-    let whole = |turns: u32| turns + 1;
-    let (cells_by_ply, faces) = (whole(2 * plies + cells), whole(2));
-    // Properties, and on the way down a block's cells with those on both sides of it.
+/// Loop iterations of one step, and of the code around the steps of a dispatch, in one thread: the count that some
+/// drivers limit. Every loop counts one iteration more for its exit. An upper bound: fused loops over cells are counted
+/// separately. Overestimating costs a dispatch more now and then; underestimating would cost a march.
+pub fn loop_turns(plan: &Plan, threads: u32) -> (u32, u32) {
+    let (cells, plies, sensors) = (block(plan, threads), plan.plies.len() as u32, plan.places.len() as u32);
+    let with_exit = |turns: u32| turns + 1;
+    let (cells_by_ply, faces) = (with_exit(2 * plies + cells), with_exit(2));
+    // Properties; in the forward elimination the cells of a block and their neighbours on both sides.
     let stage = cells_by_ply + cells_by_ply + 2 + faces;
-    let advance = faces + whole(2) + 2 * stage + whole(cells) + cells_by_ply;
-    let seen = 2 * whole(sensors);
-    let sideways = if plan.has_holder { 4 * cells_by_ply } else { 0 };
+    let advance = faces + with_exit(2) + 2 * stage + with_exit(cells) + cells_by_ply;
+    let readings = 2 * with_exit(sensors);
+    let holder = if plan.has_holder { 4 * cells_by_ply } else { 0 };
     let steps = plan.places.iter().map(|place| 2 + place.steps_above + place.steps_below);
     let displaced = if plan.has_depths { steps.sum() } else { 0 };
-    let carried = whole(cells) + whole(sensors) + whole(plies) + whole(HEATS as u32);
-    let around = whole(cells) + 2 * carried + whole(plies) + whole(cells) + whole(plies) + cells_by_ply + 1;
-    let (gas, gas_around) = gas_turns(plan, lanes);
-    let (across, across_around) = if lanes == 1 { (0, 0) } else { turns_across(plan, lanes) };
-    (1 + advance + seen + sideways + displaced + gas + across, around + gas_around + across_around)
+    let carried = with_exit(cells) + with_exit(sensors) + with_exit(plies) + with_exit(HEATS as u32);
+    let around =
+        with_exit(cells) + 2 * carried + with_exit(plies) + with_exit(cells) + with_exit(plies) + cells_by_ply + 1;
+    let (gas, gas_around) = gas_turns(plan, threads);
+    let (across, across_around) = if threads == 1 { (0, 0) } else { turns_across(plan, threads) };
+    (1 + advance + readings + holder + displaced + gas + across, around + gas_around + across_around)
 }
 
-/// Cells of the largest block.
-fn block(plan: &Plan, lanes: u32) -> u32 {
-    (plan.cells() as u32).div_ceil(lanes)
+/// Cells of a thread, at most.
+fn block(plan: &Plan, threads: u32) -> u32 {
+    (plan.cells() as u32).div_ceil(threads)
 }
 
-/// Those of what crosses from lane to lane.
-fn turns_across(plan: &Plan, lanes: u32) -> (u32, u32) {
+/// Iterations of the communication between threads, per step and around.
+fn turns_across(plan: &Plan, threads: u32) -> (u32, u32) {
     let (cells, plies) = (plan.cells() as u32, plan.plies.len() as u32);
-    let whole = |turns: u32| turns + 1;
-    let solved = 2 * whole(block(plan, lanes)) + whole(lanes.ilog2() + 1);
-    let behind = whole(block(plan, lanes)) + whole(lanes);
-    // Two systems for either stage, what is behind at both, gauges, and a holder.
-    let step = 4 * solved + 2 * behind + whole(cells) + 5 * whole(lanes);
-    (step, 2 * whole(plies) + whole(sums(plan)) + (sums(plan) + 2 * plies + 2) * whole(lanes))
+    let with_exit = |turns: u32| turns + 1;
+    let solved = 2 * with_exit(block(plan, threads)) + with_exit(threads.ilog2() + 1);
+    let neighbours = with_exit(block(plan, threads)) + with_exit(threads);
+    // Two systems per stage, the neighbour blocks at both, gauges, and the holder.
+    let step = 4 * solved + 2 * neighbours + with_exit(cells) + 5 * with_exit(threads);
+    (step, 2 * with_exit(plies) + with_exit(sums(plan)) + (sums(plan) + 2 * plies + 2) * with_exit(threads))
 }
 
-/// Sums that lanes of a member have in parts.
+/// Number of sums that the threads of a member accumulate in parts.
 pub(super) fn sums(plan: &Plan) -> u32 {
     HEATS as u32 + if plan.gas.is_some() { 7 } else { 1 }
 }
 
-/// Those of mixtures, reactions and gas. The look that ends a loop counts too, which short loops in a loop over cells make
-/// matter.
-fn gas_turns(plan: &Plan, lanes: u32) -> (u32, u32) {
-    let (cells, plies) = (block(plan, lanes), plan.plies.len() as u32);
+/// Iterations of mixtures, reactions and gas, per step and around. Loop exits count too, which matters for short loops
+/// inside a loop over cells.
+fn gas_turns(plan: &Plan, threads: u32) -> (u32, u32) {
+    let (cells, plies) = (block(plan, threads), plan.plies.len() as u32);
     let each = |turns: &dyn Fn(u32, u32) -> u32| {
         let of = |ply: &Ply<u32>| turns(ply.states, ply.end_reaction - ply.first_reaction);
         let of_cells = |ply: &Ply<u32>| (ply.end_cell - ply.first_cell) * of(ply);
@@ -231,14 +233,14 @@ fn gas_turns(plan: &Plan, lanes: u32) -> (u32, u32) {
         (plan.plies.iter().map(of_cells).sum::<u32>().min(cells * most), most)
     };
     let cells_by_ply = 2 * plies + cells + 1;
-    // Volumes, density, weights, properties, enthalpies; of what is seen at an instant the volumes come from the reactions.
-    let (blended, _) = each(&|states, _| 5 * states + 5);
+    // Volumes, density, weights, properties, enthalpies; at an instant the volumes follow from the reactions.
+    let (mixture, _) = each(&|states, _| 5 * states + 5);
     let (_, face) = each(&|states, reactions| reactions + 3 * states + 4);
-    let blended = if plan.states > 1 || plan.levels > 1 { 2 * blended } else { 0 };
-    // Either stage sees both faces, and the schedules of both are looked ahead; a sensor sees the cells on both sides.
+    let mixture = if plan.states > 1 || plan.levels > 1 { 2 * mixture } else { 0 };
+    // Each stage evaluates both faces and looks ahead in both schedules; a sensor reads the cells on both sides.
     let faces = (6 + 2 * plan.places.len() as u32) * face;
     if plan.gas.is_none() {
-        return (blended + faces, 0);
+        return (mixture + faces, 0);
     }
     let (reacted, _) = each(&|states, reactions| 2 * states + reactions + 3);
     let by_ply = if plan.gas == Some(GasPath::Darcy) { 10 } else { 8 };
@@ -246,28 +248,29 @@ fn gas_turns(plan: &Plan, lanes: u32) -> (u32, u32) {
     let (porous, _) = each(&|states, reactions| reactions + 2 * states + 2);
     let pressed = if plan.gas == Some(GasPath::Darcy) { 2 * (cells_by_ply + porous) + 13 * cells + 15 } else { 0 };
     let (kept, _) = each(&|states, reactions| reactions + 3 * states + 3);
-    (blended + faces + carried + pressed, 3 * cells * ((plan.reactions.max(1) + plan.states) as u32 + 3) + kept)
+    (mixture + faces + carried + pressed, 3 * cells * ((plan.reactions.max(1) + plan.states) as u32 + 3) + kept)
 }
 
-/// Loop turns a dispatch may take on a software device, which silently ends all loops of an invocation after 65,535 of
-/// its own count (an inert layup's is a third more than ours, for reasons that the driver keeps), and the first dispatch on
-/// hardware, where some tens of milliseconds keep clear of time-outs.
+/// Loop iterations of a dispatch. A software device silently ends all loops of an invocation after 65,535 iterations by
+/// its own count, which for an inert layup exceeds ours by a third for unknown reasons. On hardware the limit is for
+/// the first dispatch: some tens of milliseconds, far from time-outs.
 const TURNS_SOFTWARE: u32 = 40_000;
 const TURNS_HARDWARE: u32 = 1_000_000;
 
-/// Steps that one dispatch takes: as many as its loop turns allow, and one at least.
-pub fn steps_a_dispatch(plan: &Plan, lanes: u32, is_software: bool) -> u32 {
-    let (turns_step, turns_around) = loop_turns(plan, lanes);
+/// Steps per dispatch within the limit of loop iterations; at least one.
+pub fn steps_a_dispatch(plan: &Plan, threads: u32, is_software: bool) -> u32 {
+    let (turns_step, turns_around) = loop_turns(plan, threads);
     let turns = if is_software { TURNS_SOFTWARE } else { TURNS_HARDWARE };
     (turns.saturating_sub(turns_around) / turns_step).max(1)
 }
 
-/// Time that a dispatch is to take on hardware: long beside what submitting one costs, short beside what a display waits for.
+/// Target duration of a dispatch on hardware: long compared with the cost of submission, short compared with display
+/// time-outs.
 const DISPATCH: Duration = Duration::from_millis(20);
 
-/// Steps that take about that time, when so many took so long; one at least.
+/// Steps per dispatch for the target duration, given that `steps` steps took `took`; at least one.
 pub(super) fn steps_in_time(steps: u32, took: Duration) -> u32 {
-    // No device is faster than a millionth of that, and a clock may stand still.
+    // A lower bound on the time, as a clock may not advance.
     let share = DISPATCH.div_duration_f64(took.max(DISPATCH / 1_000_000));
     ((f64::from(steps) * share) as u32).max(1)
 }
@@ -278,7 +281,7 @@ mod tests {
     use crate::case::Case;
     use std::path::Path;
 
-    /// Or a device would compile twice what takes seconds once.
+    /// Otherwise a device would compile twice, seconds each.
     #[test]
     fn both_resolutions_of_every_shipped_case_have_one_kernel() {
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
@@ -289,19 +292,19 @@ mod tests {
             let coarse = plan.coarse.as_deref().expect("a plan has both");
             assert!((coarse.cells()..=2 * coarse.cells()).contains(&plan.cells()), "{}", folder.display());
             assert_eq!(text(coarse), text(&plan), "{}", folder.display());
-            assert_ne!(columns(coarse, 1), columns(&plan, 1), "{}: one has no room for the other", folder.display());
+            assert_ne!(columns(coarse, 1), columns(&plan, 1), "{}: equal column lengths", folder.display());
             let mut other = plan.clone();
             other.levels += 1;
-            assert_ne!(text(&other), text(&plan), "{}: of other tables", folder.display());
+            assert_ne!(text(&other), text(&plan), "{}: same source with other tables", folder.display());
         }
     }
 
     #[test]
-    fn a_dispatch_takes_a_fiftieth_of_a_second_however_fast_the_device() {
+    fn dispatches_take_twenty_milliseconds_on_every_device() {
         let ms = Duration::from_millis;
         assert_eq!(steps_in_time(400, ms(200)), 40);
         assert_eq!(steps_in_time(400, ms(2)), 4000);
-        assert_eq!(steps_in_time(3, ms(5000)), 1, "a step is not cut");
-        assert!(steps_in_time(400, ms(0)) > 400, "too short to be told");
+        assert_eq!(steps_in_time(3, ms(5000)), 1, "at least one step");
+        assert!(steps_in_time(400, ms(0)) > 400, "below the resolution of the clock");
     }
 }

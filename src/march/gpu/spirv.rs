@@ -1,9 +1,10 @@
-//! A kernel's text as words of SPIR-V, without the zeros of its columns.
+//! Compilation of a kernel's source to SPIR-V, without initialising its columns.
 //!
-//! WGSL gives every private variable zeros to begin with, and drivers write them out element by element: with 320 cells
-//! a software device compiled for three minutes, without them for seconds. wgpu has no switch for it, so kernels that
-//! [clear](super::shader::MARCH) what they lean on are compiled here, and the words handed to the driver as they are. Every operation stands alone in them
-//! (`NoContraction`): left to themselves drivers join, reorder and move constants, each in its own way, and no two marches have the same bits.
+//! WGSL initialises every private variable, and drivers unroll this element by element: with 320 cells a software
+//! device compiled for three minutes, without initialisers for seconds. wgpu has no option for it, so kernels that
+//! [clear](super::shader::MARCH) their columns themselves are compiled here and passed through to the driver. Every
+//! operation is decorated `NoContraction`: otherwise drivers fuse, reorder and move constants, each differently, and no
+//! two marches are bit-identical.
 
 use super::differentiate::differentiate;
 use naga::back::spv;
@@ -12,10 +13,10 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, Module};
 use std::collections::HashMap;
 
-/// Arrays of more elements than this begin as they may: a kernel's cells are more, what it keeps by the handful is less.
+/// Longest array that is initialised: columns over the cells are longer, other arrays shorter.
 pub const SHORT: u32 = 32;
 
-/// A kernel as naga reads its text: sound.
+/// A kernel as parsed and validated by naga.
 pub struct Kernel {
     pub(super) text: String,
     pub module: Module,
@@ -23,25 +24,26 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// The kernel of a text.
+    /// Parse and validate a source.
     ///
     /// # Errors
-    /// When the text does not compile, with the compiler's excerpt.
+    /// When the source does not compile, with the compiler's excerpt.
     pub fn of(text: String) -> Result<Self, String> {
         let module = naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string(&text))?;
         Self::sound(text, module)
     }
 
-    /// The kernel that tells, beside all that this one stores, how that changes with what the buffer `by` holds. To each buffer that changes, `by` among them, belongs one of
-    /// the same shape for the change; these are bound behind all others, in the order of the first.
+    /// The kernel that also computes the directional derivative (forward mode) of everything it stores, with the seeds
+    /// in a copy of the buffer `by`. Every active buffer, `by` among them, gets a buffer of the same shape for its
+    /// derivative; these are bound after all others, in the same order.
     ///
     /// # Errors
-    /// When there is no such buffer, or the kernel does something with a change that there is no rule for.
+    /// When there is no such buffer, or an active operation has no differentiation rule.
     pub fn differentiated(&self, by: &str) -> Result<Self, String> {
         Self::sound(self.text.clone(), differentiate(&self.module, &self.info, by)?)
     }
 
-    /// Bytes of the variables that a workgroup shares, each rounded up to 16 as WebGPU counts them
+    /// Bytes of the workgroup variables, each rounded up to 16 as WebGPU counts them
     /// (`maxComputeWorkgroupStorageSize`).
     pub fn workgroup_bytes(&self) -> u32 {
         let shared = self.module.global_variables.iter().filter(|(_, known)| known.space == AddressSpace::WorkGroup);
@@ -56,13 +58,13 @@ impl Kernel {
     }
 }
 
-/// Words of a kernel, and how each thing of the host's is bound: by the number in the text, and in the words by its place here.
+/// SPIR-V words of a kernel, and its bindings: numbered as in the source; in the words, by position in this list.
 pub struct Compiled {
     pub words: Vec<u32>,
     pub bindings: Vec<(u32, wgpu::BindingType)>,
 }
 
-/// The words of the entry point `entry` of a kernel; with checks of bounds, an end to every loop, and zeros to begin with, or without.
+/// Compile the entry point `entry` of a kernel. `checks` adds bounds checks, bounded loops and initialised memory.
 ///
 /// # Errors
 /// When there is no such entry point, or naga cannot write it.
@@ -77,7 +79,7 @@ pub fn compile(kernel: &Kernel, entry: &str, checks: bool) -> Result<Compiled, S
         .filter_map(|(_, variable)| Some((variable.binding?, binding(variable.space)?)))
         .collect();
     bound.sort_by_key(|(binding, _)| binding.binding);
-    // The driver's layout numbers bindings without gaps, in their order.
+    // The driver's layout numbers bindings consecutively, in their order.
     let at =
         |(binding, place)| (binding, spv::BindingInfo { descriptor_set: 0, binding: place, binding_array_size: None });
     let policy = if checks { BoundsCheckPolicy::Restrict } else { BoundsCheckPolicy::Unchecked };
@@ -112,25 +114,25 @@ fn binding(space: AddressSpace) -> Option<wgpu::BindingType> {
             let read_only = !access.contains(naga::StorageAccess::STORE);
             wgpu::BufferBindingType::Storage { read_only }
         }
-        // Textures: of all kinds a kernel has but one.
+        // Textures: a kernel has only one kind.
         AddressSpace::Handle => return Some(TEXELS),
         _ => return None,
     };
     Some(wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None })
 }
 
-/// A texture of numbers that are read one by one.
+/// A read-only storage texture of four f32 a texel.
 const TEXELS: wgpu::BindingType = wgpu::BindingType::StorageTexture {
     access: wgpu::StorageTextureAccess::ReadOnly,
     format: wgpu::TextureFormat::Rgba32Float,
     view_dimension: wgpu::TextureViewDimension::D2,
 };
 
-/// Words of the header of SPIR-V.
+/// Words of the SPIR-V header.
 const HEADER: usize = 5;
 
-/// Each instruction's code and words, the first left out. By the specification of SPIR-V an instruction's first word is its length in words above
-/// its code.
+/// Opcode and operands of each instruction. In SPIR-V an instruction's first word holds its length in words in the
+/// upper half and the opcode in the lower half.
 fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
     let mut rest = &words[HEADER..];
     std::iter::from_fn(move || {
@@ -146,14 +148,15 @@ fn push(words: &mut Vec<u32>, code: u32, operands: &[u32]) {
     words.extend(operands);
 }
 
-/// Words without the initial values of private arrays of more than [`SHORT`] elements; variables follow the types they are of.
+/// Removes the initialisers of private arrays of more than [`MAX_INITIALISED_LENGTH`] elements; types precede the
+/// variables that use them.
 fn without_zeros(words: &[u32]) -> Vec<u32> {
     const CONSTANT: u32 = 43;
     const TYPE_ARRAY: u32 = 28;
     const TYPE_POINTER: u32 = 32;
     const VARIABLE: u32 = 59;
     const PRIVATE: u32 = 6;
-    let (mut lengths, mut long, mut kept) = (HashMap::new(), HashMap::new(), words[..HEADER].to_vec());
+    let (mut lengths, mut long, mut written) = (HashMap::new(), HashMap::new(), words[..HEADER].to_vec());
     for (code, operands) in instructions(words) {
         match (code, operands) {
             (CONSTANT, &[_, id, value]) => {
@@ -166,35 +169,35 @@ fn without_zeros(words: &[u32]) -> Vec<u32> {
                 long.insert(id, long.get(&pointed) == Some(&true));
             }
             (VARIABLE, &[kind, id, PRIVATE, _zeros]) if long.get(&kind) == Some(&true) => {
-                push(&mut kept, VARIABLE, &[kind, id, PRIVATE]);
+                push(&mut written, VARIABLE, &[kind, id, PRIVATE]);
                 continue;
             }
             _ => {}
         }
-        push(&mut kept, code, operands);
+        push(&mut written, code, operands);
     }
-    kept
+    written
 }
 
-/// Words in which every sum, difference, product, quotient and change of sign stands alone (`NoContraction`): drivers otherwise take factors out of sums and move constants into
-/// products. Decorations come before the first type.
+/// Decorates every addition, subtraction, multiplication, division and negation with `NoContraction`: drivers otherwise
+/// factor sums and move constants into products. Decorations precede the first type.
 fn exact(words: &[u32]) -> Vec<u32> {
     const DECORATE: u32 = 71;
     const NO_CONTRACTION: u32 = 42;
     const ARITHMETIC: [u32; 5] = [127, 129, 131, 133, 136];
     const TYPES: std::ops::RangeInclusive<u32> = 19..=39;
-    let mut kept = words[..HEADER].to_vec();
+    let mut written = words[..HEADER].to_vec();
     let mut decorated = false;
     for (code, operands) in instructions(words) {
         if TYPES.contains(&code) && !decorated {
             decorated = true;
             for (_, of) in instructions(words).filter(|(code, _)| ARITHMETIC.contains(code)) {
-                push(&mut kept, DECORATE, &[of[1], NO_CONTRACTION]);
+                push(&mut written, DECORATE, &[of[1], NO_CONTRACTION]);
             }
         }
-        push(&mut kept, code, operands);
+        push(&mut written, code, operands);
     }
-    kept
+    written
 }
 
 #[cfg(test)]
@@ -207,13 +210,13 @@ mod tests {
     }
 
     #[test]
-    fn long_private_arrays_lose_their_zeros_and_nothing_else_does() {
+    fn only_long_private_arrays_lose_their_initialisers() {
         let text = "var<private> long: array<f32, 33>; var<private> short: array<f32, 32>; var<private> alone: f32;
             @group(0) @binding(4) var<storage, read_write> out: array<f32>;
             @group(0) @binding(2) var<storage, read> into: array<f32>;
             @group(0) @binding(3) var<storage, read> unused: array<f32>;
             @compute @workgroup_size(1) fn probe() { out[0] = into[0] + long[7] + short[7] + alone; }";
-        let kernel = Kernel::of(text.to_owned()).expect("the text is sound");
+        let kernel = Kernel::of(text.to_owned()).expect("the source is valid");
         let compiled = compile(&kernel, "probe", false).expect("it has the entry point");
         let mut lengths = variables(&compiled.words);
         lengths.sort_unstable();
@@ -227,32 +230,32 @@ mod tests {
     }
 
     #[test]
-    fn the_variables_of_a_workgroup_take_whole_multiples_of_sixteen_bytes() {
+    fn workgroup_variables_are_rounded_up_to_sixteen_bytes() {
         let text = "var<workgroup> one: f32; var<workgroup> some: array<f32, 5>; var<private> own: array<f32, 64>;
             @compute @workgroup_size(1) fn probe() { some[1] = one + own[0]; }";
-        assert_eq!(Kernel::of(text.to_owned()).expect("the text is sound").workgroup_bytes(), 16 + 32);
+        assert_eq!(Kernel::of(text.to_owned()).expect("the source is valid").workgroup_bytes(), 16 + 32);
     }
 
     #[test]
-    fn a_text_that_is_wrong_is_refused_with_an_excerpt() {
+    fn an_invalid_source_is_rejected_with_an_excerpt() {
         let refused = Kernel::of("@compute @workgroup_size(1) fn probe() { lost = 1; }".to_owned()).err();
-        assert!(refused.is_some_and(|why| why.contains("lost")), "names what is not known");
-        let without = Kernel::of("fn probe() {}".to_owned()).expect("the text is sound");
+        assert!(refused.is_some_and(|why| why.contains("lost")), "the error names the unknown identifier");
+        let without = Kernel::of("fn probe() {}".to_owned()).expect("the source is valid");
         assert!(compile(&without, "probe", false).is_err(), "no entry point");
     }
 
     #[test]
-    fn every_operation_of_a_kernel_stands_alone() {
+    fn every_operation_of_a_kernel_is_decorated_no_contraction() {
         let text = "@group(0) @binding(0) var<storage, read> x: array<f32>;
             @group(0) @binding(1) var<storage, read_write> y: array<f32>;
             @compute @workgroup_size(1) fn probe() { y[0] = x[0] * x[1] - x[2]; }";
-        let kernel = Kernel::of(text.to_owned()).expect("the text is sound");
+        let kernel = Kernel::of(text.to_owned()).expect("the source is valid");
         let alone = |kernel: &Kernel| {
             let words = compile(kernel, "probe", false).expect("it has the entry point").words;
             instructions(&words).filter(|(code, operands)| *code == 71 && operands[1] == 42).count()
         };
         assert_eq!(alone(&kernel), 2);
-        // The difference of a product, and its change: two products, their sum, and a difference.
-        assert_eq!(alone(&kernel.differentiated("x").expect("there is a rule for each")), 2 + 4);
+        // x·y − z and its derivative: two products, their sum, and a difference.
+        assert_eq!(alone(&kernel.differentiated("x").expect("every operation has a rule")), 2 + 4);
     }
 }

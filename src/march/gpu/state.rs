@@ -1,12 +1,12 @@
-//! The state of a member between dispatches: blocks of words in one storage buffer, slot × member.
+//! State of a member between dispatches: blocks of words in one storage buffer, slot × member.
 //!
-//! The table here is the one source of the slots. The host reads results by it, and the functions of a kernel that
-//! load and save each block are generated from it.
+//! This table defines the slots: the host reads results by it, and the WGSL functions that load and save each block are
+//! generated from it.
 
 use crate::plan::layout::HEATS;
 use crate::plan::{GasPath, Plan};
 
-/// A block of the state, in the order of the buffer. What a march leaves behind begins with [`Heat`](Self::Heat).
+/// A block of the state, in the order of the buffer. Results for the host start at [`Heat`](Self::Heat).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Block {
     Temperatures,
@@ -22,10 +22,10 @@ pub(super) enum Block {
     Pressures,
 }
 
-/// Words of [`Slots`]: uniform structs are whole multiples of four.
+/// Words of [`Slots`]: the size of a uniform struct is a multiple of four words.
 const SLOT_WORDS: usize = Block::ALL.len().next_multiple_of(4);
 
-/// The first slot of each block, as the struct `Slots` of a kernel holds them.
+/// First slot of each block; the WGSL struct `Slots`.
 pub(super) type Slots = [u32; SLOT_WORDS];
 
 impl Block {
@@ -43,7 +43,7 @@ impl Block {
         Self::Pressures,
     ];
 
-    /// The name in a kernel, and the variables of item `i` there, a word each.
+    /// The name of the block in WGSL, and the WGSL variables of item `i`, one word each.
     const fn in_kernel(self) -> (&'static str, &'static [&'static str]) {
         match self {
             Self::Temperatures => ("temperatures", &["temperatures[i].high", "temperatures[i].low"]),
@@ -86,7 +86,7 @@ impl Block {
         }
     }
 
-    /// Items of one member.
+    /// Number of items of one member.
     fn items(self, plan: &Plan) -> usize {
         let of_gas = |items: usize| if plan.gas.is_some() { items } else { 0 };
         match self {
@@ -108,26 +108,26 @@ impl Block {
         self.items(plan) * self.in_kernel().1.len()
     }
 
-    /// Its first slot.
+    /// First slot of the block.
     pub(super) fn slot(self, plan: &Plan) -> usize {
         Self::ALL.iter().take_while(|block| **block != self).map(|block| block.words(plan)).sum()
     }
 }
 
-/// Words of one member in the state.
+/// Words of the state of one member.
 pub(super) fn state_words(plan: &Plan) -> usize {
     Block::ALL.iter().map(|block| block.words(plan)).sum()
 }
 
-/// The first slots of the blocks of a plan.
+/// First slot of each block of a plan.
 pub(super) fn slots(plan: &Plan) -> Slots {
     let mut slots = [0; SLOT_WORDS];
     slots.iter_mut().zip(Block::ALL).for_each(|(slot, block)| *slot = block.slot(plan) as u32);
     slots
 }
 
-/// The struct `Slots`, and for each block the functions `load_…` and `save_…`, which go over items from `first` to
-/// `end` by `stride`. What a `save_…` returns is the number of items saved, fewer where a driver ended the loop early.
+/// The WGSL struct `Slots`, and for each block the functions `load_…` and `save_…`, which loop over items from `first`
+/// to `end` by `stride`. `save_…` returns the number of items saved, fewer where a driver terminated the loop early.
 pub(super) fn declarations() -> String {
     let padding = (Block::ALL.len()..SLOT_WORDS).map(|place| format!("unused_{place}"));
     let names = Block::ALL.iter().map(|block| block.in_kernel().0.to_owned()).chain(padding);

@@ -1,4 +1,4 @@
-//! Tests on the software device that need the physics of the crate: WGSL against its twins.
+//! Tests of the WGSL shaders against their Rust twins, on the software device.
 
 mod cooperative;
 mod differentiated;
@@ -11,17 +11,17 @@ use super::device::{Adapter, Device, adapters};
 use super::spirv::Kernel;
 use crate::chance::Numbers;
 
-/// The software rasteriser, which computes alike on every machine.
+/// The software rasteriser, whose results are the same on every machine.
 fn adapter() -> Adapter {
     adapters().into_iter().find(Adapter::is_software).expect("the software Vulkan driver: scripts/test.sh installs it")
 }
 
-/// The software rasteriser, with the runtime's checks of bounds and loops or without.
+/// The software rasteriser, with or without the runtime checks of bounds and loops.
 fn device(checks: bool) -> Device {
     Device::open(adapter(), checks).expect("the device opens")
 }
 
-/// Random numbers between bounds.
+/// Uniform random numbers between bounds.
 struct Uniform(Numbers);
 
 impl Uniform {
@@ -34,10 +34,10 @@ impl Uniform {
     }
 }
 
-/// Whether what a pipeline computes under a mutant agrees with the processor.
+/// Whether the results of a pipeline agree with the CPU, given the number of a mutant (0: none).
 type Agrees = Box<dyn Fn(&wgpu::ComputePipeline, u32) -> bool + Send>;
 
-/// A kernel, and how it is held against the processor.
+/// A kernel and its comparison with the CPU.
 struct Target {
     name: String,
     kernel: Kernel,

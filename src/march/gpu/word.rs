@@ -1,8 +1,8 @@
-//! The scalars that cross to a device and back.
+//! Scalars of the data exchanged with a device.
 
 use bytemuck::Pod;
 
-/// A scalar of a kernel in either precision.
+/// A scalar of a kernel, f32 or f64.
 pub(super) trait Word: Pod {
     fn word(value: f64) -> Self;
     fn real(self) -> f64;

@@ -1,19 +1,19 @@
-//! The quantity that a flux is proportional to, where it is not the scheduled one: its mean over a step is what counts.
+//! The transform of a schedule to the quantity that the heat flux is proportional to; a step uses its mean.
 
 use crate::case::Conductivity;
 use crate::plan::layout::{TABLE_NODES, TABLE_START_K, TABLE_STEP_K};
 use std::sync::Arc;
 
-/// How a scheduled value enters a flux.
+/// Relation between a scheduled value and the heat flux.
 #[derive(Clone, Debug)]
 pub(super) enum Transform {
-    /// As it is: fluxes, gas temperatures, pressures.
+    /// Proportional: fluxes, gas temperatures, pressures.
     Identity,
-    /// By its fourth power: temperatures of surroundings that radiate.
+    /// Fourth power: temperatures of radiating surroundings.
     FourthPower,
-    /// By the integral of the conductivity over temperature: temperatures of a held face (Kirchhoff's transformation, Carslaw & Jaeger,
-    /// Conduction of Heat in Solids, 1959, section 1.6). With its mean in place of the temperature's, noise of 11 K at a face of aerogel whose
-    /// conductivity rises by 0.1 % a kelvin would be worth 0.1 K behind it.
+    /// Integral of the conductivity over temperature: temperatures of a held face (Kirchhoff transformation, Carslaw &
+    /// Jaeger, Conduction of Heat in Solids, 1959, section 1.6). Averaging the temperature instead, noise of 11 K at a
+    /// face of aerogel whose conductivity rises by 0.1 % a kelvin would shift temperatures behind it by 0.1 K.
     ConductivityIntegral(Arc<ConductivityIntegral>),
 }
 
@@ -35,7 +35,7 @@ impl Transform {
     }
 }
 
-/// ∫ k dT from the first node of the tables on, W/m, of a conductivity that is linear between nodes.
+/// ∫ k dT from the first table node, W/m, of a conductivity linear between nodes.
 #[derive(Clone, Debug)]
 pub(super) struct ConductivityIntegral {
     conductivities_w_m_k: Vec<f64>,
@@ -54,7 +54,7 @@ impl ConductivityIntegral {
         Self { conductivities_w_m_k, integrals_w_m }
     }
 
-    /// The conductivity at a node, and by how much it rises per kelvin to the next.
+    /// The conductivity at a node and its slope to the next, per kelvin.
     fn segment(&self, node: usize) -> (f64, f64) {
         let (here, next) = (self.conductivities_w_m_k[node], self.conductivities_w_m_k[node + 1]);
         (here, (next - here) / TABLE_STEP_K)
@@ -83,7 +83,7 @@ mod tests {
     use crate::case::{OutOfRange, Table};
 
     #[test]
-    fn the_inverse_of_a_transform_is_its_inverse() {
+    fn transform_and_inverse_return_the_temperature() {
         let rising = Table {
             temperatures_k: vec![300.0, 800.0, 1300.0],
             values: vec![0.02, 0.03, 0.09],

@@ -1,4 +1,4 @@
-//! The function that a function becomes: all that it does, and behind each operation its change.
+//! Transformation of one function: its operations, each followed by its tangent.
 
 use super::{Place, Rule, changed, named, rule};
 use naga::proc::{Emitter, TypeResolution};
@@ -12,18 +12,18 @@ use std::mem;
 
 pub(super) type Value = Handle<Expression>;
 
-/// A function on its way to telling changes.
+/// A function being transformed.
 pub(super) struct Body<'a> {
     pub(super) module: &'a Module,
     types: &'a mut UniqueArena<Type>,
-    /// Variables for the changes of others and of results.
+    /// Tangent variables of globals and of results.
     kept: &'a HashMap<Place, Handle<GlobalVariable>>,
     changing: &'a mut HashSet<Place>,
     handle: Option<Handle<Function>>,
     pub(super) source: &'a Function,
     pub(super) info: &'a FunctionInfo,
     function: Function,
-    /// The change of each value, and where the change of what it points to is.
+    /// The tangent of each value; for a pointer, the pointer to the tangent.
     changes: HashMap<Value, Value>,
     emitter: Emitter,
     block: Block,
@@ -74,7 +74,7 @@ impl<'a> Body<'a> {
         Self { module, types, kept, changing, handle, source, info, function, changes, emitter, block, span }
     }
 
-    /// The function with its changes.
+    /// The transformed function.
     pub(super) fn told(mut self) -> Result<Function, String> {
         self.function.body = self.block(&self.source.body)?;
         Ok(self.function)
@@ -133,30 +133,30 @@ impl<'a> Body<'a> {
                 self.push(Statement::If { condition: *condition, accept, reject });
             }
             Statement::Switch { selector, cases } => {
-                let mut told = Vec::with_capacity(cases.len());
+                let mut transformed = Vec::with_capacity(cases.len());
                 for case in cases {
-                    told.push(SwitchCase { body: self.block(&case.body)?, ..case.clone() });
+                    transformed.push(SwitchCase { body: self.block(&case.body)?, ..case.clone() });
                 }
-                self.push(Statement::Switch { selector: *selector, cases: told });
+                self.push(Statement::Switch { selector: *selector, cases: transformed });
             }
             Statement::Loop { body, continuing, break_if } => {
                 let (body, continuing) = (self.block(body)?, self.block(continuing)?);
                 self.push(Statement::Loop { body, continuing, break_if: *break_if });
             }
             Statement::Break | Statement::Continue => self.push(as_it_is),
-            _ => return Err(format!("{}: no rule for the change of {statement:?}", self.name())),
+            _ => return Err(format!("{}: no differentiation rule for {statement:?}", self.name())),
         }
         Ok(())
     }
 
-    /// A call with the changes of its arguments behind them.
+    /// A call with the tangents of its arguments appended.
     fn call(&mut self, callee: Handle<Function>, arguments: &[Value], result: Option<Value>) -> Result<(), String> {
         let function = &self.module.functions[callee];
         let call = |arguments, result| Statement::Call { function: callee, arguments, result };
         if let Some(rule) = rule(function) {
             self.push(call(arguments.to_vec(), result));
             let (Some(result), &[value]) = (result, arguments) else {
-                return Err(format!("{}: a function with a rule of its own is of one number", self.name()));
+                return Err(format!("{}: a function with its own rule has one argument", self.name()));
             };
             let Some(change) = self.of(value) else { return Ok(()) };
             match rule {
@@ -169,9 +169,9 @@ impl<'a> Body<'a> {
                 Rule::InProportion => {
                     self.emitter.start(&self.function.expressions);
                     let share = self.binary(BinaryOperator::Divide, result, value);
-                    let told = self.binary(BinaryOperator::Multiply, change, share);
+                    let tangent = self.binary(BinaryOperator::Multiply, change, share);
                     self.block.extend(self.emitter.finish(&self.function.expressions));
-                    self.changes.insert(result, told);
+                    self.changes.insert(result, tangent);
                 }
             }
             return Ok(());
@@ -221,7 +221,7 @@ impl<'a> Body<'a> {
         self.push(Statement::Store { pointer, value });
     }
 
-    /// Nothing, of the type of a value.
+    /// Zero of the type of a value.
     pub(super) fn zero(&mut self, value: Value) -> Value {
         let ty = match &self.info[value].ty {
             TypeResolution::Handle(ty) => *ty,
@@ -232,7 +232,7 @@ impl<'a> Body<'a> {
         self.append(Expression::ZeroValue(ty))
     }
 
-    /// A number of the type of a value.
+    /// A literal of the type of a value.
     pub(super) fn literal(&mut self, value: Value, number: f64) -> Result<Value, String> {
         let literal = match self.info[value].ty.inner_with(&self.module.types) {
             TypeInner::Scalar(naga::Scalar::F32) => Literal::F32(number as f32),
@@ -242,7 +242,7 @@ impl<'a> Body<'a> {
         Ok(self.append(Expression::Literal(literal)))
     }
 
-    /// Add an expression; what is told to be computed between two constants, which are not, is one run of its own.
+    /// Append an expression. Expressions that are not emitted, such as constants, split the current emit range.
     pub(super) fn append(&mut self, expression: Expression) -> Value {
         let interrupts = expression.needs_pre_emit() || matches!(expression, Expression::CallResult(_));
         if !interrupts || !self.emitter.is_running() {
@@ -258,7 +258,7 @@ impl<'a> Body<'a> {
         self.block.push(statement, self.span);
     }
 
-    /// Note that what a pointer points into changes.
+    /// Mark the place that a pointer refers to as active.
     fn must_change(&mut self, pointer: Value) -> Result<(), String> {
         let mut base = pointer;
         let place = loop {
@@ -283,6 +283,6 @@ impl<'a> Body<'a> {
     }
 
     pub(super) fn no_rule(&self, value: Value) -> String {
-        format!("{}: no rule for the change of {}", self.name(), named(&self.source.expressions[value]))
+        format!("{}: no differentiation rule for {}", self.name(), named(&self.source.expressions[value]))
     }
 }

@@ -1,13 +1,16 @@
-//! A kernel that tells, beside all that it computes, how that changes along one direction: made of the kernel itself.
+//! Forward-mode automatic differentiation of a kernel, as a source transformation of naga's intermediate
+//! representation.
 //!
-//! WGSL knows no numbers of one's own making, so that a [`Dual`](crate::physics::dual::Dual) cannot be put where a real number stands; and every formula
-//! of `shaders/` a second time is a text to be kept true by hand. What naga reads of a kernel is a list of operations, though, and to each belongs one rule
-//! of differentiation. So nothing of a kernel is changed, and its values keep their bits: what changes along the direction gets a *change* beside it, an operation
-//! behind the one that it belongs to, a variable, an argument. A function leaves the change of its result in a variable of its own, as WGSL returns one thing. Each rule does what
-//! the dual number does on the processor, operation for operation, so that changes too are the processor's, bit for bit, where a device rounds as IEEE 754 says.
+//! WGSL has no operator overloading, so a [`Dual`](crate::physics::dual::Dual) cannot replace a real number, and a
+//! second copy of every formula would have to be maintained by hand. In naga's representation a kernel is a list of
+//! operations, each with one differentiation rule. The original operations and their bits are unchanged; every active
+//! value, variable and argument gets a tangent, computed right after it. A function leaves the tangent of its result in
+//! a private variable, as WGSL returns one value. Each rule performs the operations of the dual number on the CPU in
+//! the same order, so that tangents are bit-identical on IEEE 754 devices.
 //!
-//! What the direction cannot reach stays as it is: rows, tables, and all that is made of them alone. That is found by trying: at first only the
-//! buffer that is differentiated by has a change, and whatever a change is then stored in, passed to or returned from has one on the next round, until none is added.
+//! Inactive values (rows, tables and everything computed from them alone) get no tangent. Activity is found by
+//! iteration: at first only the buffer `by` is active; each pass adds the places where an active value is stored,
+//! passed or returned, until none is added.
 
 mod function;
 mod rules;
@@ -20,7 +23,7 @@ use naga::{
 };
 use std::collections::{HashMap, HashSet};
 
-/// Where a number that changes may be kept; a function is `None` where it is an entry point.
+/// A place that can hold an active value; the function is `None` for an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Place {
     Global(Handle<GlobalVariable>),
@@ -29,20 +32,21 @@ enum Place {
     Result(Handle<Function>),
 }
 
-/// How the result of a function changes that takes bits apart, where what its operations say is not so.
+/// Tangent rule of a function that manipulates bits, whose operations cannot be differentiated one by one.
 #[derive(Clone, Copy)]
 enum Rule {
-    /// Not at all: it is a whole number.
+    /// Zero: the result is an integer.
     Still,
-    /// As the function of the change.
+    /// The function applied to the tangent.
     Alike,
-    /// In proportion to what it is of.
+    /// Tangent × result / argument.
     InProportion,
 }
 
-/// Functions of one number that go by a rule of their own and stay as they are, which is why they call none but each other: those of [`Real`](crate::physics::Real)
-/// that a [`Dual`](crate::physics::dual::Dual) writes out as well, and what keeps a value from the compiler. The others that round or take bits apart, `two_to`, `twos_of` and
-/// `reached`, say themselves that they are still: no change comes through an integer.
+/// Functions of one argument with a rule of their own. They are not transformed and call only each other. They are
+/// those of [`Real`](crate::physics::Real) that [`Dual`](crate::physics::dual::Dual) implements explicitly, and the
+/// optimisation barrier. Other functions that round or manipulate bits need no rule: no tangent passes through an
+/// integer.
 const RULES: &[(&str, Rule)] =
     &[("keep", Rule::Alike), ("nearest", Rule::Still), ("settled", Rule::Alike), ("mantissa_of", Rule::InProportion)];
 
@@ -51,7 +55,7 @@ fn rule(function: &Function) -> Option<Rule> {
     RULES.iter().find(|(known, _)| *known == name).map(|(_, rule)| *rule)
 }
 
-/// The module of a kernel that tells how all that it stores changes with what the buffer `by` holds; see `Kernel::differentiated`.
+/// The module that also computes the tangent of everything it stores; see `Kernel::differentiated`.
 pub(super) fn differentiate(module: &Module, info: &ModuleInfo, by: &str) -> Result<Module, String> {
     let named = |(_, variable): &(_, &GlobalVariable)| variable.name.as_deref() == Some(by);
     let (by, _) = module.global_variables.iter().find(named).ok_or_else(|| format!("no buffer {by:?}"))?;
@@ -65,7 +69,7 @@ pub(super) fn differentiate(module: &Module, info: &ModuleInfo, by: &str) -> Res
     }
 }
 
-/// The module with changes in the places that are known to change; those that turn out to are added.
+/// The module with tangents for the places known to be active; adds those found to be active.
 fn told(module: &Module, info: &ModuleInfo, changing: &mut HashSet<Place>) -> Result<Module, String> {
     let mut told = module.clone();
     let kept = variables(&mut told, module, changing);
@@ -81,14 +85,14 @@ fn told(module: &Module, info: &ModuleInfo, changing: &mut HashSet<Place>) -> Re
     Ok(told)
 }
 
-/// A variable for the change of each that changes, and of each result.
+/// A tangent variable for each active variable and each active result.
 fn variables(told: &mut Module, module: &Module, changing: &HashSet<Place>) -> HashMap<Place, Handle<GlobalVariable>> {
     let mut kept = HashMap::new();
     let bound = module.global_variables.iter().filter_map(|(_, variable)| variable.binding);
     let mut free = bound.map(|bound| bound.binding + 1).max().unwrap_or(0);
     let is_changing = |(handle, _): &(_, &GlobalVariable)| changing.contains(&Place::Global(*handle));
     let mut changed_variables: Vec<_> = module.global_variables.iter().filter(is_changing).collect();
-    // Changes are bound in the order of what they belong to; naga orders variables by which function names them first.
+    // Tangents are bound in the order of their values; naga orders variables by first use.
     changed_variables.sort_by_key(|(_, variable)| variable.binding.map(|bound| bound.binding));
     for (handle, variable) in changed_variables {
         let binding = variable.binding.map(|bound| {
@@ -120,7 +124,7 @@ fn changed(name: Option<&String>) -> Option<String> {
     name.map(|name| format!("{name}_change"))
 }
 
-/// Whether there are real numbers in a type, or where one of it points.
+/// Whether a type contains real numbers or points to one that does.
 fn is_real(inner: &TypeInner, types: &UniqueArena<Type>) -> bool {
     match inner {
         TypeInner::Scalar(scalar)
@@ -133,7 +137,7 @@ fn is_real(inner: &TypeInner, types: &UniqueArena<Type>) -> bool {
     }
 }
 
-/// What an expression is told by in an error: its operation, without its operands.
+/// Name of an expression in an error: its operation, without operands.
 fn named(expression: &Expression) -> String {
     let words = format!("{expression:?}");
     match expression {

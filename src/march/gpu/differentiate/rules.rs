@@ -1,13 +1,14 @@
-//! The rules: how what an operation yields changes with what it is of.
+//! Differentiation rules of the operations.
 //!
-//! Each in the order of [`physics::dual`](crate::physics::dual), less what a dual number adds and multiplies by the zeros of constants, which moves no bit.
+//! Each performs the operations of [`physics::dual`](crate::physics::dual) in the same order, without the additions and
+//! multiplications by zero tangents of constants, which change no bit.
 
 use super::function::{Body, Value};
 use super::is_real;
 use naga::{BinaryOperator, Expression, MathFunction, ScalarKind, UnaryOperator};
 
 impl Body<'_> {
-    /// The change of a value, worked out behind it; none where it is still, or where it is no real number.
+    /// The tangent of a value, appended after it; `None` where it is inactive or not real.
     pub(super) fn change(&mut self, value: Value) -> Result<Option<Value>, String> {
         if !is_real(self.info[value].ty.inner_with(&self.module.types), &self.module.types) {
             return Ok(None);
@@ -44,13 +45,13 @@ impl Body<'_> {
         Ok(alike.map(|alike| self.append(alike)))
     }
 
-    /// Sums, products and quotients.
+    /// Tangents of sums, products and quotients.
     fn of_two(&mut self, value: Value, op: BinaryOperator, a: Value, b: Value) -> Result<Option<Value>, String> {
         let (change_a, change_b) = (self.of(a), self.of(b));
         if change_a.is_none() && change_b.is_none() {
             return Ok(None);
         }
-        let told = match op {
+        let tangent = match op {
             BinaryOperator::Add | BinaryOperator::Subtract => self.sum(op, change_a, change_b),
             BinaryOperator::Multiply => {
                 let by_a = change_a.map(|change| self.binary(op, change, b));
@@ -66,7 +67,7 @@ impl Body<'_> {
             }
             _ => return Err(self.no_rule(value)),
         };
-        Ok(told)
+        Ok(tangent)
     }
 
     fn of_function(
@@ -89,7 +90,7 @@ impl Body<'_> {
                 let slope = self.binary(BinaryOperator::Divide, half, value);
                 Ok(Some(self.binary(BinaryOperator::Multiply, change, slope)))
             }
-            // Between bounds that do not change: the maximum with the lower one, then the minimum with the upper one.
+            // Between inactive bounds: maximum with the lower one, then minimum with the upper one.
             (MathFunction::Clamp, Some(low), Some(high), Some(change)) if self.of(low).or(self.of(high)).is_none() => {
                 let above = self.half_at_equal(value, BinaryOperator::Greater, [a, low], change)?;
                 Ok(Some(self.half_at_equal(value, BinaryOperator::Less, [a, high], above)?))
@@ -98,8 +99,8 @@ impl Body<'_> {
         }
     }
 
-    /// The minimum or maximum of two values, given the comparison by which it is the first: of equal ones the mean of
-    /// both changes, as with dual numbers on the processor.
+    /// Tangent of a minimum or maximum, given the comparison that selects the first operand; for equal operands the
+    /// mean of both tangents, as with dual numbers on the CPU.
     fn extreme(&mut self, value: Value, first: BinaryOperator, a: Value, b: Value) -> Result<Option<Value>, String> {
         let (change_a, change_b) = (self.of(a), self.of(b));
         let Some(sum) = self.sum(BinaryOperator::Add, change_a, change_b) else { return Ok(None) };
@@ -111,7 +112,7 @@ impl Body<'_> {
         Ok(Some(self.select(is_first, change_a, others)))
     }
 
-    /// The change of the minimum or maximum of a value and a constant, given the comparison by which it is the value.
+    /// Tangent of the minimum or maximum of a value and a constant, given the comparison that selects the value.
     fn half_at_equal(
         &mut self,
         value: Value,
@@ -126,7 +127,7 @@ impl Body<'_> {
         Ok(self.select(is_first, change, others))
     }
 
-    /// The change of one of two values.
+    /// Tangent of a selection.
     fn chosen(&mut self, condition: Value, accept: Value, reject: Value) -> Option<Value> {
         if self.of(accept).is_none() && self.of(reject).is_none() {
             return None;
@@ -135,7 +136,7 @@ impl Body<'_> {
         Some(self.select(condition, accept, reject))
     }
 
-    /// A sum or a difference, of which either may be nothing.
+    /// A sum or difference of tangents, either of which may be absent.
     fn sum(&mut self, op: BinaryOperator, a: Option<Value>, b: Option<Value>) -> Option<Value> {
         match (a, b) {
             (Some(a), Some(b)) => Some(self.binary(op, a, b)),
