@@ -8,7 +8,7 @@ use bondline::ensemble::Ensemble;
 use bondline::march::March;
 use bondline::plan::Plan;
 use bondline::study::estimate::{Search, estimate};
-use common::{Carrier, devices, lanes, shortest};
+use common::{BenchBackend, gpu_backends, shortest, simd_backends};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -22,40 +22,40 @@ fn main() {
     for id in CASES {
         let case = common::case(id);
         let plan = Plan::new(&case);
-        let mut carriers: Vec<Carrier> = lanes().into_iter().chain(devices(None)).collect();
+        let mut backends: Vec<BenchBackend> = simd_backends().into_iter().chain(gpu_backends(None)).collect();
         // A Jacobian by finite differences is one ensemble: the point and two neighbours a factor.
         let nominal: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
         let stencil = Ensemble::at(nominal.len(), nominal.repeat(1 + 2 * case.estimate().factors.len()));
-        let mut jacobians = vec![vec![]; carriers.len()];
-        let mut estimates = vec![vec![]; carriers.len()];
-        let mut rows = vec![(0, 0, 0.0); carriers.len()];
+        let mut jacobians = vec![vec![]; backends.len()];
+        let mut estimates = vec![vec![]; backends.len()];
+        let mut rows = vec![(0, 0, 0.0); backends.len()];
         for round in 0..=ROUNDS {
-            for (i, carrier) in carriers.iter_mut().enumerate() {
+            for (i, backend) in backends.iter_mut().enumerate() {
                 let began = Instant::now();
-                let traces = carrier.march.march(&plan, &stencil, 0..stencil.len());
+                let traces = backend.march.march(&plan, &stencil, 0..stencil.len());
                 drop(black_box(traces.unwrap_or_else(|error| panic!("{error}"))));
                 let jacobian_s = began.elapsed().as_secs_f64();
 
-                let (began, before_s) = (Instant::now(), carrier.march.seconds);
-                let found = estimate(&[(&case, &plan)], &mut carrier.march, &Search::of(carrier.precision));
+                let (began, before_s) = (Instant::now(), backend.march.seconds);
+                let found = estimate(&[(&case, &plan)], &mut backend.march, &Search::of(backend.precision));
                 let found = found.unwrap_or_else(|error| panic!("{id}: {error}"));
                 let estimate_s = began.elapsed().as_secs_f64();
                 // The first round is warm-up: it compiles kernels and touches memory.
                 if round > 0 {
                     jacobians[i].push(jacobian_s);
                     estimates[i].push(estimate_s);
-                    let marching_s = carrier.march.seconds - before_s;
+                    let marching_s = backend.march.seconds - before_s;
                     rows[i] = (found.path.len() - 1, found.marches, 1.0 - marching_s / estimate_s);
                 }
             }
         }
-        for (i, carrier) in carriers.iter().enumerate() {
+        for (i, backend) in backends.iter().enumerate() {
             let (jacobian_s, _) = shortest(&jacobians[i]);
             let (estimate_s, spread) = shortest(&estimates[i]);
             let (iterations, members, outside) = rows[i];
             println!(
                 "| {id} | {} | {jacobian_s:.4} | {estimate_s:.3} | {iterations} | {members} | {:.1} % | +{:.0} % |",
-                carrier.title(),
+                backend.title(),
                 100.0 * outside,
                 100.0 * spread
             );

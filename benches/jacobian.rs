@@ -2,19 +2,19 @@
 //!
 //! `cargo bench --bench jacobian [-- CASE]...` prints the table. The CPU uses one thread, a device all it has.
 
-#[path = "common/alone.rs"]
-mod alone;
 #[expect(dead_code, reason = "this bench runs on one thread")]
 mod common;
+#[path = "common/single_threaded.rs"]
+mod single_threaded;
 
-use alone::OnOneThread;
 use bondline::ensemble::Ensemble;
 use bondline::march::cpu::Cpu;
 use bondline::march::extrapolated::Extrapolated;
 use bondline::march::{March, Precision};
 use bondline::pilot::pilot;
 use bondline::study::sensitivity::difference_step;
-use common::{Carrier, devices, shortest};
+use common::{BenchBackend, gpu_backends, shortest};
+use single_threaded::SingleThreaded;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -33,12 +33,12 @@ fn main() {
         let nominal: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
         let factors: Vec<usize> = (0..nominal.len()).collect();
         let point = Ensemble::at(nominal.len(), nominal.clone());
-        let processor = |precision| Carrier::new("processor", Some(1), OnOneThread::new(Cpu::new(precision)));
+        let processor = |precision| BenchBackend::new("processor", Some(1), SingleThreaded::new(Cpu::new(precision)));
         let processors = [Precision::F64, Precision::F32].map(processor).into_iter();
-        for carrier in processors.chain(devices(Some(false))).chain(devices(Some(true))) {
-            let title = carrier.title();
-            let stencil = stencil(&nominal, difference_step(carrier.precision));
-            let mut both = Extrapolated::new(Box::new(carrier.march));
+        for backend in processors.chain(gpu_backends(Some(false))).chain(gpu_backends(Some(true))) {
+            let title = backend.title();
+            let stencil = stencil(&nominal, difference_step(backend.precision));
+            let mut both = Extrapolated::new(Box::new(backend.march));
             let mut seconds = [vec![], vec![], vec![]];
             // The first round is warm-up: it compiles kernels and touches memory.
             for round in 0..=ROUNDS {
@@ -61,16 +61,16 @@ fn main() {
                 });
                 turn(2, &mut || march(&mut both, &stencil));
             }
-            let [alone, tangents, differences] = seconds.map(|seconds| shortest(&seconds).0);
+            let [member, tangents, differences] = seconds.map(|seconds| shortest(&seconds).0);
             println!(
                 "| {id} | {} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
                 title,
                 factors.len(),
-                1e3 * alone,
+                1e3 * member,
                 1e3 * tangents,
-                tangents / alone,
+                tangents / member,
                 1e3 * differences,
-                differences / alone
+                differences / member
             );
         }
     }

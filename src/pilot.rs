@@ -355,7 +355,7 @@ mod tests {
     #[test]
     fn a_member_that_does_not_complete_has_an_infinite_error() {
         let case = Case::load("cases/slab".as_ref()).expect("a shipped case");
-        let done = marched(&Plan::new(&case), &Ensemble::nominal(&case.factors)).expect("the processor marches");
+        let done = marched(&Plan::new(&case), &Ensemble::nominal(&case.factors)).expect("the CPU backend does not fail");
         assert_eq!(worst_k(&done, &done, 0), 0.0);
         let mut diverged = done.clone();
         diverged.temperatures_k.fill(f64::NAN);
@@ -368,7 +368,7 @@ mod tests {
     fn an_unattainable_tolerance_ends_the_search_and_the_error_is_reported() {
         let mut case = Case::load("cases/lcat-2259".as_ref()).expect("a shipped case");
         case.resolution.tolerance_k = Some(1e-9);
-        let plan = pilot(&case).expect("the processor marches");
+        let plan = pilot(&case).expect("the CPU backend does not fail");
         let reached = plan.reached.as_ref().expect("an adapted plan has an error estimate");
         assert!(reached.nominal_k > 1e-9 && reached.nominal_k < 1e-2, "{reached:?}");
         assert!(work(&plan) <= WORK_MOST, "{} cells, {} steps", plan.cells(), plan.steps());

@@ -18,8 +18,8 @@ const SHARES: [f64; 6] = [0.02, 0.1, 0.25, 0.5, 0.75, 1.0];
 
 fn marched(case: &Case) -> Nominal {
     let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
-    let plan = pilot(case).expect("the processor marches");
-    nominal(case, &plan, &mut march).expect("the processor marches")
+    let plan = pilot(case).expect("the CPU backend does not fail");
+    nominal(case, &plan, &mut march).expect("the CPU backend does not fail")
 }
 
 /// The record of a march in a golden file.

@@ -24,7 +24,7 @@ pub(crate) fn case_with(id: &str, sets: &[(String, String)]) -> Case {
 }
 
 /// A backend under test.
-pub(crate) struct Carrier {
+pub(crate) struct BenchBackend {
     name: String,
     /// CPU threads; `None` for a hardware device.
     pub threads: Option<usize>,
@@ -32,7 +32,7 @@ pub(crate) struct Carrier {
     pub march: Timed,
 }
 
-impl Carrier {
+impl BenchBackend {
     pub(crate) fn new(name: &str, threads: Option<usize>, march: impl March + 'static) -> Self {
         let precision = march.backend().precision;
         Self { name: name.to_owned(), threads, precision, march: Timed { march: Box::new(march), seconds: 0.0 } }
@@ -50,14 +50,14 @@ impl Carrier {
 }
 
 /// The CPU backend with SIMD lanes on all threads, in f64 and f32.
-pub(crate) fn lanes() -> [Carrier; 2] {
+pub(crate) fn simd_backends() -> [BenchBackend; 2] {
     let threads = rayon::current_num_threads();
-    [Precision::F64, Precision::F32].map(|precision| Carrier::new("lanes", Some(threads), Cpu::new(precision)))
+    [Precision::F64, Precision::F32].map(|precision| BenchBackend::new("lanes", Some(threads), Cpu::new(precision)))
 }
 
 /// The first Vulkan device, in f32 and if supported in f64, with one thread or one workgroup a member, or the backend's
 /// choice; empty without a device.
-pub(crate) fn devices(workgroups: Option<bool>) -> Vec<Carrier> {
+pub(crate) fn gpu_backends(workgroups: Option<bool>) -> Vec<BenchBackend> {
     let Ok(adapter) = device::find(None) else { return vec![] };
     let threads = adapter.is_software().then(rayon::current_num_threads);
     let of = if workgroups == Some(true) { ", a workgroup a member," } else { "" };
@@ -70,7 +70,7 @@ pub(crate) fn devices(workgroups: Option<bool>) -> Vec<Carrier> {
             Some(of) => gpu.with_lanes(if of { LANES } else { 1 }),
             None => gpu,
         })
-        .map(|gpu| Carrier::new(&name, threads, gpu))
+        .map(|gpu| BenchBackend::new(&name, threads, gpu))
         .collect()
 }
 

@@ -62,7 +62,7 @@ impl Candidate {
 
     /// The plans that give the cells and the steps of the coarse march.
     fn second<'a>(&self, plan: &'a Plan, space: Space) -> Option<(&'a Plan, &'a Plan)> {
-        let coarse = plan.coarse().expect("a plan that is cut has a coarser one");
+        let coarse = plan.coarse().expect("a plan with a discretisation has a coarse one");
         let cells = if space == Space::Held { plan } else { coarse };
         match self.second {
             Second::HalfSteps => Some((cells, coarse)),

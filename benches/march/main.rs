@@ -2,21 +2,21 @@
 //!
 //! `cargo bench --bench march [-- MEMBERS]` prints the table; MEMBERS is the largest ensemble.
 
-#[path = "../common/alone.rs"]
-mod alone;
 #[path = "../common/mod.rs"]
 mod common;
 mod counted;
 mod peak;
+#[path = "../common/single_threaded.rs"]
+mod single_threaded;
 
-use alone::OnOneThread;
 use bondline::case::Bounds;
 use bondline::ensemble::{Ensemble, Sampling};
 use bondline::march::cpu::{Cpu, Reference};
 use bondline::march::{Precision, march_all};
 use bondline::plan::Plan;
-use common::{Carrier, devices, lanes, shortest};
+use common::{BenchBackend, gpu_backends, shortest, simd_backends};
 use counted::Work;
+use single_threaded::SingleThreaded;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -44,44 +44,44 @@ fn main() {
     println!("Where plies decompose, in lcat-2259-pyrolysis, it is {reacting}.\n");
 
     // The baseline is one member at a time in f64; lanes on one thread show the gain of SIMD alone.
-    let mut carriers = vec![Carrier::new("scalar", Some(1), OnOneThread::new(Reference(Precision::F64)))];
-    let in_lanes = |precision| Carrier::new("lanes", Some(1), OnOneThread::new(Cpu::new(precision)));
-    carriers.extend([Precision::F64, Precision::F32].map(in_lanes));
-    carriers.extend(lanes());
-    carriers.extend(devices(Some(false)));
-    let alone = carriers.len();
-    carriers.extend(devices(Some(true)));
-    let peaks: Vec<Option<f64>> = carriers.iter().map(peak).collect();
+    let mut backends = vec![BenchBackend::new("scalar", Some(1), SingleThreaded::new(Reference(Precision::F64)))];
+    let in_lanes = |precision| BenchBackend::new("lanes", Some(1), SingleThreaded::new(Cpu::new(precision)));
+    backends.extend([Precision::F64, Precision::F32].map(in_lanes));
+    backends.extend(simd_backends());
+    backends.extend(gpu_backends(Some(false)));
+    let first_workgroup = backends.len();
+    backends.extend(gpu_backends(Some(true)));
+    let peaks: Vec<Option<f64>> = backends.iter().map(peak).collect();
     println!("| march | multiplications and additions, Gflop/s |\n|---|---|");
-    for (carrier, peak) in carriers.iter().zip(&peaks) {
-        println!("| {} | {} |", carrier.title(), peak.map_or("not measured".to_owned(), gigaflops));
+    for (backend, peak) in backends.iter().zip(&peaks) {
+        println!("| {} | {} |", backend.title(), peak.map_or("not measured".to_owned(), gigaflops));
     }
 
     println!("\n| members | march | s | ns a cell-step | million cell-steps/s | × scalar | of peak | longest |");
     println!("|---|---|---|---|---|---|---|---|");
     // Warm-up: compiles kernels and touches memory.
-    for carrier in &mut carriers {
-        time(carrier, &plan, &sweep(case.factors(), 15));
+    for backend in &mut backends {
+        time(backend, &plan, &sweep(case.factors(), 15));
     }
     for members in MEMBERS.into_iter().filter(|&members| members <= most) {
         let ensemble = sweep(case.factors(), members);
-        let mut seconds = vec![vec![]; carriers.len()];
+        let mut seconds = vec![vec![]; backends.len()];
         for _ in 0..rounds(members) {
-            for (place, (carrier, seconds)) in carriers.iter_mut().zip(&mut seconds).enumerate() {
-                if place >= alone && carrier.threads.is_some() && members > FEW {
+            for (place, (backend, seconds)) in backends.iter_mut().zip(&mut seconds).enumerate() {
+                if place >= first_workgroup && backend.threads.is_some() && members > FEW {
                     continue;
                 }
-                seconds.push(time(carrier, &plan, &ensemble));
+                seconds.push(time(backend, &plan, &ensemble));
             }
         }
         let (scalar_s, _) = shortest(&seconds[0]);
-        let timed = carriers.iter().zip(&seconds).zip(&peaks).filter(|((_, seconds), _)| !seconds.is_empty());
-        for ((carrier, seconds), peak) in timed {
+        let timed = backends.iter().zip(&seconds).zip(&peaks).filter(|((_, seconds), _)| !seconds.is_empty());
+        for ((backend, seconds), peak) in timed {
             let (least_s, spread) = shortest(seconds);
             let rate = (cells * steps * members) as f64 / least_s;
             println!(
                 "| {members} | {} | {least_s:.4} | {:.2} | {:.1} | {:.2} | {} | +{:.0} % |",
-                carrier.title(),
+                backend.title(),
                 1e9 / rate,
                 1e-6 * rate,
                 scalar_s / least_s,
@@ -98,16 +98,16 @@ fn sweep(factors: &[bondline::case::Factor], members: usize) -> Ensemble {
 }
 
 /// March an ensemble and drop its traces; returns the time, s.
-fn time(carrier: &mut Carrier, plan: &Plan, ensemble: &Ensemble) -> f64 {
+fn time(backend: &mut BenchBackend, plan: &Plan, ensemble: &Ensemble) -> f64 {
     let began = Instant::now();
-    let marched = march_all(&mut carrier.march, plan, ensemble, &mut |traces| drop(black_box(traces)));
-    marched.unwrap_or_else(|error| panic!("{}: {error}", carrier.title()));
+    let marched = march_all(&mut backend.march, plan, ensemble, &mut |traces| drop(black_box(traces)));
+    marched.unwrap_or_else(|error| panic!("{}: {error}", backend.title()));
     began.elapsed().as_secs_f64()
 }
 
 /// Peak rate of the threads of a backend, flop/s; not measured for hardware devices.
-fn peak(carrier: &Carrier) -> Option<f64> {
-    carrier.threads.map(|threads| peak::flops_per_s(carrier.precision, threads))
+fn peak(backend: &BenchBackend) -> Option<f64> {
+    backend.threads.map(|threads| peak::flops_per_s(backend.precision, threads))
 }
 
 fn gigaflops(flops_per_s: f64) -> String {

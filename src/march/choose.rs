@@ -42,64 +42,64 @@ const WORTH_A_DEVICE: f64 = 3e8;
 ///
 /// # Errors
 /// When a GPU is requested and none is found, can be opened, or passes its self-tests.
-pub fn open(choice: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn March>, MarchError> {
-    match choice.kind {
-        Kind::Gpu => on_device(choice),
-        Kind::Auto if choice.device.is_some() => on_device(choice),
-        Kind::Auto if seeks_hardware(choice, plan, members) => {
-            Ok(on_hardware(choice).unwrap_or_else(|| on_cpu(choice)))
+pub fn open(options: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn March>, MarchError> {
+    match options.kind {
+        Kind::Gpu => on_device(options),
+        Kind::Auto if options.device.is_some() => on_device(options),
+        Kind::Auto if seeks_hardware(options, plan, members) => {
+            Ok(on_hardware(options).unwrap_or_else(|| on_cpu(options)))
         }
-        Kind::Auto | Kind::Cpu => Ok(on_cpu(choice)),
+        Kind::Auto | Kind::Cpu => Ok(on_cpu(options)),
     }
 }
 
 /// The requested GPU.
 #[cfg(feature = "gpu")]
-fn on_device(choice: &Choice) -> Result<Box<dyn March>, MarchError> {
-    on_adapter(choice, device::find(choice.device.as_deref())?)
+fn on_device(options: &Choice) -> Result<Box<dyn March>, MarchError> {
+    on_adapter(options, device::find(options.device.as_deref())?)
 }
 
 #[cfg(not(feature = "gpu"))]
-fn on_device(_choice: &Choice) -> Result<Box<dyn March>, MarchError> {
+fn on_device(_options: &Choice) -> Result<Box<dyn March>, MarchError> {
     let reason = "this build supports the CPU only".to_owned();
     Err(MarchError::NoDevice { reason, remedy: "build with the feature `gpu`".to_owned() })
 }
 
 /// A hardware GPU, if there is one. A failed self-test is no error here, as the user did not request a GPU.
 #[cfg(feature = "gpu")]
-fn on_hardware(choice: &Choice) -> Option<Box<dyn March>> {
+fn on_hardware(options: &Choice) -> Option<Box<dyn March>> {
     let may_exist = device::hardware_may_exist();
     let adapters = may_exist.then(device::adapters).into_iter().flatten();
     let hardware = adapters.into_iter().find(|adapter| !adapter.is_software())?;
-    on_adapter(choice, hardware).ok()
+    on_adapter(options, hardware).ok()
 }
 
 #[cfg(not(feature = "gpu"))]
-fn on_hardware(_choice: &Choice) -> Option<Box<dyn March>> {
+fn on_hardware(_options: &Choice) -> Option<Box<dyn March>> {
     None
 }
 
 #[cfg(feature = "gpu")]
-fn on_adapter(choice: &Choice, adapter: Adapter) -> Result<Box<dyn March>, MarchError> {
+fn on_adapter(options: &Choice, adapter: Adapter) -> Result<Box<dyn March>, MarchError> {
     let device = Device::open(adapter, false)?;
-    Ok(Box::new(Gpu::new(device, choice.precision.unwrap_or(Precision::F32))?))
+    Ok(Box::new(Gpu::new(device, options.precision.unwrap_or(Precision::F32))?))
 }
 
 /// [`open`], with Richardson extrapolation over both resolutions of a plan.
 ///
 /// # Errors
 /// As [`open`].
-pub fn open_extrapolated(choice: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn March>, MarchError> {
-    Ok(Box::new(Extrapolated::new(open(choice, plan, members)?)))
+pub fn open_extrapolated(options: &Choice, plan: &Plan, members: usize) -> Result<Box<dyn March>, MarchError> {
+    Ok(Box::new(Extrapolated::new(open(options, plan, members)?)))
 }
 
 /// Whether [`open`] looks for a hardware GPU because of the amount of work.
-pub fn seeks_hardware(choice: &Choice, plan: &Plan, members: usize) -> bool {
-    choice.kind == Kind::Auto && choice.device.is_none() && is_worth_a_device(plan, members)
+pub fn seeks_hardware(options: &Choice, plan: &Plan, members: usize) -> bool {
+    options.kind == Kind::Auto && options.device.is_none() && is_worth_a_device(plan, members)
 }
 
-fn on_cpu(choice: &Choice) -> Box<dyn March> {
-    Box::new(Cpu::new(choice.precision.unwrap_or(Precision::F64)))
+fn on_cpu(options: &Choice) -> Box<dyn March> {
+    Box::new(Cpu::new(options.precision.unwrap_or(Precision::F64)))
 }
 
 fn is_worth_a_device(plan: &Plan, members: usize) -> bool {

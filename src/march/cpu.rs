@@ -44,7 +44,7 @@ impl Vectors {
             && is_x86_feature_detected!("avx512dq");
         let has_avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
         let supported = [(has_avx512, Self::Avx512), (has_avx2, Self::Avx2), (true, Self::None)];
-        supported.into_iter().filter_map(|(is_there, vectors)| is_there.then_some(vectors)).collect()
+        supported.into_iter().filter_map(|(is_supported, vectors)| is_supported.then_some(vectors)).collect()
     }
 
     #[cfg(target_arch = "aarch64")]

@@ -147,8 +147,8 @@ pub trait March: Send {
     ///
     /// # Errors
     /// As [`march`](Self::march).
-    fn finish(&mut self, begun: Begun<'_>) -> Result<Traces, MarchError> {
-        begun()
+    fn finish(&mut self, pending: Begun<'_>) -> Result<Traces, MarchError> {
+        pending()
     }
 
     /// March members with their derivatives by some factors (forward-mode tangents). For every point the traces hold
@@ -204,8 +204,8 @@ pub fn march_some(
     let mut before = None;
     for first in members.clone().step_by(capacity) {
         // Two batches at a time: enough that a GPU never waits for the host, with bounded memory.
-        let begun = march.begin(plan, ensemble, first..(first + capacity).min(members.end))?;
-        if let Some(before) = before.replace(begun) {
+        let pending = march.begin(plan, ensemble, first..(first + capacity).min(members.end))?;
+        if let Some(before) = before.replace(pending) {
             take(march.finish(before)?);
         }
     }

@@ -188,8 +188,8 @@ impl March for Monitored {
         self.timed(0, |march| march.begin(plan, ensemble, members))
     }
 
-    fn finish(&mut self, begun: Begun<'_>) -> Result<Traces, MarchError> {
-        let traces = self.timed(0, |march| march.finish(begun))?;
+    fn finish(&mut self, pending: Begun<'_>) -> Result<Traces, MarchError> {
+        let traces = self.timed(0, |march| march.finish(pending))?;
         self.count(traces.members());
         Ok(traces)
     }

@@ -38,8 +38,8 @@ pub fn together<T: Send>(
             let (sender, receiver) = channel();
             let threads: Vec<_> = numbers
                 .map(|number| {
-                    let mut seat = Seat { plan, backend: backend.clone(), capacity, ask: sender.clone() };
-                    scope.spawn(move || study(number, &mut seat))
+                    let mut client = Seat { plan, backend: backend.clone(), capacity, ask: sender.clone() };
+                    scope.spawn(move || study(number, &mut client))
                 })
                 .collect();
             let outcome = serve(march, plan, &receiver, threads.len());
@@ -77,22 +77,22 @@ fn serve(march: &mut dyn March, plan: &Plan, requests: &Receiver<Said>, mut work
     let mut waiting: Vec<Wanted> = Vec::new();
     while working > 0 {
         match requests.recv() {
-            Ok(Said::Wanted(wanted)) => waiting.push(wanted),
+            Ok(Said::Wanted(request)) => waiting.push(request),
             Ok(Said::Done) => working -= 1,
             Err(_) => break,
         }
         if working == 0 || waiting.len() < working {
             continue;
         }
-        let rows = waiting.iter().flat_map(|wanted| &wanted.rows).copied().collect();
+        let rows = waiting.iter().flat_map(|request| &request.rows).copied().collect();
         let ensemble = Ensemble::at(waiting[0].factors, rows);
         let mut runs: Vec<Traces> = Vec::new();
         march_all(march, plan, &ensemble, &mut |traces| runs.push(traces))?;
         let mut first = 0;
-        for wanted in waiting.drain(..) {
-            let end = first + wanted.members.len();
+        for request in waiting.drain(..) {
+            let end = first + request.members.len();
             // A study whose receiver is gone has panicked; joining its thread reports the panic.
-            let _ = wanted.reply.send(part(&runs, first..end, wanted.members.start));
+            let _ = request.reply.send(part(&runs, first..end, request.members.start));
             first = end;
         }
     }
@@ -134,8 +134,8 @@ impl March for Seat<'_> {
         let rows = members.clone().flat_map(|member| ensemble.member(member)).collect();
         let failed =
             || MarchError::Device { device: self.backend.name.clone(), message: "the batched march failed".to_owned() };
-        let wanted = Wanted { factors: ensemble.factors(), rows, members, reply };
-        self.ask.send(Said::Wanted(wanted)).map_err(|_| failed())?;
+        let request = Wanted { factors: ensemble.factors(), rows, members, reply };
+        self.ask.send(Said::Wanted(request)).map_err(|_| failed())?;
         replied.recv().map_err(|_| failed())
     }
 }

@@ -141,9 +141,9 @@ impl Forcing {
             let of = |face: usize, end: usize| self.faces[face].map(|signal| values[signal][step][end]);
             [of(0, 0), of(0, 1), of(1, 0), of(1, 1)]
         });
-        let mut drives: Vec<Drive<f64>> = rows.collect();
-        drives.extend(last_drives(&drives));
-        drives
+        let mut all: Vec<Drive<f64>> = rows.collect();
+        all.extend(last_drives(&all));
+        all
     }
 
     /// The prescribed temperature of a face (0 hot, 1 back) at some instants, K, where the steps smooth it or it jumps

@@ -21,8 +21,8 @@ impl Plan {
         let last =
             interpolation.as_ref().map_or(instant, |interpolation| (interpolation.last() + 1).min(self.records - 1));
         let steps = self.instants.iter().position(|&at| at == last as u32).expect("an instant of the plan");
-        let mut drives = self.rows.drives[..4 * steps].to_vec();
-        drives.extend(last_drives(&drives));
+        let mut forcing = self.rows.drives[..4 * steps].to_vec();
+        forcing.extend(last_drives(&forcing));
         Self {
             coarse: self.coarse.as_ref().map(|coarse| Box::new(coarse.until(instant))),
             instants_s: self.instants_s[..=instant].to_vec(),
@@ -34,7 +34,7 @@ impl Plan {
             rows: Rows {
                 lengths_s: self.rows.lengths_s[..steps].to_vec(),
                 beads: self.rows.beads[..steps * self.places.len()].to_vec(),
-                drives,
+                drives: forcing,
                 ..self.rows.clone()
             },
             ..self.clone()

@@ -100,11 +100,11 @@ impl Batch {
         let rows = rows::<W>(device, plan, pipeline)?;
         let factors = device.upload("factors", &factors::<W>(plan, ensemble, &carried));
         let changes = pipeline.tells.then(|| {
-            (device.upload("changes of factors", &seeds::<W>(plan, &carried)), Room::new(device, plan, bytes))
+            (device.upload("factor tangents", &seeds::<W>(plan, &carried)), Room::new(device, plan, bytes))
         });
         let value_buffers = [(0, &run), (10, &factors), (11, &values.state), (12, &values.traces), (13, &progress)];
         let tangent_buffers =
-            changes.iter().flat_map(|(seeds, room)| (CHANGES..).zip([seeds, &room.state, &room.traces]));
+            changes.iter().flat_map(|(seeds, buffers)| (CHANGES..).zip([seeds, &buffers.state, &buffers.traces]));
         let mut entries: Vec<(u32, wgpu::BindingResource<'_>)> =
             rows.buffers.iter().map(|(binding, buffer)| (*binding, buffer.as_entire_binding())).collect();
         entries.extend(
@@ -120,7 +120,7 @@ impl Batch {
             carried,
             progress: device.land(&progress, 0, (2 * size_of::<u32>() * count) as u64),
             values: values.land(device, plan, bytes),
-            changes: changes.map(|(_, room)| room.land(device, plan, bytes)),
+            changes: changes.map(|(_, buffers)| buffers.land(device, plan, bytes)),
         })
     }
 
@@ -129,7 +129,7 @@ impl Batch {
     /// # Errors
     /// When the device is lost, or terminated loops early.
     pub(super) fn finish<W: Word>(self, device: &Device, plan: &Plan) -> Result<(Traces, Option<Traces>), MarchError> {
-        let (count, first) = (self.carried.len(), self.carried.first().map_or(0, |carried| carried.member));
+        let (count, first) = (self.carried.len(), self.carried.first().map_or(0, |invocation| invocation.member));
         let progress: Vec<u32> = device.landed(self.progress)?;
         if let Some(place) = progress[..count].iter().position(|&step| step as usize != plan.steps() + 1) {
             return Err(MarchError::CutShort {

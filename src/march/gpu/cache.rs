@@ -23,7 +23,7 @@ pub(super) fn folder() -> Option<PathBuf> {
 
 impl Cache {
     /// The cache of a device in a folder, possibly empty; `None` where the device has no pipeline cache.
-    #[expect(unsafe_code, reason = "argued at the block")]
+    #[expect(unsafe_code, reason = "justified at the block")]
     pub(super) fn open(device: &wgpu::Device, info: &wgpu::AdapterInfo, folder: &Path) -> Option<Self> {
         if !device.features().contains(wgpu::Features::PIPELINE_CACHE) {
             return None;

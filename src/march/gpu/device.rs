@@ -377,7 +377,7 @@ impl Device {
 }
 
 /// A shader module of SPIR-V words that wgpu passes through unchanged.
-#[expect(unsafe_code, reason = "argued at the block")]
+#[expect(unsafe_code, reason = "justified at the block")]
 fn handed_over(device: &wgpu::Device, entry: &str, words: &[u32]) -> wgpu::ShaderModule {
     let descriptor = wgpu::ShaderModuleDescriptorPassthrough {
         label: Some(entry),

@@ -73,7 +73,7 @@ impl Gpu {
                 return Err(MarchError::SelfTest {
                     device: device.name,
                     test: "error-free transformations",
-                    found: format!("{wrong} of {tried} sums lost their rounding error"),
+                    found: format!("{wrong} of {tried} sums have a wrong rounding error"),
                 });
             }
         }

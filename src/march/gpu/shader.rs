@@ -285,11 +285,11 @@ mod tests {
     #[test]
     fn both_resolutions_of_every_shipped_case_have_one_kernel() {
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
-        let folders = shipped.read_dir().expect("cases are shipped").map(|entry| entry.expect("it can be read").path());
+        let folders = shipped.read_dir().expect("cases are shipped").map(|entry| entry.expect("a readable entry").path());
         let text = |plan: &Plan| of_any_length(plan, Precision::F32, true, 1, MARCH);
         for folder in folders.filter(|folder| folder.is_dir()) {
             let plan = Plan::new(&Case::load(&folder).expect("a shipped case loads"));
-            let coarse = plan.coarse.as_deref().expect("a plan has both");
+            let coarse = plan.coarse.as_deref().expect("a plan has a coarse one");
             assert!((coarse.cells()..=2 * coarse.cells()).contains(&plan.cells()), "{}", folder.display());
             assert_eq!(text(coarse), text(&plan), "{}", folder.display());
             assert_ne!(columns(coarse, 1), columns(&plan, 1), "{}: equal column lengths", folder.display());

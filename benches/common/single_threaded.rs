@@ -7,19 +7,19 @@ use bondline::traces::Traces;
 use std::ops::Range;
 
 /// A backend restricted to one thread.
-pub(crate) struct OnOneThread<M> {
+pub(crate) struct SingleThreaded<M> {
     march: M,
     pool: rayon::ThreadPool,
 }
 
-impl<M> OnOneThread<M> {
+impl<M> SingleThreaded<M> {
     pub(crate) fn new(march: M) -> Self {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
         Self { march, pool: pool.unwrap_or_else(|error| panic!("{error}")) }
     }
 }
 
-impl<M: March> March for OnOneThread<M> {
+impl<M: March> March for SingleThreaded<M> {
     fn backend(&self) -> Backend {
         self.march.backend()
     }
