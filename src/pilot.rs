@@ -355,7 +355,8 @@ mod tests {
     #[test]
     fn a_member_that_does_not_complete_has_an_infinite_error() {
         let case = Case::load("cases/slab".as_ref()).expect("a shipped case");
-        let done = marched(&Plan::new(&case), &Ensemble::nominal(&case.factors)).expect("the CPU backend does not fail");
+        let done =
+            marched(&Plan::new(&case), &Ensemble::nominal(&case.factors)).expect("the CPU backend does not fail");
         assert_eq!(worst_k(&done, &done, 0), 0.0);
         let mut diverged = done.clone();
         diverged.temperatures_k.fill(f64::NAN);

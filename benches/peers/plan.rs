@@ -20,7 +20,8 @@ fn main() {
     let args: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with("--")).collect();
     let (id, sets) = args.split_first().expect("a case such as lcat-2259");
     let pair = |set: &String| set.split_once('=').map(|(name, value)| (name.to_owned(), value.to_owned()));
-    let sets: Vec<_> = sets.iter().map(|set| pair(set).unwrap_or_else(|| panic!("{set:?}: expected NAME=VALUE"))).collect();
+    let sets: Vec<_> =
+        sets.iter().map(|set| pair(set).unwrap_or_else(|| panic!("{set:?}: expected NAME=VALUE"))).collect();
     let case = common::case_with(id, &sets);
     let plan = pilot(&case).unwrap_or_else(|error| panic!("{error}"));
     println!(

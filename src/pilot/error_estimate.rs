@@ -32,7 +32,7 @@ impl Estimate {
     }
 
     /// The estimate for the report, with the largest error of the members at corners of the factors' bounds. Two
-    /// marches may agree better than either is accurate, so the error of a gauge is at least `MIN_REPORTED_SHARE` of
+    /// marches may agree better than either is accurate, so the error of a gauge is at least `MIN_REPORTED_RATIO` of
     /// its tolerance.
     pub(super) fn reported(self, corners_k: Option<f64>) -> Reached {
         let least = |gauge: GaugeError| GaugeError { error: gauge.error.max(LEAST * gauge.tolerance), ..gauge };

@@ -99,9 +99,9 @@ impl Batch {
         let progress = device.storage("progress", (2 * size_of::<u32>() * count) as u64);
         let rows = rows::<W>(device, plan, pipeline)?;
         let factors = device.upload("factors", &factors::<W>(plan, ensemble, &carried));
-        let changes = pipeline.tells.then(|| {
-            (device.upload("factor tangents", &seeds::<W>(plan, &carried)), Room::new(device, plan, bytes))
-        });
+        let changes = pipeline
+            .tells
+            .then(|| (device.upload("factor tangents", &seeds::<W>(plan, &carried)), Room::new(device, plan, bytes)));
         let value_buffers = [(0, &run), (10, &factors), (11, &values.state), (12, &values.traces), (13, &progress)];
         let tangent_buffers =
             changes.iter().flat_map(|(seeds, buffers)| (CHANGES..).zip([seeds, &buffers.state, &buffers.traces]));

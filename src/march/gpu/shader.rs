@@ -192,13 +192,13 @@ pub fn loop_turns(plan: &Plan, threads: u32) -> (u32, u32) {
     let readings = 2 * with_exit(sensors);
     let holder = if plan.has_holder { 4 * cells_by_ply } else { 0 };
     let steps = plan.places.iter().map(|place| 2 + place.steps_above + place.steps_below);
-    let displaced = if plan.has_depths { steps.sum() } else { 0 };
-    let carried = with_exit(cells) + with_exit(sensors) + with_exit(plies) + with_exit(HEATS as u32);
+    let displaced_sensors = if plan.has_depths { steps.sum() } else { 0 };
+    let state = with_exit(cells) + with_exit(sensors) + with_exit(plies) + with_exit(HEATS as u32);
     let around =
-        with_exit(cells) + 2 * carried + with_exit(plies) + with_exit(cells) + with_exit(plies) + cells_by_ply + 1;
+        with_exit(cells) + 2 * state + with_exit(plies) + with_exit(cells) + with_exit(plies) + cells_by_ply + 1;
     let (gas, gas_around) = gas_turns(plan, threads);
     let (across, across_around) = if threads == 1 { (0, 0) } else { turns_across(plan, threads) };
-    (1 + advance + readings + holder + displaced + gas + across, around + gas_around + across_around)
+    (1 + advance + readings + holder + displaced_sensors + gas + across, around + gas_around + across_around)
 }
 
 /// Cells of a thread, at most.
@@ -242,13 +242,13 @@ fn gas_turns(plan: &Plan, threads: u32) -> (u32, u32) {
     if plan.gas.is_none() {
         return (mixture + faces, 0);
     }
-    let (reacted, _) = each(&|states, reactions| 2 * states + reactions + 3);
+    let (kinetics, _) = each(&|states, reactions| 2 * states + reactions + 3);
     let by_ply = if plan.gas == Some(GasPath::Darcy) { 10 } else { 8 };
-    let carried = by_ply * cells_by_ply + reacted + 3 * (cells + 1) + 3;
-    let (porous, _) = each(&|states, reactions| reactions + 2 * states + 2);
-    let pressed = if plan.gas == Some(GasPath::Darcy) { 2 * (cells_by_ply + porous) + 13 * cells + 15 } else { 0 };
-    let (kept, _) = each(&|states, reactions| reactions + 3 * states + 3);
-    (mixture + faces + carried + pressed, 3 * cells * ((plan.reactions.max(1) + plan.states) as u32 + 3) + kept)
+    let advection = by_ply * cells_by_ply + kinetics + 3 * (cells + 1) + 3;
+    let (pores, _) = each(&|states, reactions| reactions + 2 * states + 2);
+    let darcy = if plan.gas == Some(GasPath::Darcy) { 2 * (cells_by_ply + pores) + 13 * cells + 15 } else { 0 };
+    let (state, _) = each(&|states, reactions| reactions + 3 * states + 3);
+    (mixture + faces + advection + darcy, 3 * cells * ((plan.reactions.max(1) + plan.states) as u32 + 3) + state)
 }
 
 /// Loop iterations of a dispatch. A software device silently ends all loops of an invocation after 65,535 iterations by
@@ -285,7 +285,8 @@ mod tests {
     #[test]
     fn both_resolutions_of_every_shipped_case_have_one_kernel() {
         let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
-        let folders = shipped.read_dir().expect("cases are shipped").map(|entry| entry.expect("a readable entry").path());
+        let folders =
+            shipped.read_dir().expect("cases are shipped").map(|entry| entry.expect("a readable entry").path());
         let text = |plan: &Plan| of_any_length(plan, Precision::F32, true, 1, MARCH);
         for folder in folders.filter(|folder| folder.is_dir()) {
             let plan = Plan::new(&Case::load(&folder).expect("a shipped case loads"));

@@ -45,8 +45,8 @@ impl<'a> Body<'a> {
         let mut locals = HashMap::new();
         for (local, variable) in source.local_variables.iter() {
             if changing.contains(&Place::Local(handle, local)) {
-                let change = LocalVariable { name: changed(variable.name.as_ref()), ty: variable.ty, init: None };
-                locals.insert(local, function.local_variables.append(change, Span::UNDEFINED));
+                let tangent = LocalVariable { name: changed(variable.name.as_ref()), ty: variable.ty, init: None };
+                locals.insert(local, function.local_variables.append(tangent, Span::UNDEFINED));
             }
         }
         let mut arguments = HashMap::new();
@@ -58,7 +58,7 @@ impl<'a> Body<'a> {
             }
         }
         for (value, expression) in source.expressions.iter() {
-            let change = match expression {
+            let tangent = match expression {
                 Expression::GlobalVariable(global) => {
                     kept.get(&Place::Global(*global)).copied().map(Expression::GlobalVariable)
                 }
@@ -66,8 +66,8 @@ impl<'a> Body<'a> {
                 Expression::FunctionArgument(place) => arguments.get(place).copied().map(Expression::FunctionArgument),
                 _ => None,
             };
-            if let Some(change) = change {
-                changes.insert(value, function.expressions.append(change, Span::UNDEFINED));
+            if let Some(tangent) = tangent {
+                changes.insert(value, function.expressions.append(tangent, Span::UNDEFINED));
             }
         }
         let (emitter, block, span) = (Emitter::default(), Block::new(), Span::UNDEFINED);
@@ -97,8 +97,8 @@ impl<'a> Body<'a> {
                 self.emitter.start(&self.function.expressions);
                 for value in values.clone() {
                     self.span = self.source.expressions.get_span(value);
-                    if let Some(change) = self.change(value)? {
-                        self.changes.insert(value, change);
+                    if let Some(tangent) = self.change(value)? {
+                        self.changes.insert(value, tangent);
                     }
                 }
                 self.block.extend(self.emitter.finish(&self.function.expressions));
@@ -158,18 +158,18 @@ impl<'a> Body<'a> {
             let (Some(result), &[value]) = (result, arguments) else {
                 return Err(format!("{}: a function with its own rule has one argument", self.name()));
             };
-            let Some(change) = self.of(value) else { return Ok(()) };
+            let Some(tangent) = self.of(value) else { return Ok(()) };
             match rule {
                 Rule::Still => {}
                 Rule::Alike => {
                     let alike = self.append(Expression::CallResult(callee));
-                    self.push(call(vec![change], Some(alike)));
+                    self.push(call(vec![tangent], Some(alike)));
                     self.changes.insert(result, alike);
                 }
                 Rule::InProportion => {
                     self.emitter.start(&self.function.expressions);
                     let share = self.binary(BinaryOperator::Divide, result, value);
-                    let tangent = self.binary(BinaryOperator::Multiply, change, share);
+                    let tangent = self.binary(BinaryOperator::Multiply, tangent, share);
                     self.block.extend(self.emitter.finish(&self.function.expressions));
                     self.changes.insert(result, tangent);
                 }
@@ -180,7 +180,7 @@ impl<'a> Body<'a> {
         for (place, &argument) in (0..).zip(arguments) {
             let passed = Place::Argument(Some(callee), place);
             match (self.changing.contains(&passed), self.of(argument)) {
-                (true, Some(change)) => all.push(change),
+                (true, Some(tangent)) => all.push(tangent),
                 (true, None) if self.is_pointer(argument) => self.must_change(argument)?,
                 (true, None) => all.push(self.zero(argument)),
                 (false, Some(_)) => {
@@ -193,9 +193,9 @@ impl<'a> Body<'a> {
         if let (Some(result), Some(&variable)) = (result, self.kept.get(&Place::Result(callee))) {
             let pointer = self.append(Expression::GlobalVariable(variable));
             self.emitter.start(&self.function.expressions);
-            let change = self.append(Expression::Load { pointer });
+            let tangent = self.append(Expression::Load { pointer });
             self.block.extend(self.emitter.finish(&self.function.expressions));
-            self.changes.insert(result, change);
+            self.changes.insert(result, tangent);
         }
         Ok(())
     }

@@ -59,54 +59,58 @@ fn rule(function: &Function) -> Option<Rule> {
 pub(super) fn differentiate(module: &Module, info: &ModuleInfo, by: &str) -> Result<Module, String> {
     let named = |(_, variable): &(_, &GlobalVariable)| variable.name.as_deref() == Some(by);
     let (by, _) = module.global_variables.iter().find(named).ok_or_else(|| format!("no buffer {by:?}"))?;
-    let mut changing = HashSet::from([Place::Global(by)]);
+    let mut active = HashSet::from([Place::Global(by)]);
     loop {
-        let known = changing.len();
-        let told = told(module, info, &mut changing)?;
-        if changing.len() == known {
-            return Ok(told);
+        let known = active.len();
+        let transformed = told(module, info, &mut active)?;
+        if active.len() == known {
+            return Ok(transformed);
         }
     }
 }
 
 /// The module with tangents for the places known to be active; adds those found to be active.
-fn told(module: &Module, info: &ModuleInfo, changing: &mut HashSet<Place>) -> Result<Module, String> {
-    let mut told = module.clone();
-    let kept = variables(&mut told, module, changing);
+fn told(module: &Module, info: &ModuleInfo, active: &mut HashSet<Place>) -> Result<Module, String> {
+    let mut transformed = module.clone();
+    let tangents = variables(&mut transformed, module, active);
     for (handle, function) in module.functions.iter().filter(|(_, function)| rule(function).is_none()) {
-        let body = Body::new(module, &mut told.types, &kept, changing, Some(handle), function, &info[handle]);
-        told.functions[handle] = body.told()?;
+        let body = Body::new(module, &mut transformed.types, &tangents, active, Some(handle), function, &info[handle]);
+        transformed.functions[handle] = body.told()?;
     }
     for (place, point) in module.entry_points.iter().enumerate() {
         let info = info.get_entry_point(place);
-        let body = Body::new(module, &mut told.types, &kept, changing, None, &point.function, info);
-        told.entry_points[place].function = body.told()?;
+        let body = Body::new(module, &mut transformed.types, &tangents, active, None, &point.function, info);
+        transformed.entry_points[place].function = body.told()?;
     }
-    Ok(told)
+    Ok(transformed)
 }
 
 /// A tangent variable for each active variable and each active result.
-fn variables(told: &mut Module, module: &Module, changing: &HashSet<Place>) -> HashMap<Place, Handle<GlobalVariable>> {
-    let mut kept = HashMap::new();
+fn variables(
+    transformed: &mut Module,
+    module: &Module,
+    active: &HashSet<Place>,
+) -> HashMap<Place, Handle<GlobalVariable>> {
+    let mut tangents = HashMap::new();
     let bound = module.global_variables.iter().filter_map(|(_, variable)| variable.binding);
     let mut free = bound.map(|bound| bound.binding + 1).max().unwrap_or(0);
-    let is_changing = |(handle, _): &(_, &GlobalVariable)| changing.contains(&Place::Global(*handle));
-    let mut changed_variables: Vec<_> = module.global_variables.iter().filter(is_changing).collect();
+    let is_active = |(handle, _): &(_, &GlobalVariable)| active.contains(&Place::Global(*handle));
+    let mut active_variables: Vec<_> = module.global_variables.iter().filter(is_active).collect();
     // Tangents are bound in the order of their values; naga orders variables by first use.
-    changed_variables.sort_by_key(|(_, variable)| variable.binding.map(|bound| bound.binding));
-    for (handle, variable) in changed_variables {
+    active_variables.sort_by_key(|(_, variable)| variable.binding.map(|bound| bound.binding));
+    for (handle, variable) in active_variables {
         let binding = variable.binding.map(|bound| {
             free += 1;
             ResourceBinding { binding: free - 1, ..bound }
         });
         let name = changed(variable.name.as_ref());
-        let change = GlobalVariable { name, binding, init: None, ..variable.clone() };
-        kept.insert(Place::Global(handle), told.global_variables.append(change, Span::UNDEFINED));
+        let tangent = GlobalVariable { name, binding, init: None, ..variable.clone() };
+        tangents.insert(Place::Global(handle), transformed.global_variables.append(tangent, Span::UNDEFINED));
     }
     for (handle, function) in module.functions.iter() {
         let place = Place::Result(handle);
-        if let Some(result) = function.result.as_ref().filter(|_| changing.contains(&place)) {
-            let change = GlobalVariable {
+        if let Some(result) = function.result.as_ref().filter(|_| active.contains(&place)) {
+            let tangent = GlobalVariable {
                 name: changed(function.name.as_ref()),
                 space: AddressSpace::Private,
                 binding: None,
@@ -114,10 +118,10 @@ fn variables(told: &mut Module, module: &Module, changing: &HashSet<Place>) -> H
                 init: None,
                 memory_decorations: naga::MemoryDecorations::empty(),
             };
-            kept.insert(place, told.global_variables.append(change, Span::UNDEFINED));
+            tangents.insert(place, transformed.global_variables.append(tangent, Span::UNDEFINED));
         }
     }
-    kept
+    tangents
 }
 
 fn changed(name: Option<&String>) -> Option<String> {

@@ -14,7 +14,7 @@ impl Body<'_> {
             return Ok(None);
         }
         let expression = &self.source.expressions[value];
-        let alike = match *expression {
+        let same_operation = match *expression {
             Expression::Load { pointer } => self.of(pointer).map(|pointer| Expression::Load { pointer }),
             Expression::Access { base, index } => self.of(base).map(|base| Expression::Access { base, index }),
             Expression::AccessIndex { base, index } => {
@@ -42,27 +42,27 @@ impl Body<'_> {
             Expression::Math { fun, arg, arg1, arg2, .. } => return self.of_function(value, fun, arg, arg1, arg2),
             _ => None,
         };
-        Ok(alike.map(|alike| self.append(alike)))
+        Ok(same_operation.map(|same_operation| self.append(same_operation)))
     }
 
     /// Tangents of sums, products and quotients.
     fn of_two(&mut self, value: Value, op: BinaryOperator, a: Value, b: Value) -> Result<Option<Value>, String> {
-        let (change_a, change_b) = (self.of(a), self.of(b));
-        if change_a.is_none() && change_b.is_none() {
+        let (tangent_a, tangent_b) = (self.of(a), self.of(b));
+        if tangent_a.is_none() && tangent_b.is_none() {
             return Ok(None);
         }
         let tangent = match op {
-            BinaryOperator::Add | BinaryOperator::Subtract => self.sum(op, change_a, change_b),
+            BinaryOperator::Add | BinaryOperator::Subtract => self.sum(op, tangent_a, tangent_b),
             BinaryOperator::Multiply => {
-                let by_a = change_a.map(|change| self.binary(op, change, b));
-                let by_b = change_b.map(|change| self.binary(op, a, change));
+                let by_a = tangent_a.map(|tangent| self.binary(op, tangent, b));
+                let by_b = tangent_b.map(|tangent| self.binary(op, a, tangent));
                 self.sum(BinaryOperator::Add, by_a, by_b)
             }
             BinaryOperator::Divide => {
                 let one = self.literal(value, 1.0)?;
                 let inverse = self.binary(op, one, b);
-                let taken = change_b.map(|change| self.binary(BinaryOperator::Multiply, value, change));
-                let rest = self.sum(BinaryOperator::Subtract, change_a, taken);
+                let taken = tangent_b.map(|tangent| self.binary(BinaryOperator::Multiply, value, tangent));
+                let rest = self.sum(BinaryOperator::Subtract, tangent_a, taken);
                 rest.map(|rest| self.binary(BinaryOperator::Multiply, rest, inverse))
             }
             _ => return Err(self.no_rule(value)),
@@ -85,14 +85,14 @@ impl Body<'_> {
         match (function, b, c, self.of(a)) {
             (MathFunction::Max, Some(b), None, _) => self.extreme(value, BinaryOperator::Greater, a, b),
             (MathFunction::Min, Some(b), None, _) => self.extreme(value, BinaryOperator::Less, a, b),
-            (MathFunction::Sqrt, None, None, Some(change)) => {
+            (MathFunction::Sqrt, None, None, Some(tangent)) => {
                 let half = self.literal(value, 0.5)?;
                 let slope = self.binary(BinaryOperator::Divide, half, value);
-                Ok(Some(self.binary(BinaryOperator::Multiply, change, slope)))
+                Ok(Some(self.binary(BinaryOperator::Multiply, tangent, slope)))
             }
             // Between inactive bounds: maximum with the lower one, then minimum with the upper one.
-            (MathFunction::Clamp, Some(low), Some(high), Some(change)) if self.of(low).or(self.of(high)).is_none() => {
-                let above = self.half_at_equal(value, BinaryOperator::Greater, [a, low], change)?;
+            (MathFunction::Clamp, Some(low), Some(high), Some(tangent)) if self.of(low).or(self.of(high)).is_none() => {
+                let above = self.half_at_equal(value, BinaryOperator::Greater, [a, low], tangent)?;
                 Ok(Some(self.half_at_equal(value, BinaryOperator::Less, [a, high], above)?))
             }
             _ => Err(self.no_rule(value)),
@@ -102,14 +102,14 @@ impl Body<'_> {
     /// Tangent of a minimum or maximum, given the comparison that selects the first operand; for equal operands the
     /// mean of both tangents, as with dual numbers on the CPU.
     fn extreme(&mut self, value: Value, first: BinaryOperator, a: Value, b: Value) -> Result<Option<Value>, String> {
-        let (change_a, change_b) = (self.of(a), self.of(b));
-        let Some(sum) = self.sum(BinaryOperator::Add, change_a, change_b) else { return Ok(None) };
+        let (tangent_a, tangent_b) = (self.of(a), self.of(b));
+        let Some(sum) = self.sum(BinaryOperator::Add, tangent_a, tangent_b) else { return Ok(None) };
         let half = self.literal(value, 0.5)?;
         let mean = self.binary(BinaryOperator::Multiply, sum, half);
         let (is_first, is_second) = (self.binary(first, a, b), self.binary(first, b, a));
-        let (change_a, change_b) = (self.change_or_zero(a), self.change_or_zero(b));
-        let others = self.select(is_second, change_b, mean);
-        Ok(Some(self.select(is_first, change_a, others)))
+        let (tangent_a, tangent_b) = (self.change_or_zero(a), self.change_or_zero(b));
+        let others = self.select(is_second, tangent_b, mean);
+        Ok(Some(self.select(is_first, tangent_a, others)))
     }
 
     /// Tangent of the minimum or maximum of a value and a constant, given the comparison that selects the value.
@@ -118,13 +118,13 @@ impl Body<'_> {
         value: Value,
         first: BinaryOperator,
         [a, bound]: [Value; 2],
-        change: Value,
+        tangent: Value,
     ) -> Result<Value, String> {
         let (zero, half) = (self.zero(value), self.literal(value, 0.5)?);
-        let mean = self.binary(BinaryOperator::Multiply, change, half);
+        let mean = self.binary(BinaryOperator::Multiply, tangent, half);
         let (is_first, is_second) = (self.binary(first, a, bound), self.binary(first, bound, a));
         let others = self.select(is_second, zero, mean);
-        Ok(self.select(is_first, change, others))
+        Ok(self.select(is_first, tangent, others))
     }
 
     /// Tangent of a selection.
