@@ -142,8 +142,8 @@ impl Batch {
             return Err(device.error(format!("reports that a member diverged on step {step} of {}", plan.steps())));
         }
         let gathered = |words: Words| -> Result<Traces, MarchError> {
-            let (left, shown) = (device.landed::<W>(words.left)?, device.landed::<W>(words.shown)?);
-            Ok(gather(plan, first, count, &shown, &left))
+            let (final_state, recorded) = (device.landed::<W>(words.left)?, device.landed::<W>(words.shown)?);
+            Ok(gather(plan, first, count, &recorded, &final_state))
         };
         let mut values = gathered(self.values)?;
         let ends = progress[count..].iter().zip(values.extremes_k.chunks_exact(plan.plies.len()));

@@ -11,9 +11,9 @@ pub(super) fn trace_words(plan: &Plan) -> usize {
     2 * (plan.places.len() + plan.gauges()) * plan.records
 }
 
-/// Traces from `shown` and the results part of the state, `left`: word × member. The status of the members is set by
+/// Traces from `recorded` and the results part of the state, `final_state`: word × member. The status of the members is set by
 /// the caller.
-pub(super) fn gather<W: Word>(plan: &Plan, first: usize, count: usize, shown: &[W], left: &[W]) -> Traces {
+pub(super) fn gather<W: Word>(plan: &Plan, first: usize, count: usize, recorded: &[W], final_state: &[W]) -> Traces {
     let (sensors, instants) = (plan.places.len(), plan.records);
     let traced = sensors + plan.gauges();
     let mut temperatures_k = vec![0.0; count * sensors * instants];
@@ -22,7 +22,7 @@ pub(super) fn gather<W: Word>(plan: &Plan, first: usize, count: usize, shown: &[
             let base = 2 * (instant * traced + sensor) * count;
             for member in 0..count {
                 temperatures_k[(member * sensors + sensor) * instants + instant] =
-                    shown[base + member].real() + shown[base + count + member].real();
+                    recorded[base + member].real() + recorded[base + count + member].real();
             }
         }
     }
@@ -31,14 +31,14 @@ pub(super) fn gather<W: Word>(plan: &Plan, first: usize, count: usize, shown: &[
         for gauge in 0..plan.gauges() {
             let base = 2 * (instant * traced + sensors + gauge) * count;
             for member in 0..count {
-                gauges[(member * plan.gauges() + gauge) * instants + instant] = shown[base + member].real();
+                gauges[(member * plan.gauges() + gauge) * instants + instant] = recorded[base + member].real();
             }
         }
     }
     let mut traces = Traces { temperatures_k, gauges, ..Traces::none(first, sensors, instants) };
     for member in 0..count {
         let word = |block: Block, index: usize| {
-            left[(block.slot(plan) - Block::Heat.slot(plan) + index) * count + member].real()
+            final_state[(block.slot(plan) - Block::Heat.slot(plan) + index) * count + member].real()
         };
         let sum = |block: Block, place: usize| word(block, 2 * place) + word(block, 2 * place + 1);
         let extremes_k: Vec<(f64, f64)> = (0..plan.plies.len())
