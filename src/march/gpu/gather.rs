@@ -11,8 +11,8 @@ pub(super) fn trace_words(plan: &Plan) -> usize {
     2 * (plan.places.len() + plan.gauges()) * plan.records
 }
 
-/// Traces from `recorded` and the results part of the state, `final_state`: word × member. The status of the members is set by
-/// the caller.
+/// Traces from `recorded` and the results part of the state, `final_state`: word × member. The status of the members is
+/// set by the caller.
 pub(super) fn gather<W: Word>(plan: &Plan, first: usize, count: usize, recorded: &[W], final_state: &[W]) -> Traces {
     let (sensors, instants) = (plan.places.len(), plan.records);
     let traced = sensors + plan.gauges();

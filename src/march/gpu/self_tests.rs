@@ -30,15 +30,15 @@ impl Device {
         if self.has_f64 {
             transforms.push((Precision::F64, self.test_transforms::<f64>(Precision::F64)?, PAIRS));
         }
-        let text = "@group(0) @binding(0) var<storage, read> asked: array<u32>;\n\
+        let text = "@group(0) @binding(0) var<storage, read> iterations: array<u32>;\n\
              @group(0) @binding(1) var<storage, read_write> turned: array<u32>;\n\
              @compute @workgroup_size(1) fn turns() {\n\
              var value = 1u; var count = 0u;\n\
-             for (var i = 0u; i < asked[0]; i++) { value = value * 1664525u + 1013904223u; count++; }\n\
+             for (var i = 0u; i < iterations[0]; i++) { value = value * 1664525u + 1013904223u; count++; }\n\
              turned[0] = count; turned[1] = value; }"
             .to_string();
-        let (asked, turned) = (self.upload("asked", &[TURNS; 4]), self.storage("turned", 16));
-        let bound = [(0, asked.as_entire_binding()), (1, turned.as_entire_binding())];
+        let (iterations, turned) = (self.upload("iterations", &[TURNS; 4]), self.storage("turned", 16));
+        let bound = [(0, iterations.as_entire_binding()), (1, turned.as_entire_binding())];
         let turned: Vec<u32> = self.probe(&self.kernel(text)?, "turns", 1, bound, &turned)?;
         Ok(SelfTests { transforms, loop_turns: turned[0] })
     }
