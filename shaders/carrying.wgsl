@@ -1,23 +1,23 @@
-// The heat of a member's reactions and of its gas: twin of src/physics/carrying.rs.
+// Heat advected by pyrolysis gas: twin of src/physics/gas_advection.rs.
 
-var<private> gas_heat: Pair;
-var<private> reaction_gain: Pair;
-var<private> stage_heat: real;
-var<COLUMNS> gas_j_kg: GasColumn;
-var<COLUMNS> gas_rises: GasColumn;
+var<private> gas_heat: DoubleWord;
+var<private> reaction_gain: DoubleWord;
+var<private> first_stage_gas_heat: real;
+var<COLUMNS> gas_enthalpy_j_kg: GasColumn;
+var<COLUMNS> gas_heat_capacities: GasColumn;
 
-fn carried_gain(flow: real, here_j_kg: real, below_j_kg: real) -> real {
-    return 0.5 * flow * (below_j_kg - here_j_kg);
+fn carried_gain(mass_flux: real, here_j_kg: real, below_j_kg: real) -> real {
+    return 0.5 * mass_flux * (below_j_kg - here_j_kg);
 }
 
-fn carried_slopes(flow: real, rise: real, next_rise: real) -> array<real, 2> {
-    let half = 0.5 * flow;
+fn carried_slopes(mass_flux: real, rise: real, next_rise: real) -> array<real, 2> {
+    let half = 0.5 * mass_flux;
     return array<real, 2>(half * rise, half * next_rise);
 }
 
-fn gas_enthalpy(cell: u32, here: Segment) {
-    gas_j_kg[cell] = value(here, 0u);
-    gas_rises[cell] = value(here, 1u);
+fn gas_enthalpy(cell: u32, here: TableSegment) {
+    gas_enthalpy_j_kg[cell] = value(here, 0u);
+    gas_heat_capacities[cell] = value(here, 1u);
 }
 
 fn reads_gas(stage: u32) -> bool {
@@ -26,12 +26,12 @@ fn reads_gas(stage: u32) -> bool {
 
 fn gas_onward() {
     for (var i = first_cell(); i < end_cell(); i++) {
-        gas_j_kg[i] = gas_j_kg[i] + gas_rises[i] * first[i];
+        gas_enthalpy_j_kg[i] = gas_enthalpy_j_kg[i] + gas_heat_capacities[i] * first_increments[i];
     }
 }
 
 fn gas_capacity(cell: u32) -> real {
-    return pores[cell].storage * pressures[cell].high * gas_rises[cell];
+    return pores[cell].storage * pressures[cell].high * gas_heat_capacities[cell];
 }
 
 fn gas_work(p: u32, cell: u32, stage: u32) -> real {
@@ -44,8 +44,8 @@ fn gas_gained(p: u32, cell: u32) -> real {
         return 0.0;
     }
     let now_kg_m2 = pores[cell].storage * pressures[cell].high;
-    let now_j_kg = gas_j_kg[cell] - gas_work(p, cell, 0u);
-    let then_kg_m2 = first_storage(p, cell) * drives[0].pressure_pa;
+    let now_j_kg = gas_enthalpy_j_kg[cell] - gas_work(p, cell, 0u);
+    let then_kg_m2 = first_storage(p, cell) * boundary_forcing[0].pressure_pa;
     let start_k = cells[cell].start_k;
     let then = gas_of(p, row_of(p, spot(start_k)));
     let then_j_kg = value(then, 0u) - start_k / value(then, 2u);
@@ -66,11 +66,11 @@ fn swept(p: u32, cell: u32, stage: u32) -> real {
 }
 
 fn warm(step: u32, stage: u32) -> array<real, 2> {
-    var drawn = array<real, 2>(-given_ends[0], -given_ends[1]);
+    var drawn = array<real, 2>(-released_heat_ends[0], -released_heat_ends[1]);
     var out = real(0.0);
     if UNHINDERED {
         for (var i = first_cell(); i < end_cell(); i++) {
-            let leaves = made_at(i, stage) * gas_j_kg[i];
+            let leaves = made_at(i, stage) * gas_enthalpy_j_kg[i];
             out = out + leaves;
             if i == 0u {
                 drawn[0] = drawn[0] + leaves;
@@ -80,13 +80,13 @@ fn warm(step: u32, stage: u32) -> array<real, 2> {
             }
         }
     } else {
-        if has(0u) {
-            out = leaving[stage] * gas_j_kg[0];
+        if has_cell(0u) {
+            out = hot_outflow[stage] * gas_enthalpy_j_kg[0];
             drawn[0] = drawn[0] + (out - carried(0u));
         }
-        if has(run.last_cell) {
+        if has_cell(run.last_cell) {
             let last = run.last_cell;
-            let back = back_leaving * gas_j_kg[last];
+            let back = back_leaving * gas_enthalpy_j_kg[last];
             drawn[1] = drawn[1] + (carried(last - 1u) + back);
             out = out + back;
         }
@@ -96,24 +96,24 @@ fn warm(step: u32, stage: u32) -> array<real, 2> {
 }
 
 fn carried(cell: u32) -> real {
-    return 0.5 * flows[cell] * (gas_j_kg[cell + 1u] + gas_j_kg[cell]);
+    return 0.5 * mass_fluxes[cell] * (gas_enthalpy_j_kg[cell + 1u] + gas_enthalpy_j_kg[cell]);
 }
 
 fn tally(step: u32, stage: u32, out: real) {
     if stage == 0u {
-        stage_heat = out;
+        first_stage_gas_heat = out;
         return;
     }
-    let half_length = 0.5 * lengths[step];
-    gas_heat = advanced(gas_heat, half_length * (stage_heat + out));
-    reaction_gain = advanced(reaction_gain, half_length * given);
+    let half_step_s = 0.5 * lengths[step];
+    gas_heat = advanced(gas_heat, half_step_s * (first_stage_gas_heat + out));
+    reaction_gain = advanced(reaction_gain, half_step_s * released_heat);
 }
 
 fn let_out_heat(face: u32, cell: u32) -> real {
     if UNHINDERED {
         return 0.0;
     }
-    let out = select(back_leaving, leaving[0], face == 0u);
-    // A constant would be moved into the product, which rounds otherwise.
-    return max(out, 0.0) * gas_rises[cell] * keep(real(GAMMA));
+    let out = select(back_leaving, hot_outflow[0], face == 0u);
+    // A constant would be folded into the product, which rounds differently.
+    return max(out, 0.0) * gas_heat_capacities[cell] * keep(real(GAMMA));
 }

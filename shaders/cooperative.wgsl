@@ -1,44 +1,46 @@
-// Lanes of a member where a workgroup carries it: each has a block of cells, columns lie in memory that all of them share, and this file is what
-// crossing from block to block costs. Within a block all goes as in shaders/single_thread.wgsl. What is told of a member as a whole is kept in one of three ways:
-// alike in every lane, as the schedules; in parts that `unite` adds up, as heat; and what belongs to a face by the lane that has its cell.
+// A workgroup carries a member: every thread has a block of cells, and columns lie in workgroup memory. This file
+// exchanges data between blocks; within a block the functions do the same as those of shaders/single_thread.wgsl.
+// Results of a whole member are kept in one of three ways: alike in every thread, as the schedules; as partial sums
+// that `reduce_sums` adds up, as heat; by the thread that has the cell, as a face.
 //
-// Every thread reaches each barrier: control flow around a barrier depends on uniform buffers, on constants and on `steps_done` alone, as WGSL's
-// uniformity analysis demands (section "Uniformity"). What one lane writes and another reads has a barrier between; memory that is written again has
-// another one before that.
+// Every thread reaches each barrier: control flow around a barrier depends only on uniform buffers, constants and
+// `steps_done`, as WGSL's uniformity analysis demands (section "Uniformity"). A barrier lies between a write of one
+// thread and a read of another, and another one before that memory is written again.
 
-// Where a lane's cells lie among those of its member.
-var<private> lane: u32;
+// The block of cells of a thread. `lane` is the thread's number within its member.
+var<private> thread: u32;
 var<private> block_first: u32;
 var<private> block_end: u32;
 var<private> ply_first: u32;
 var<private> ply_end: u32;
-var<private> linked_first: u32;
-var<private> linked_end: u32;
+var<private> halo_ply_first: u32;
+var<private> halo_ply_end: u32;
 
-// A block's unknowns by those around it: the first by the last of the block above and its own last, that one by the last of the block
-// above and the first of the block below; and where its elimination has come to.
-struct Joint {
-    first: real,
+// Relations between the unknowns at the ends of a block and those next to it: the first unknown from the last one of
+// the block above and the block's last; the last from the last one of the block above and the first of the block below.
+// Then the state of the elimination within the block.
+struct BlockCoupling {
+    first_unknown: real,
     first_above: real,
     share: real,
-    last: real,
+    last_unknown: real,
     last_above: real,
-    over: real,
-    spike: real,
+    upper_ratio: real,
+    upper_coupling: real,
 }
 
-// A row of the system of the blocks' last unknowns, its own coefficient one.
-struct Joined {
+// A row of the reduced system of the blocks' last unknowns, with a unit diagonal.
+struct ReducedRow {
     lower: real,
     upper: real,
-    side: real,
+    rhs: real,
 }
 
 var<workgroup> parts: array<real, LANES>;
-var<workgroup> pairs: array<Pair, LANES>;
-var<workgroup> joints: array<Joined, LANES>;
-var<workgroup> rows: array<array<Joined, LANES>, 2>;
-var<workgroup> lasts: array<real, LANES>;
+var<workgroup> pairs: array<DoubleWord, LANES>;
+var<workgroup> first_rows: array<ReducedRow, LANES>;
+var<workgroup> reduced_rows: array<array<ReducedRow, LANES>, 2>;
+var<workgroup> last_unknowns: array<real, LANES>;
 
 var<workgroup> done: u32;
 
@@ -47,23 +49,23 @@ fn member_of(group: u32, thread: u32) -> u32 {
     return group;
 }
 
-// Blocks are alike but for the last, and those beyond the last cell, which are empty.
-fn stand(place: u32) {
+// All blocks have the same size, but for the last one and the empty ones beyond the last cell.
+fn assign_block(place: u32) {
     let each = (run.cells + LANES - 1u) / LANES;
-    lane = place;
-    block_first = min(lane * each, run.cells);
+    thread = place;
+    block_first = min(thread * each, run.cells);
     block_end = min(block_first + each, run.cells);
     for (var p = 0u; p < run.plies; p++) {
         ply_first += select(0u, 1u, plan.plies[p].end_cell <= block_first);
         ply_end += select(0u, 1u, plan.plies[p].first_cell < block_end);
-        linked_first += select(0u, 1u, plan.plies[p].end_cell <= first_link());
-        linked_end += select(0u, 1u, plan.plies[p].first_cell < end_linked());
+        halo_ply_first += select(0u, 1u, plan.plies[p].end_cell <= first_halo_cell());
+        halo_ply_end += select(0u, 1u, plan.plies[p].first_cell < end_halo_cell());
     }
 }
 
-// Steps that the member has done, uniform over the workgroup.
+// Steps done by the member, uniform over the workgroup.
 fn steps_done() -> u32 {
-    if lane == 0u {
+    if thread == 0u {
         done = progress[member];
     }
     return workgroupUniformLoad(&done);
@@ -77,7 +79,7 @@ fn end_cell() -> u32 {
     return block_end;
 }
 
-// The plies that have a cell of the block: a lane that went over all would wait for those whose cells are in the others.
+// The plies that have a cell in the block: looping over all plies would wait for the other threads' cells.
 fn first_ply() -> u32 {
     return ply_first;
 }
@@ -87,44 +89,45 @@ fn end_ply() -> u32 {
 }
 
 // The cells of a ply in the block.
-fn first_of(ply: u32) -> u32 {
+fn first_cell_of(ply: u32) -> u32 {
     return max(plan.plies[ply].first_cell, block_first);
 }
 
-fn end_of(ply: u32) -> u32 {
+fn end_cell_of(ply: u32) -> u32 {
     return min(plan.plies[ply].end_cell, block_end);
 }
 
-fn has(cell: u32) -> bool {
+fn has_cell(cell: u32) -> bool {
     return block_first <= cell && cell < block_end;
 }
 
-// The link into the block, which its lane and that above both go through: to hand over what it tells would cost a barrier more.
-fn first_link() -> u32 {
+// The halo: the cell above the block. Both threads evaluate the fluxes between them, as handing them over would cost
+// another barrier.
+fn first_halo_cell() -> u32 {
     return max(block_first, 1u) - 1u;
 }
 
-// The end of the cells that the block has links to, and the plies that have one of them.
-fn end_linked() -> u32 {
+// End of the cells whose fluxes the block evaluates, and the plies that have one of them.
+fn end_halo_cell() -> u32 {
     return min(block_end + 1u, run.cells);
 }
 
-fn first_linked_ply() -> u32 {
-    return linked_first;
+fn first_halo_ply() -> u32 {
+    return halo_ply_first;
 }
 
-fn end_linked_ply() -> u32 {
-    return linked_end;
+fn end_halo_ply() -> u32 {
+    return halo_ply_end;
 }
 
-// What lanes wrote before is read by others after.
-fn meet() {
+// Makes the writes of all threads visible to each other.
+fn synchronize() {
     workgroupBarrier();
 }
 
-// The sum of all lanes' parts, in their order and alike in each.
-fn summed(part: real) -> real {
-    parts[lane] = part;
+// Sum of the parts of all threads, added in the same order in each.
+fn reduce_sum(part: real) -> real {
+    parts[thread] = part;
     workgroupBarrier();
     var sum = real(0.0);
     for (var other = 0u; other < run.lanes; other++) {
@@ -134,8 +137,8 @@ fn summed(part: real) -> real {
     return sum;
 }
 
-fn largest(part: real) -> real {
-    parts[lane] = part;
+fn reduce_max(part: real) -> real {
+    parts[thread] = part;
     workgroupBarrier();
     var most = part;
     for (var other = 0u; other < run.lanes; other++) {
@@ -145,10 +148,10 @@ fn largest(part: real) -> real {
     return most;
 }
 
-fn summed_pair(part: Pair) -> Pair {
-    pairs[lane] = part;
+fn reduce_sum_pair(part: DoubleWord) -> DoubleWord {
+    pairs[thread] = part;
     workgroupBarrier();
-    var sum = Pair(0.0, 0.0);
+    var sum = DoubleWord(0.0, 0.0);
     for (var other = 0u; other < run.lanes; other++) {
         sum = advanced(sum, pairs[other].high);
         sum = advanced(sum, pairs[other].low);
@@ -157,23 +160,23 @@ fn summed_pair(part: Pair) -> Pair {
     return sum;
 }
 
-// One of the sums that lanes have in parts: heat, what is stored, and where there is gas what that took along.
-fn sum_of(which: u32) -> Pair {
+// One of the sums kept in parts: heat, stored heat, and the gas balance.
+fn get_sum(which: u32) -> DoubleWord {
     if which < HEATS {
         return heat[which];
     }
     switch which - HEATS {
-        case 0u: { return Pair(stored_j_m2, 0.0); }
+        case 0u: { return DoubleWord(stored_j_m2, 0.0); }
         case 1u: { return gas_in; }
         case 2u: { return gas_out; }
         case 3u: { return gas_heat; }
         case 4u: { return reaction_gain; }
-        case 5u: { return Pair(lost_and_stored[0], 0.0); }
-        default: { return Pair(lost_and_stored[1], 0.0); }
+        case 5u: { return DoubleWord(lost_and_stored[0], 0.0); }
+        default: { return DoubleWord(lost_and_stored[1], 0.0); }
     }
 }
 
-fn keep_sum(which: u32, sum: Pair) {
+fn set_sum(which: u32, sum: DoubleWord) {
     if which < HEATS {
         heat[which] = sum;
         return;
@@ -189,165 +192,172 @@ fn keep_sum(which: u32, sum: Pair) {
     }
 }
 
-// What lanes have in parts, whole: at the end of a dispatch, so that it may cost what it likes, but compiling, which a loop for each would.
-fn unite() {
+// Adds up all sums kept in parts. Runs once a dispatch, so its time matters little, but compiling a loop for each sum
+// would take long.
+fn reduce_sums() {
     for (var which = 0u; which < run.sums; which++) {
-        keep_sum(which, summed_pair(sum_of(which)));
+        set_sum(which, reduce_sum_pair(get_sum(which)));
     }
     for (var p = 0u; p < run.plies; p++) {
-        coldest[p] = -largest(-coldest[p]);
-        hottest[p] = largest(hottest[p]);
+        coldest[p] = -reduce_max(-coldest[p]);
+        hottest[p] = reduce_max(hottest[p]);
     }
-    // The earliest, none being later than any.
+    // The earliest; zero if none diverged.
     let never = real(run.steps + 2u);
-    let earliest = -largest(-select(real(strayed), never, strayed == 0u));
-    strayed = select(u32(earliest), 0u, earliest == never);
+    let earliest = -reduce_max(-select(real(diverged), never, diverged == 0u));
+    diverged = select(u32(earliest), 0u, earliest == never);
 }
 
-fn no_joint() -> Joint {
-    return Joint(0.0, 0.0, 1.0, 0.0, 0.0, -1.0, -1.0);
+fn empty_block() -> BlockCoupling {
+    return BlockCoupling(0.0, 0.0, 1.0, 0.0, 0.0, -1.0, -1.0);
 }
 
-// A joint with one row more of the block, on the way down. What elimination makes of the row above the first is left in `lower` there,
-// as a block begins with a reciprocal of one and nothing above.
-fn lengthened(joint: Joint, under: real, reciprocal: real, over: real, side: real) -> Joint {
-    let spike = -(under * joint.spike);
-    return Joint(
-        joint.first + joint.share * joint.last,
-        joint.first_above + joint.share * joint.last_above,
-        -(joint.share * joint.over),
-        side * reciprocal,
-        spike * reciprocal,
-        over,
-        spike,
+// Appends a row of the block to the forward elimination. The first row of a block keeps its coupling to the unknown
+// above the block in `lower`, as the block begins with a reciprocal pivot of one and nothing above.
+fn append_row(
+    block: BlockCoupling,
+    lower_ratio: real,
+    reciprocal: real,
+    upper_ratio: real,
+    rhs: real,
+) -> BlockCoupling {
+    let upper_coupling = -(lower_ratio * block.upper_coupling);
+    return BlockCoupling(
+        block.first_unknown + block.share * block.last_unknown,
+        block.first_above + block.share * block.last_above,
+        -(block.share * block.upper_ratio),
+        rhs * reciprocal,
+        upper_coupling * reciprocal,
+        upper_ratio,
+        upper_coupling,
     );
 }
 
-// The unknowns beside a block, above and under it: the blocks' last unknowns by cyclic reduction, in which every row takes part on every turn
-// (parallel cyclic reduction), so that as many turns as lanes have bits leave each row alone. Factors are not kept for the second system of a step:
-// a division a turn, where keeping them takes memory of every lane.
-fn beside(joint: Joint) -> array<real, 2> {
-    joints[lane] = Joined(joint.first_above, joint.share, joint.first);
+// The unknowns above and below a block: the reduced system of the blocks' last unknowns, by parallel cyclic reduction,
+// which takes log2(threads) turns. Factors are not stored for the second system of a step: a division a turn is cheaper
+// than the memory of every thread.
+fn solve_reduced(block: BlockCoupling) -> array<real, 2> {
+    first_rows[thread] = ReducedRow(block.first_above, block.share, block.first_unknown);
     workgroupBarrier();
-    var next = Joined(0.0, 0.0, 0.0);
-    if lane + 1u < LANES {
-        next = joints[lane + 1u];
+    var next = ReducedRow(0.0, 0.0, 0.0);
+    if thread + 1u < LANES {
+        next = first_rows[thread + 1u];
     }
-    var row = Joined(0.0, 0.0, 0.0);
+    var row = ReducedRow(0.0, 0.0, 0.0);
     if block_first < block_end {
-        let scale = 1.0 / (1.0 - joint.over * next.lower);
-        row = Joined(
-            joint.last_above * scale,
-            joint.over * next.upper * scale,
-            (joint.last - joint.over * next.side) * scale,
+        let scale = 1.0 / (1.0 - block.upper_ratio * next.lower);
+        row = ReducedRow(
+            block.last_above * scale,
+            block.upper_ratio * next.upper * scale,
+            (block.last_unknown - block.upper_ratio * next.rhs) * scale,
         );
     }
-    var turn = 0u;
-    for (var reach = 1u; reach < run.lanes; reach = 2u * reach) {
-        rows[turn][lane] = row;
+    var buffer = 0u;
+    for (var distance = 1u; distance < run.lanes; distance = 2u * distance) {
+        reduced_rows[buffer][thread] = row;
         workgroupBarrier();
-        var above = Joined(0.0, 0.0, 0.0);
-        var under = Joined(0.0, 0.0, 0.0);
-        if lane >= reach {
-            above = rows[turn][lane - reach];
+        var above = ReducedRow(0.0, 0.0, 0.0);
+        var below = ReducedRow(0.0, 0.0, 0.0);
+        if thread >= distance {
+            above = reduced_rows[buffer][thread - distance];
         }
-        if lane + reach < LANES {
-            under = rows[turn][lane + reach];
+        if thread + distance < LANES {
+            below = reduced_rows[buffer][thread + distance];
         }
-        let scale = 1.0 / (1.0 - row.lower * above.upper - row.upper * under.lower);
-        row = Joined(
+        let scale = 1.0 / (1.0 - row.lower * above.upper - row.upper * below.lower);
+        row = ReducedRow(
             -(row.lower * above.lower) * scale,
-            -(row.upper * under.upper) * scale,
-            (row.side - row.lower * above.side - row.upper * under.side) * scale,
+            -(row.upper * below.upper) * scale,
+            (row.rhs - row.lower * above.rhs - row.upper * below.rhs) * scale,
         );
-        turn = 1u - turn;
+        buffer = 1u - buffer;
     }
-    lasts[lane] = row.side;
+    last_unknowns[thread] = row.rhs;
     workgroupBarrier();
     var around = array<real, 2>(0.0, 0.0);
-    if lane > 0u {
-        around[0] = lasts[lane - 1u];
+    if thread > 0u {
+        around[0] = last_unknowns[thread - 1u];
     }
-    if lane + 1u < LANES {
-        around[1] = next.side - next.lower * row.side + next.upper * lasts[lane + 1u];
+    if thread + 1u < LANES {
+        around[1] = next.rhs - next.lower * row.rhs + next.upper * last_unknowns[thread + 1u];
     }
     return around;
 }
 
-// The unknown under the block, of a system that is factored and on the way down within it; what the unknown above the block adds to
-// the sides is in them afterwards.
-fn under_block() -> real {
-    var joint = no_joint();
+// The unknown below the block, of a factored system whose right-hand side is eliminated within the block. Adds the
+// contribution of the unknown above the block to the right-hand side.
+fn unknown_below_block() -> real {
+    var block = empty_block();
     for (var i = block_first; i < block_end; i++) {
-        joint = lengthened(joint, lower[i], diagonal[i], upper[i], second[i]);
+        block = append_row(block, lower[i], diagonal[i], upper[i], rhs_or_increment[i]);
     }
-    let around = beside(joint);
-    var carried = around[0];
+    let around = solve_reduced(block);
+    var coupling = around[0];
     for (var i = block_first; i < block_end; i++) {
-        carried = -(lower[i] * carried);
-        second[i] = second[i] + carried;
-    }
-    return around[1];
-}
-
-// The same of the pressures.
-fn pressed_under_block() -> real {
-    var joint = no_joint();
-    for (var i = block_first; i < block_end; i++) {
-        joint = lengthened(joint, pressure_lower[i], pressure_diagonal[i], pressure_upper[i], pressed_second[i]);
-    }
-    let around = beside(joint);
-    var carried = around[0];
-    for (var i = block_first; i < block_end; i++) {
-        carried = -(pressure_lower[i] * carried);
-        pressed_second[i] = pressed_second[i] + carried;
+        coupling = -(lower[i] * coupling);
+        rhs_or_increment[i] = rhs_or_increment[i] + coupling;
     }
     return around[1];
 }
 
-// The gas made in all blocks behind.
-fn made_behind(stage: u32) -> real {
+// The same for pressures.
+fn pressure_below_block() -> real {
+    var block = empty_block();
+    for (var i = block_first; i < block_end; i++) {
+        block = append_row(block, pressure_lower[i], pressure_diagonal[i], pressure_upper[i], pressure_unknowns[i]);
+    }
+    let around = solve_reduced(block);
+    var coupling = around[0];
+    for (var i = block_first; i < block_end; i++) {
+        coupling = -(pressure_lower[i] * coupling);
+        pressure_unknowns[i] = pressure_unknowns[i] + coupling;
+    }
+    return around[1];
+}
+
+// Gas source of all blocks below.
+fn gas_source_below(stage: u32) -> real {
     var own = real(0.0);
     for (var i = block_first; i < block_end; i++) {
         own = own + made_at(i, stage);
     }
-    parts[lane] = own;
+    parts[thread] = own;
     workgroupBarrier();
     var behind = real(0.0);
-    for (var other = run.lanes - 1u; other > lane; other--) {
+    for (var other = run.lanes - 1u; other > thread; other--) {
         behind = behind + parts[other];
     }
     workgroupBarrier();
     return behind;
 }
 
-// What has risen through the first block.
-fn at_hot_face(risen: real) -> real {
-    parts[lane] = risen;
+// Gas that leaves the first block upwards.
+fn first_block_outflow(upward_flux: real) -> real {
+    parts[thread] = upward_flux;
     workgroupBarrier();
     let out = parts[0];
     workgroupBarrier();
     return out;
 }
 
-// What passes into a block from behind: every block lets pass all of it or none, and adds its own.
-fn driven_behind(per_length: real) -> real {
-    var own = Pair(1.0, 0.0);
+// Mass flux into a block from below. A block passes all of it or none, and adds its own sources.
+fn mean_flux_into_block(inverse_step_1_s: real) -> real {
+    var own = DoubleWord(1.0, 0.0);
     for (var up = 0u; up < block_end - block_first; up++) {
         let i = block_end - 1u - up;
-        own = Pair(own.high * passing(i), driven_into(i, own.low, per_length));
+        own = DoubleWord(own.high * passing(i), driven_into(i, own.low, inverse_step_1_s));
     }
-    pairs[lane] = own;
+    pairs[thread] = own;
     workgroupBarrier();
     var behind = real(0.0);
-    for (var other = run.lanes - 1u; other > lane; other--) {
+    for (var other = run.lanes - 1u; other > thread; other--) {
         behind = pairs[other].high * behind + pairs[other].low;
     }
     workgroupBarrier();
     return behind;
 }
 
-// What gauges see of the cell over the block.
+// Conversion of the cell above the block.
 fn conversion_above() -> Conversion {
     if block_first == 0u || block_first == block_end {
         return Conversion(0.0, 0.0, 0.0);

@@ -2,7 +2,7 @@
 
 fn finish() {
     for (var p = first_ply(); p < end_ply(); p++) {
-        for (var i = first_of(p); i < end_of(p); i++) {
+        for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
             let more = gained(p, i);
             stored_j_m2 = stored_j_m2 + more;
             let hot = select(0.0, plan.faces[0].held * more, i == 0u);

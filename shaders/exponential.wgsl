@@ -1,6 +1,6 @@
 // Exponential, logarithm and powers of our own: twin of src/physics/exponential.rs.
 
-struct Power {
+struct ExpParts {
     two_to: real,
     part: real,
 }
@@ -13,22 +13,23 @@ fn four_terms(term: real, second: real, third: real, fourth: real, rest: real, s
     return two_terms(term, second, rest) + keep(two_terms(third, fourth, rest) * square);
 }
 
-fn power_of_e(x: real) -> Power {
-    let bounded = min(max(x, real(-LARGEST)), real(LARGEST));
-    let twos = nearest(bounded * real(LOG2_E));
-    let rest = keep(bounded - twos * real(LN_2_HIGH)) - twos * real(LN_2_LOW);
+fn power_of_e(x: real) -> ExpParts {
+    let bounded = min(max(x, real(-EXP_ARGUMENT_MAX)), real(EXP_ARGUMENT_MAX));
+    let exponent = nearest(bounded * real(LOG2_E));
+    let rest = keep(bounded - exponent * real(LN_2_HIGH)) - exponent * real(LN_2_LOW);
     let square = keep(rest * rest);
     let fourth = keep(square * square);
     var sum: real;
     if DIGITS > 23u {
-        let low = four_terms(SERIES_0, SERIES_1, SERIES_2, SERIES_3, rest, square)
-            + keep(four_terms(SERIES_4, SERIES_5, SERIES_6, SERIES_7, rest, square) * fourth);
-        let high = two_terms(SERIES_8, SERIES_9, rest) + keep(SERIES_10 * square);
+        let low = four_terms(SERIES_F64_0, SERIES_F64_1, SERIES_F64_2, SERIES_F64_3, rest, square)
+            + keep(four_terms(SERIES_F64_4, SERIES_F64_5, SERIES_F64_6, SERIES_F64_7, rest, square) * fourth);
+        let high = two_terms(SERIES_F64_8, SERIES_F64_9, rest) + keep(SERIES_F64_10 * square);
         sum = low + keep(high * keep(fourth * fourth));
     } else {
-        sum = four_terms(SHORT_0, SHORT_1, SHORT_2, SHORT_3, rest, square) + keep(two_terms(SHORT_4, SHORT_5, rest) * fourth);
+        sum = four_terms(SERIES_F32_0, SERIES_F32_1, SERIES_F32_2, SERIES_F32_3, rest, square)
+            + keep(two_terms(SERIES_F32_4, SERIES_F32_5, rest) * fourth);
     }
-    return Power(two_to(twos), keep(sum * rest));
+    return ExpParts(two_to(exponent), keep(sum * rest));
 }
 
 fn exponential(x: real) -> real {
@@ -42,7 +43,7 @@ fn decay(x: real) -> real {
 }
 
 fn logarithm(x: real) -> real {
-    let twos = twos_of(x);
+    let exponent = twos_of(x);
     let mantissa = mantissa_of(x);
     let s = (mantissa - 1.0) / (mantissa + 1.0);
     let square = s * s;
@@ -52,7 +53,7 @@ fn logarithm(x: real) -> real {
     sum = keep(sum * square) + real(1.0 / 5.0);
     sum = keep(sum * square) + real(1.0 / 3.0);
     sum = keep(sum * square) + 1.0;
-    let near = twos * real(LN_2) + keep((s + s) * sum);
+    let near = exponent * real(LN_2) + keep((s + s) * sum);
     let back = exponential(near);
     return near + (x - back) * 2.0 / (x + back);
 }

@@ -1,4 +1,4 @@
-// Heat through an open face, positive into the layup: twin of src/physics/faces.rs.
+// Heat flux through an open face, positive into the layup: twin of src/physics/surface_flux.rs.
 
 struct FaceScale {
     heating: real,
@@ -7,7 +7,7 @@ struct FaceScale {
     emissivity: real,
 }
 
-struct FaceFlux {
+struct SurfaceFlux {
     flux: real,
     slope: real,
 }
@@ -30,7 +30,7 @@ fn blown(film_kg_m2_s: real, twice_blowing_kg_m2_s: real) -> real {
 }
 
 fn face_flux(
-    drive: Drive,
+    forcing: Drive,
     face: Face,
     scale: FaceScale,
     temperature_k: real,
@@ -38,24 +38,24 @@ fn face_flux(
     enthalpy_j_kg: real,
     enthalpy_slope_j_kg_k: real,
     blown_kg_m2_s: real,
-) -> FaceFlux {
+) -> SurfaceFlux {
     let emission = scale.emissivity * emissivity;
     let hot_wall = face.hot_wall_kg_j;
-    var convected = scale.heating * drive.flux_w_m2;
+    var convected = scale.heating * forcing.flux_w_m2;
     if face.blowing != 0.0 {
         convected = convected * blown(convected * hot_wall, face.blowing * blown_kg_m2_s);
     }
     let film = scale.film * face.film_w_m2_k;
     let radiance = scale.exchange * emission * real(STEFAN_BOLTZMANN);
-    let surroundings = drive.surroundings_k;
+    let surroundings = forcing.surroundings_k;
     let square = temperature_k * temperature_k;
     let surroundings_square = surroundings * surroundings;
     var flux = convected * (1.0 - hot_wall * enthalpy_j_kg);
-    flux = flux + scale.heating * emission * drive.radiant_w_m2;
-    flux = flux + film * (drive.gas_k - temperature_k);
+    flux = flux + scale.heating * emission * forcing.radiant_w_m2;
+    flux = flux + film * (forcing.gas_k - temperature_k);
     flux = flux + radiance * (surroundings_square * surroundings_square - square * square);
     var slope = -(convected * hot_wall * enthalpy_slope_j_kg_k);
     slope = slope - film;
     slope = slope - 4.0 * radiance * square * temperature_k;
-    return FaceFlux(flux, slope);
+    return SurfaceFlux(flux, slope);
 }

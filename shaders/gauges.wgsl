@@ -1,6 +1,6 @@
-// What is told of a member as a whole at an instant: twin of src/physics/gauges.rs.
+// Readings of the whole layup at an instant: twin of src/physics/gauges.rs.
 
-// Two neighbouring depths between which conversion falls below a mark.
+// Two neighbouring depths between which conversion falls below a threshold.
 struct Crossing {
     upper: real,
     upper_m: real,
@@ -8,24 +8,24 @@ struct Crossing {
     lower_m: real,
 }
 
-// How far a cell is converted, where its node lies, and where it ends.
+// Degree of conversion of a cell, depth of its node, and depth of its lower face.
 struct Conversion {
-    share: real,
+    degree: real,
     node_m: real,
     end_m: real,
 }
 
 fn gauges(step: u32) -> array<real, GAUGES> {
-    let outside = drives[4u * step].pressure_pa;
+    let outside = boundary_forcing[4u * step].pressure_pa;
     var lost = real(0.0);
     var virgin = Crossing(0.0, 0.0, 0.0, 0.0);
     var char = Crossing(0.0, 0.0, 0.0, 0.0);
     let over = conversion_above();
-    var before = over.share;
+    var before = over.degree;
     var before_m = over.node_m;
     var depth_m = over.end_m;
     for (var p = first_ply(); p < end_ply(); p++) {
-        for (var i = first_of(p); i < end_of(p); i++) {
+        for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
             let density = mass_left(p, phases_of(p, i));
             let width_m = cells[i].width_m;
             lost = lost + ply_scales[p].mass_kg_m3 * width_m * (1.0 - density);
@@ -36,17 +36,17 @@ fn gauges(step: u32) -> array<real, GAUGES> {
             let upper_m = select(before_m, depth_m, jumps);
             let lower_m = select(node_m, depth_m, jumps);
             let fall = Crossing(before, upper_m, here, lower_m);
-            virgin = deeper(virgin, fall, real(VIRGIN_LOST));
-            char = deeper(char, fall, real(CHAR_LOST));
+            virgin = deeper(virgin, fall, real(VIRGIN_CONVERSION));
+            char = deeper(char, fall, real(CHAR_CONVERSION));
             before = here;
             before_m = node_m;
             depth_m = depth_m + width_m;
         }
     }
-    if has(run.last_cell) {
+    if has_cell(run.last_cell) {
         let end = Crossing(before, depth_m, 0.0, depth_m);
-        virgin = deeper(virgin, end, real(VIRGIN_LOST));
-        char = deeper(char, end, real(CHAR_LOST));
+        virgin = deeper(virgin, end, real(VIRGIN_CONVERSION));
+        char = deeper(char, end, real(CHAR_CONVERSION));
     }
     let virgin_m = front_m(virgin, real(VIRGIN_LOG_ODDS));
     let char_m = front_m(char, real(CHAR_LOG_ODDS));
@@ -59,7 +59,14 @@ fn gauges(step: u32) -> array<real, GAUGES> {
         back = pressures[run.last_cell].high;
     }
     let flux = 1.5 * recent[1] - 0.5 * recent[0];
-    return array<real, GAUGES>(flux, summed(lost), largest(virgin_m), largest(char_m), largest(peak), back);
+    return array<real, GAUGES>(
+        flux,
+        reduce_sum(lost),
+        reduce_max(virgin_m),
+        reduce_max(char_m),
+        reduce_max(peak),
+        back,
+    );
 }
 
 fn deeper(crossing: Crossing, next: Crossing, mark: real) -> Crossing {
@@ -76,11 +83,11 @@ fn deeper(crossing: Crossing, next: Crossing, mark: real) -> Crossing {
 fn front_m(crossing: Crossing, mark_log_odds: real) -> real {
     let upper = log_odds(crossing.upper);
     let lower = log_odds(crossing.lower);
-    let way = (upper - mark_log_odds) / max(upper - lower, real(1e-9));
-    return crossing.upper_m + way * (crossing.lower_m - crossing.upper_m);
+    let fraction = (upper - mark_log_odds) / max(upper - lower, real(1e-9));
+    return crossing.upper_m + fraction * (crossing.lower_m - crossing.upper_m);
 }
 
 fn log_odds(conversion: real) -> real {
-    let inside = min(max(conversion, real(CONVERSION_LEAST)), real(1.0 - CONVERSION_LEAST));
+    let inside = min(max(conversion, real(CONVERSION_MIN)), real(1.0 - CONVERSION_MIN));
     return logarithm(inside / (1.0 - inside));
 }

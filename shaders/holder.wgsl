@@ -1,12 +1,12 @@
-// Heat that every cell exchanges sideways with a holder: twin of src/physics/holder.rs.
+// Lateral heat exchange with the specimen holder: twin of src/physics/holder.rs.
 
-fn flux_sideways(conductance_w_m2_k: real, holder_k: real, cell: Pair) -> real {
+fn flux_sideways(conductance_w_m2_k: real, holder_k: real, cell: DoubleWord) -> real {
     return conductance_w_m2_k * ((holder_k - cell.high) - cell.low);
 }
 
 fn holder_k(step: u32, stage: u32) -> real {
-    let start = drives[4u * step].holder_k;
-    let end = drives[4u * step + 1u].holder_k;
+    let start = boundary_forcing[4u * step].holder_k;
+    let end = boundary_forcing[4u * step + 1u].holder_k;
     let foreseen = real(GAMMA) * (end - start);
     return select(end - foreseen, start + foreseen, stage == 0u);
 }
@@ -22,13 +22,13 @@ fn sideways(ply: u32, cell: u32, step: u32, stage: u32) -> real {
 fn account_sideways(step: u32, start: real, end: real) {
     var taken = real(0.0);
     for (var p = first_ply(); p < end_ply(); p++) {
-        for (var i = first_of(p); i < end_of(p); i++) {
-            taken = taken + conductance_sideways(p, i) * second[i];
+        for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
+            taken = taken + conductance_sideways(p, i) * rhs_or_increment[i];
         }
     }
-    let half_length = 0.5 * lengths[step];
-    let amount = summed(half_length * (start + end - real(GAMMA) * taken));
-    if lane == 0u {
+    let half_step_s = 0.5 * lengths[step];
+    let amount = reduce_sum(half_step_s * (start + end - real(GAMMA) * taken));
+    if thread == 0u {
         heat[4] = advanced(heat[4], max(amount, 0.0));
         heat[5] = advanced(heat[5], max(-amount, 0.0));
     }

@@ -1,18 +1,19 @@
-// Bindings, the only ones there are, and what reads them. The structs of rows are generated from src/plan/layout.rs and
-// src/march/gpu/layout.rs: what is the same for all members and steps is uniform, which a software device reads at once
-// where it picks storage up member by member, and hardware from memory made for it.
+// All bindings, and the functions that read them. The structs are generated from src/plan/layout.rs and
+// src/march/gpu/layout.rs. Data that is the same for all members and steps is uniform: hardware reads it from constant
+// caches, and a software device once instead of member by member.
 
 @group(0) @binding(0) var<uniform> run: Run;
 @group(0) @binding(1) var<uniform> cells: array<Cell, CELLS>;
 @group(0) @binding(2) var<uniform> plan: Plan;
 // Of each interface, m²K/W.
 @group(0) @binding(3) var<storage, read> contacts: array<real>;
-// Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the end.
-@group(0) @binding(4) var<storage, read> drives: array<Drive>;
+// Four a step: hot at the start, hot at the end, back at the start, back at the end; and four for the end of the march.
+@group(0) @binding(4) var<storage, read> boundary_forcing: array<Drive>;
 @group(0) @binding(5) var<storage, read> lengths: array<real>;
-// Two properties in four words, each with its rise to the next node; or zeros, where they are texels.
+// Two properties in four words, each with its rise to the next node; zeros if the tables are texels.
 @group(0) @binding(6) var<storage, read> tables: array<vec4<real>>;
-// The tables, TEXELS_ABREAST of their fours in a row, where the device reads texels faster; or a row of zeros, where they are not.
+// The tables with TEXELS_ABREAST column groups in a row of texels, where the device reads texels faster; else a row of
+// zeros.
 @group(0) @binding(7) var texels: texture_storage_2d<rgba32float, read>;
 // Step × sensor.
 @group(0) @binding(8) var<storage, read> beads: array<Bead>;
@@ -24,10 +25,10 @@
 @group(0) @binding(11) var<storage, read_write> state: array<real>;
 // Instant × sensor × word × member.
 @group(0) @binding(12) var<storage, read_write> traces: array<real>;
-// Steps done by each member; then the step after which each strayed, or zero.
+// Steps done by each member; then the step after which each diverged, or zero.
 @group(0) @binding(13) var<storage, read_write> progress: array<u32>;
 
-// A four of the columns of the tables.
+// One group of four columns of the tables.
 fn four(place: u32) -> vec4<real> {
     if TEXELS {
         return vec4<real>(textureLoad(texels, vec2<u32>(place % TEXELS_ABREAST, place / TEXELS_ABREAST)));
@@ -43,7 +44,7 @@ fn column(index: u32) -> real {
     return factors[(index - 1u) * run.members + member];
 }
 
-// The place of a slot of this member in `state`.
+// Place of a slot of this member in `state`.
 fn slot(index: u32) -> u32 {
     return index * run.members + member;
 }

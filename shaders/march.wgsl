@@ -1,40 +1,41 @@
-// Entry point: LANES invocations a member. A dispatch carries every member a few steps further (past the last
-// step it only reads the sensors and sums up); all it needs to go on is in `state`, so that no dispatch is long and none runs out of the loops a driver allows it.
+// Entry point: LANES threads a member. A dispatch advances every member by a few steps; after the last step it only
+// reads the sensors and sums up. All it needs to resume is in `state`, so that dispatches are short and none exceeds
+// the loop count that a driver allows.
 
-// Columns begin as the memory held them (see src/march/gpu/spirv.rs), so that those of gas are cleared here: what no step before has written is nothing.
-// All others are written before what is read of them counts.
+// Columns begin with whatever the memory held (see src/march/gpu/spirv.rs). Columns of gas are read before they are
+// written, so they are cleared here.
 fn clear_gas(i: u32) {
-    flows[i] = 0.0;
-    made[i] = 0.0;
-    absorbed[i] = 0.0;
+    mass_fluxes[i] = 0.0;
+    gas_source[i] = 0.0;
+    absorbed_heat[i] = 0.0;
     made_mean[i] = 0.0;
     absorbed_mean[i] = 0.0;
     restraints[i] = 0.0;
-    gas_j_kg[i] = 0.0;
-    gas_rises[i] = 0.0;
+    gas_enthalpy_j_kg[i] = 0.0;
+    gas_heat_capacities[i] = 0.0;
     for (var r = 0u; r < REACTIONS; r++) {
         let reaction = i * REACTIONS + r;
-        advancements[reaction] = Pair(0.0, 0.0);
+        advancements[reaction] = DoubleWord(0.0, 0.0);
     }
     for (var s = 0u; s < STATES; s++) {
         let place = i * STATES + s;
         phases_onward[place] = virgin()[s];
         phases_behind[place] = virgin()[s];
-        risen[place] = array<real, 2>(0.0, 0.0);
+        enthalpy_rises[place] = array<real, 2>(0.0, 0.0);
     }
     if DARCY {
-        pressures[i] = Pair(0.0, 0.0);
+        pressures[i] = DoubleWord(0.0, 0.0);
         pressure_rates[i] = 0.0;
-        first_flows[i] = 0.0;
+        first_stage_fluxes[i] = 0.0;
         mean_flows[i] = 0.0;
         supply[i] = 0.0;
-        surges[i] = 0.0;
-        pores[i] = Porous();
-        later[i] = Porous();
+        source_corrections[i] = 0.0;
+        pores[i] = PoreState();
+        pores_at_end[i] = PoreState();
         slopes_above[i] = 0.0;
         slopes_below[i] = 0.0;
-        pressed_first[i] = 0.0;
-        pressed_second[i] = 0.0;
+        first_pressure_increments[i] = 0.0;
+        pressure_unknowns[i] = 0.0;
         pressure_lower[i] = 0.0;
         pressure_diagonal[i] = 0.0;
         pressure_upper[i] = 0.0;
@@ -44,15 +45,15 @@ fn clear_gas(i: u32) {
 // The functions `load_…` and `save_…` are generated from the blocks of src/march/gpu/state.rs.
 fn load() {
     load_temperatures(first_cell(), end_cell(), 1u);
-    load_readings(lane, run.sensors, LANES);
-    // Of a sum that lanes have in parts the first takes all.
-    if lane == 0u {
+    load_readings(thread, run.sensors, LANES);
+    // The first thread loads the whole of a sum that is kept in parts.
+    if thread == 0u {
         load_heat(0u, HEATS, 1u);
     }
     load_extremes(0u, run.plies, 1u);
-    strayed = progress[run.members + member];
+    diverged = progress[run.members + member];
     if GAS {
-        if lane == 0u {
+        if thread == 0u {
             load_gas_sums(0u, 1u, 1u);
         }
         load_gas_flows(0u, 1u, 1u);
@@ -65,19 +66,19 @@ fn load() {
     }
 }
 
-// The cells come last: drivers that stop counting loops stop all that follow, so that if this loop is whole,
-// all before it were.
+// Temperatures come last: drivers that end long loops end all later loops too, so if this loop is complete, all before
+// it were.
 fn save() -> u32 {
-    unite();
-    if lane == 0u {
+    reduce_sums();
+    if thread == 0u {
         save_heat(0u, HEATS, 1u);
         save_stored(0u, 1u, 1u);
         save_extremes(0u, run.plies, 1u);
-        progress[run.members + member] = strayed;
+        progress[run.members + member] = diverged;
     }
-    save_readings(lane, run.sensors, LANES);
+    save_readings(thread, run.sensors, LANES);
     if GAS {
-        if lane == 0u {
+        if thread == 0u {
             save_gas_sums(0u, 1u, 1u);
             save_gas_flows(0u, 1u, 1u);
         }
@@ -89,21 +90,21 @@ fn save() -> u32 {
         }
     }
     let saved = save_temperatures(first_cell(), end_cell(), 1u);
-    return u32(summed(real(saved)));
+    return u32(reduce_sum(real(saved)));
 }
 
 @compute @workgroup_size(WORKGROUP)
-fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
-    // The early returns depend on this value and on that of `steps_done`, which all threads of a workgroup that
-    // meet at barriers have alike: a private variable is not uniform to a compiler.
-    let carried = member_of(group.x, thread);
+fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) invocation: u32) {
+    // The early returns depend on this value and on that of `steps_done`, which are the same in all threads of a
+    // workgroup. A private variable would not be uniform to a compiler.
+    let own_member = member_of(group.x, invocation);
     one = real(run.one);
-    member = carried;
-    if carried >= run.members {
+    member = own_member;
+    if own_member >= run.members {
         return;
     }
-    stand(thread);
-    // A member that a dispatch cut short stays where it is.
+    assign_block(invocation);
+    // Skips a member whose last dispatch was cut short.
     if steps_done() != run.first_step {
         return;
     }
@@ -120,7 +121,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     for (; step < run.end_step; step++) {
         advance(step);
     }
-    if save() == run.cells && lane == 0u {
+    if save() == run.cells && thread == 0u {
         progress[member] = step;
     }
 }

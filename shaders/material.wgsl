@@ -14,13 +14,13 @@ struct PlyScale {
     holder_w_m3_k: real,
 }
 
-struct Parts {
+struct ConductivityParts {
     solid: real,
     gas: real,
     radiative: real,
 }
 
-fn times(whole: Parts, many: real, parts: u32) -> Parts {
+fn times(whole: ConductivityParts, many: real, parts: u32) -> ConductivityParts {
     var product = whole;
     product.solid = many * whole.solid;
     if PARTS > 1u && parts > 1u {
@@ -32,7 +32,7 @@ fn times(whole: Parts, many: real, parts: u32) -> Parts {
     return product;
 }
 
-fn plus(whole: Parts, more: Parts, parts: u32) -> Parts {
+fn plus(whole: ConductivityParts, more: ConductivityParts, parts: u32) -> ConductivityParts {
     var sum = whole;
     sum.solid = whole.solid + more.solid;
     if PARTS > 1u && parts > 1u {
@@ -45,15 +45,15 @@ fn plus(whole: Parts, more: Parts, parts: u32) -> Parts {
 }
 
 struct StateScale {
-    conductivity: Parts,
+    conductivity: ConductivityParts,
     remains: real,
-    stores: real,
+    enthalpy_scale: real,
     formation_j_kg: real,
 }
 
-struct Level {
-    under: u32,
-    share: real,
+struct PressureIndex {
+    level_below: u32,
+    fraction: real,
 }
 
 fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
@@ -76,12 +76,17 @@ fn ply_scale(ply: Ply, bulk: Bulk, char: Substance) -> PlyScale {
     );
 }
 
-fn state_scale(row: Conduction, substance: Substance, bulk: Bulk, ply: PlyScale) -> StateScale {
+fn state_scale(
+    row: Conduction,
+    substance: Substance,
+    bulk: Bulk,
+    ply: PlyScale,
+) -> StateScale {
     let remains = keep(1.0 - ply.loss * (1.0 - substance.remains));
     let weight = select(remains, 1.0, bulk.by_volume == 1.0);
     let whole = weight * (substance.conductivity * column(row.whole) / ply.thickness);
     return StateScale(
-        Parts(
+        ConductivityParts(
             whole * column(row.solid),
             whole * column(row.gas),
             whole * column(row.radiative) / column(row.extinction),
@@ -92,18 +97,18 @@ fn state_scale(row: Conduction, substance: Substance, bulk: Bulk, ply: PlyScale)
     );
 }
 
-fn levelled(spot: Spot, level: Level) -> array<Spot, 2> {
-    let under = level.under * TABLE_NODES + spot.row;
-    return array<Spot, 2>(Spot(under, spot.share), Spot(under + TABLE_NODES, spot.share));
+fn levelled(at: TableIndex, pressure: PressureIndex) -> array<TableIndex, 2> {
+    let under = pressure.level_below * TABLE_NODES + at.row;
+    return array<TableIndex, 2>(TableIndex(under, at.fraction), TableIndex(under + TABLE_NODES, at.fraction));
 }
 
-struct Solid {
+struct SolidProperties {
     conductivity: real,
     slope: real,
     heat_capacity: real,
 }
 
-fn solid(here: Segment, parts: u32, scale: Parts, with_slope: bool) -> Solid {
+fn solid(here: TableSegment, parts: u32, scale: ConductivityParts, with_slope: bool) -> SolidProperties {
     var conductivity = scale.solid * value(here, 0u);
     var slope = real(0.0);
     if with_slope {
@@ -121,7 +126,7 @@ fn solid(here: Segment, parts: u32, scale: Parts, with_slope: bool) -> Solid {
             slope = slope + scale.radiative * value(here, 5u);
         }
     }
-    return Solid(conductivity, slope, value(here, 1u));
+    return SolidProperties(conductivity, slope, value(here, 1u));
 }
 
 fn conductance_within(conductivity: real, next: real, half_over_next_1_m: real) -> real {
@@ -134,10 +139,13 @@ fn conductance_across(conductivity: real, below_m: real, next: real, above_m: re
 }
 
 fn gain_across(conductance: real, conductivity: real, length_m: real) -> real {
-    let share = conductance / conductivity;
-    return share * share * length_m;
+    let ratio = conductance / conductivity;
+    return ratio * ratio * length_m;
 }
 
-fn flux_slopes(conductance: real, gained: array<real, 2>) -> array<real, 2> {
-    return array<real, 2>(max(conductance + gained[0], 0.0), max(conductance - gained[1], 0.0));
+fn flux_slopes(conductance: real, conductivity_slopes: array<real, 2>) -> array<real, 2> {
+    return array<real, 2>(
+        max(conductance + conductivity_slopes[0], 0.0),
+        max(conductance - conductivity_slopes[1], 0.0),
+    );
 }

@@ -1,28 +1,29 @@
-// A member on its way: twin of src/physics/member.rs.
+// State and factors of a member: twin of src/physics/member.rs.
 
 var<private> ply_scales: array<PlyScale, PLIES>;
 var<private> state_scales: array<StateScale, SUBSTANCES>;
 var<private> contact_scales: array<real, PLIES>;
 var<private> face_scales: array<FaceScale, 2>;
-var<COLUMNS> temperatures: array<Pair, CELLS>;
-var<private> readings: array<Pair, SENSORS>;
-var<private> beads_now: array<Pair, SENSORS>;
-var<private> heat: array<Pair, HEATS>;
+var<COLUMNS> temperatures: array<DoubleWord, CELLS>;
+var<private> readings: array<DoubleWord, SENSORS>;
+var<private> beads_now: array<DoubleWord, SENSORS>;
+var<private> heat: array<DoubleWord, HEATS>;
 var<private> stored_j_m2: real;
 var<private> coldest: array<real, PLIES>;
 var<private> hottest: array<real, PLIES>;
-var<private> strayed: u32;
-var<COLUMNS> capacities: Column;
+var<private> diverged: u32;
+var<COLUMNS> first_stage_capacities: Column;
 var<COLUMNS> lower: Column;
 var<COLUMNS> diagonal: Column;
 var<COLUMNS> upper: Column;
-var<COLUMNS> first: Column;
-var<COLUMNS> second: Column;
+var<COLUMNS> first_increments: Column;
+var<COLUMNS> rhs_or_increment: Column;
 
-// What does not change over the march.
+// Evaluates what is constant over the march.
 fn scale() {
     for (var p = 0u; p < run.plies; p++) {
-        ply_scales[p] = ply_scale(plan.plies[p], plan.bulks[p], plan.substances[plan.plies[p].first_state + plan.plies[p].states - 1u]);
+        let char = plan.plies[p].first_state + plan.plies[p].states - 1u;
+        ply_scales[p] = ply_scale(plan.plies[p], plan.bulks[p], plan.substances[char]);
         if p > 0u {
             contact_scales[p - 1u] = contacts[p - 1u] / column(plan.plies[p - 1u].contact);
         }
@@ -35,15 +36,15 @@ fn scale() {
     }
     face_scales[0] = face_scale(plan.scalings[0]);
     face_scales[1] = face_scale(plan.scalings[1]);
-    // That of an insulated back face stays so.
-    edges[1] = Edge(0.0, 0.0, 0.0, 0.0, 0.0);
+    // The boundary row of an insulated back face stays so.
+    boundary_rows[1] = BoundaryRow(0.0, 0.0, 0.0, 0.0, 0.0);
 }
 
 fn start() {
     for (var i = first_cell(); i < end_cell(); i++) {
-        temperatures[i] = Pair(cells[i].start_k, 0.0);
+        temperatures[i] = DoubleWord(cells[i].start_k, 0.0);
         if DARCY {
-            pressures[i] = Pair(drives[0].pressure_pa, 0.0);
+            pressures[i] = DoubleWord(boundary_forcing[0].pressure_pa, 0.0);
         }
     }
     for (var p = 0u; p < run.plies; p++) {
@@ -55,21 +56,21 @@ fn start() {
 fn hold(step: u32) {
     for (var face = 0u; face < run.faces; face++) {
         let cell = face * run.last_cell;
-        if has(cell) {
+        if has_cell(cell) {
             let held = plan.faces[face].held;
             let free = 1.0 - held;
-            let held_k = drives[4u * step + 2u * face].held_k;
+            let held_k = boundary_forcing[4u * step + 2u * face].held_k;
             let pair = temperatures[cell];
-            temperatures[cell] = Pair(held * held_k + free * pair.high, free * pair.low);
+            temperatures[cell] = DoubleWord(held * held_k + free * pair.high, free * pair.low);
         }
     }
 }
 
 fn moved(cell: u32, stage: u32) -> real {
-    return select(first[cell], 0.0, stage == 0u);
+    return select(first_increments[cell], 0.0, stage == 0u);
 }
 
-fn staged(cell: u32, stage: u32) -> Pair {
+fn staged(cell: u32, stage: u32) -> DoubleWord {
     return raised(temperatures[cell], moved(cell, stage));
 }
 
@@ -77,21 +78,21 @@ fn length_s(step: u32) -> real {
     return lengths[min(step, run.steps - 1u)];
 }
 
-// Where an instant falls on the start of a step, what the beads show, and the gauges where there is gas.
-fn note(step: u32) {
+// If the step begins at a recorded instant, stores the bead temperatures, and the gauges where there is gas.
+fn record(step: u32) {
     let instant = instants[step];
     if instant == NO_INSTANT {
         return;
     }
     let traced = instant * (run.sensors + run.gauges);
-    for (var s = lane; s < run.sensors; s += LANES) {
+    for (var s = thread; s < run.sensors; s += LANES) {
         let base = 2u * (traced + s);
         traces[base * run.members + member] = beads_now[s].high;
         traces[(base + 1u) * run.members + member] = beads_now[s].low;
     }
     if GAS && run.gauges > 0u {
         var read = gauges(step);
-        for (var g = lane; g < run.gauges; g += LANES) {
+        for (var g = thread; g < run.gauges; g += LANES) {
             let base = 2u * (traced + run.sensors + g);
             traces[base * run.members + member] = read[g];
             traces[(base + 1u) * run.members + member] = 0.0;

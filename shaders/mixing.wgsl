@@ -1,4 +1,4 @@
-// What a member's cells are made of, and what that is like: twin of src/physics/mixing.rs.
+// Mixture rules: twin of src/physics/mixture.rs.
 
 alias Phases = array<real, STATES>;
 
@@ -11,8 +11,8 @@ fn phases_of(ply: u32, cell: u32) -> Phases {
     var phases = virgin();
     for (var j = row.first_reaction; j < row.end_reaction; j++) {
         let place = cell * REACTIONS + j - row.first_reaction;
-        let moved = plan.reactions[j].share * advancements[place].high;
-        phases = transferred(phases, plan.paths[j], moved);
+        let moved_fraction = plan.reactions[j].share * advancements[place].high;
+        phases = transferred(phases, plan.paths[j], moved_fraction);
     }
     return phases;
 }
@@ -44,7 +44,7 @@ fn mass_left(ply: u32, phases: Phases) -> real {
     return keep(density);
 }
 
-fn face_emissivity(face: u32, ply: u32, cell: u32, at: Spot, stage: u32) -> real {
+fn face_emissivity(face: u32, ply: u32, cell: u32, at: TableIndex, stage: u32) -> real {
     var phases = phases_at(ply, cell, stage);
     let seen = segment(at, FACE_COLUMNS, FACE_TABLE);
     let first_property = AIR_PROPERTIES + face * STATES_MAX;
@@ -63,55 +63,64 @@ fn face_emissivity(face: u32, ply: u32, cell: u32, at: Spot, stage: u32) -> real
     return sum / mass_left(ply, phases);
 }
 
-fn row_of(ply: u32, at: Spot) -> Segment {
+fn row_of(ply: u32, at: TableIndex) -> TableSegment {
     return segment(at, plan.plies[ply].columns, plan.plies[ply].table);
 }
 
-fn state_of(state: u32, row: Segment) -> Segment {
+fn state_of(state: u32, row: TableSegment) -> TableSegment {
     return beyond(row, state * PROPERTIES);
 }
 
-fn gas_of(ply: u32, row: Segment) -> Segment {
+fn gas_of(ply: u32, row: TableSegment) -> TableSegment {
     return state_of(plan.plies[ply].rows, row);
 }
 
 fn enthalpy_of(ply: u32, state: u32, risen_j_kg: real) -> real {
     let own = scale_of(ply, state);
-    return own.stores * risen_j_kg + own.formation_j_kg;
+    return own.enthalpy_scale * risen_j_kg + own.formation_j_kg;
 }
 
-fn rise_at(p: u32, i: u32, row: Segment) {
+fn rise_at(p: u32, i: u32, row: TableSegment) {
     for (var state = 0u; state < plan.plies[p].rows; state++) {
         let own = state_of(state, row);
-        risen[i * STATES + state] = array<real, 2>(integral(own, 1u), value(own, 1u));
+        enthalpy_rises[i * STATES + state] = array<real, 2>(integral(own, 1u), value(own, 1u));
     }
 }
 
-fn mixture(p: u32, at: Spot, row: Segment, level_here: Level, phases: Phases, with_slope: bool) -> Solid {
+fn mixture(
+    p: u32,
+    at: TableIndex,
+    row: TableSegment,
+    pressure: PressureIndex,
+    phases: Phases,
+    with_slope: bool,
+) -> SolidProperties {
     let per_left = 1.0 / left_of(p, mass_left(p, phases));
     var here = of_states(p, row, phases, with_slope);
     if LEVELS > 1u {
-        let over = of_states(p, row_of(p, levelled(at, level_here)[1]), phases, with_slope);
-        here.conductivity = here.conductivity + level_here.share * (over.conductivity - here.conductivity);
-        here.slope = here.slope + level_here.share * (over.slope - here.slope);
+        let over = of_states(p, row_of(p, levelled(at, pressure)[1]), phases, with_slope);
+        here.conductivity = here.conductivity + pressure.fraction * (over.conductivity - here.conductivity);
+        here.slope = here.slope + pressure.fraction * (over.slope - here.slope);
     }
-    return Solid(here.conductivity * per_left, here.slope * per_left, here.heat_capacity);
+    return SolidProperties(here.conductivity * per_left, here.slope * per_left, here.heat_capacity);
 }
 
-fn of_states(p: u32, row: Segment, of_phases: Phases, with_slope: bool) -> Solid {
+fn of_states(p: u32, row: TableSegment, of_phases: Phases, with_slope: bool) -> SolidProperties {
     var phases = of_phases;
     let mass_kg_m3 = ply_scales[p].mass_kg_m3;
     let ply = plan.plies[p];
     let alike = select(1u, ply.states, ply.rows == 1u);
     let all = together(p, phases, alike);
     let virgin = solid(row, ply.parts, all.conductivity, with_slope);
-    var sum = Solid(virgin.conductivity, virgin.slope, all.stores * (mass_kg_m3 * virgin.heat_capacity));
+    let capacity = all.enthalpy_scale * (mass_kg_m3 * virgin.heat_capacity);
+    var sum = SolidProperties(virgin.conductivity, virgin.slope, capacity);
     for (var state = 1u; state < ply.rows; state++) {
         let own = scale_of(p, state);
         let here = solid(state_of(state, row), ply.parts, own.conductivity, with_slope);
         sum.conductivity = sum.conductivity + phases[state] * here.conductivity;
         sum.slope = sum.slope + phases[state] * here.slope;
-        sum.heat_capacity = sum.heat_capacity + (phases[state] * own.stores) * (mass_kg_m3 * here.heat_capacity);
+        let scale = phases[state] * own.enthalpy_scale;
+        sum.heat_capacity = sum.heat_capacity + scale * (mass_kg_m3 * here.heat_capacity);
     }
     return sum;
 }
@@ -122,26 +131,26 @@ fn conductivity_now(p: u32, i: u32, step: u32) -> real {
         return conductivities[i];
     }
     let at = spot(temperatures[i].high);
-    let level_here = level_of(i, step, 0u);
-    let row = row_of(p, levelled(at, level_here)[0]);
-    return mixture(p, at, row, level_here, phases_of(p, i), false).conductivity;
+    let pressure = level_of(i, step, 0u);
+    let row = row_of(p, levelled(at, pressure)[0]);
+    return mixture(p, at, row, pressure, phases_of(p, i), false).conductivity;
 }
 
-fn level_of(i: u32, step: u32, stage: u32) -> Level {
+fn level_of(i: u32, step: u32, stage: u32) -> PressureIndex {
     if LEVELS == 1u {
-        return Level(0u, 0.0);
+        return PressureIndex(0u, 0.0);
     }
-    var pressure_pa = drives[4u * step + stage].pressure_pa;
+    var pressure_pa = boundary_forcing[4u * step + stage].pressure_pa;
     if DARCY {
         pressure_pa = pressures[i].high;
     }
     const LAST = max(LEVELS, 2u) - 2u;
-    let way = real(LAST + 1u) * level(pressure_pa, real(MIDDLE_PA));
-    let under = min(u32(max(way, 0.0)), LAST);
-    return Level(under, way - real(under));
+    let position = real(LAST + 1u) * level(pressure_pa, real(MIDDLE_PA));
+    let under = min(u32(max(position, 0.0)), LAST);
+    return PressureIndex(under, position - real(under));
 }
 
-fn solid_enthalpy(ply: u32, phases: Phases, here: Segment) -> real {
+fn solid_enthalpy(ply: u32, phases: Phases, here: TableSegment) -> real {
     var each = phases;
     var risen_j_kg = integral(here, 1u);
     var sum = real(0.0);
@@ -154,32 +163,36 @@ fn solid_enthalpy(ply: u32, phases: Phases, here: Segment) -> real {
     return sum;
 }
 
-struct Together {
-    conductivity: Parts,
-    stores: real,
+struct MixtureSums {
+    conductivity: ConductivityParts,
+    enthalpy_scale: real,
     remains: real,
 }
 
-fn together(ply: u32, of_phases: Phases, states: u32) -> Together {
+fn together(ply: u32, of_phases: Phases, states: u32) -> MixtureSums {
     var phases = of_phases;
     let virgin_scale = scale_of(ply, 0u);
     let parts = plan.plies[ply].parts;
-    var sum = Together(times(virgin_scale.conductivity, phases[0], parts), phases[0] * virgin_scale.stores, phases[0]);
+    var sum = MixtureSums(
+        times(virgin_scale.conductivity, phases[0], parts),
+        phases[0] * virgin_scale.enthalpy_scale,
+        phases[0],
+    );
     for (var state = 1u; state < states; state++) {
         let own = scale_of(ply, state);
         sum.conductivity = plus(sum.conductivity, times(own.conductivity, phases[state], parts), parts);
-        sum.stores = sum.stores + phases[state] * own.stores;
+        sum.enthalpy_scale = sum.enthalpy_scale + phases[state] * own.enthalpy_scale;
         sum.remains = sum.remains + phases[state] * own.remains;
     }
     return sum;
 }
 
 fn left_of(ply: u32, density: real) -> real {
-    let stretch = stretch_of(ply, density);
+    let thickness_ratio = stretch_of(ply, density);
     if plan.bulks[ply].by_volume == 1.0 {
-        return stretch;
+        return thickness_ratio;
     }
-    return density * stretch;
+    return density * thickness_ratio;
 }
 
 fn converted(ply: u32, density: real) -> real {
@@ -190,9 +203,9 @@ fn stretch_of(ply: u32, density: real) -> real {
     return 1.0 - plan.bulks[ply].shrinkage * converted(ply, density);
 }
 
-fn transferred(phases: Phases, path: Path, moved: real) -> Phases {
+fn transferred(phases: Phases, path: Path, moved_fraction: real) -> Phases {
     var after = phases;
-    after[path.source] = after[path.source] - moved;
-    after[path.product] = after[path.product] + moved;
+    after[path.source] = after[path.source] - moved_fraction;
+    after[path.product] = after[path.product] + moved_fraction;
     return after;
 }

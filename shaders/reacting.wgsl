@@ -1,30 +1,30 @@
-// A member's reactions: twin of src/physics/reacting.rs.
+// Pyrolysis reactions: twin of src/physics/pyrolysis.rs.
 
-// A column where gas is made; of one cell where not, as columns that nobody reads still want room.
+// A column for gas; of one cell without gas, as WGSL has no empty arrays.
 alias GasColumn = array<real, GAS_CELLS>;
 
 // Cell × reaction.
-var<COLUMNS> advancements: array<Pair, GAS_CELLS * REACTIONS>;
-// Cell × state: what the first stage of the next step sees, and the second of this.
+var<COLUMNS> advancements: array<DoubleWord, GAS_CELLS * REACTIONS>;
+// Cell × state: volume fractions for the first stage of the next step, and for the second stage of this one.
 var<COLUMNS> phases_onward: array<real, GAS_CELLS * STATES>;
 var<COLUMNS> phases_behind: array<real, GAS_CELLS * STATES>;
-var<COLUMNS> risen: array<array<real, 2>, GAS_CELLS * STATES>;
-var<COLUMNS> made: GasColumn;
-var<COLUMNS> absorbed: GasColumn;
+var<COLUMNS> enthalpy_rises: array<array<real, 2>, GAS_CELLS * STATES>;
+var<COLUMNS> gas_source: GasColumn;
+var<COLUMNS> absorbed_heat: GasColumn;
 var<COLUMNS> made_mean: GasColumn;
 var<COLUMNS> absorbed_mean: GasColumn;
 var<COLUMNS> restraints: GasColumn;
-var<private> given: real;
-var<private> given_ends: array<real, 2>;
+var<private> released_heat: real;
+var<private> released_heat_ends: array<real, 2>;
 
-fn restraint(rises_w_m2_k: real, capacity: real, eased_1_s: real) -> real {
+fn restraint(rises_w_m2_k: real, capacity: real, damping_rate_1_s: real) -> real {
     let stiff = rises_w_m2_k * keep(real(GAMMA));
-    return stiff * (stiff / (capacity * eased_1_s + stiff));
+    return stiff * (stiff / (capacity * damping_rate_1_s + stiff));
 }
 
 fn react(step: u32, stage: u32) {
-    given = 0.0;
-    given_ends = array<real, 2>(0.0, 0.0);
+    released_heat = 0.0;
+    released_heat_ends = array<real, 2>(0.0, 0.0);
     if stage == 0u {
         return;
     }
@@ -38,7 +38,7 @@ fn react(step: u32, stage: u32) {
         if ply.end_reaction == ply.first_reaction {
             continue;
         }
-        for (var i = first_of(p); i < end_of(p); i++) {
+        for (var i = first_cell_of(p); i < end_cell_of(p); i++) {
             react_cell(p, i, length_s, next_s);
         }
     }
@@ -47,30 +47,30 @@ fn react(step: u32, stage: u32) {
 fn react_cell(p: u32, i: u32, length_s: real, next_s: real) {
     let scale = ply_scales[p];
     let ply = plan.plies[p];
-    let rise_k = 0.5 * first[i];
+    let rise_k = 0.5 * first_increments[i];
     let temperature_k = temperatures[i].high + rise_k;
-    let gas_here_j_kg = gas_j_kg[i] + gas_rises[i] * rise_k;
+    let gas_here_j_kg = gas_enthalpy_j_kg[i] + gas_heat_capacities[i] * rise_k;
     let is_absolute = plan.bulks[p].absolute == 1.0;
-    var held_j_kg: Phases;
-    var risen_j_kg = risen[i * STATES][0] + risen[i * STATES][1] * rise_k;
+    var state_enthalpies: Phases;
+    var risen_j_kg = enthalpy_rises[i * STATES][0] + enthalpy_rises[i * STATES][1] * rise_k;
     for (var state = 0u; state < ply.states; state++) {
         if state > 0u && ply.rows > 1u {
-            risen_j_kg = risen[i * STATES + state][0] + risen[i * STATES + state][1] * rise_k;
+            risen_j_kg = enthalpy_rises[i * STATES + state][0] + enthalpy_rises[i * STATES + state][1] * rise_k;
         }
-        held_j_kg[state] = enthalpy_of(p, state, risen_j_kg);
+        state_enthalpies[state] = enthalpy_of(p, state, risen_j_kg);
     }
     let per_kelvin = 1.0 / temperature_k;
-    let per_length = 1.0 / length_s;
-    let growth = next_s * per_length;
+    let inverse_step_1_s = 1.0 / length_s;
+    let growth = next_s * inverse_step_1_s;
     let steepness_k = scale.activation * per_kelvin;
     var before = real(1.0);
-    var fed = real(0.0);
+    var inflow = real(0.0);
     var gas_made = real(0.0);
     var heat_absorbed = real(0.0);
-    var freed = real(0.0);
-    var rises = real(0.0);
-    var behind = virgin();
-    var onward = virgin();
+    var solid_released = real(0.0);
+    var heat_slope = real(0.0);
+    var second_stage = virgin();
+    var first_stage = virgin();
     for (var j = ply.first_reaction; j < ply.end_reaction; j++) {
         let place = i * REACTIONS + j - ply.first_reaction;
         let reaction = plan.reactions[j];
@@ -81,29 +81,29 @@ fn react_cell(p: u32, i: u32, length_s: real, next_s: real) {
         let ahead = select(1.0, before, is_chained);
         var reactant = keep(keep(ahead - before_it.high) - before_it.low);
         if is_chained {
-            reactant = reactant + 0.5 * fed;
+            reactant = reactant + 0.5 * inflow;
         }
         reactant = max(reactant, 0.0);
         before = before_it.high;
-        if reaction.idle < steepness || reactant < real(LEAST_LEFT) {
-            fed = 0.0;
-            let moved = before_it.high * reaction.share;
-            behind = transferred(behind, path, moved);
-            onward = transferred(onward, path, moved);
+        if reaction.idle < steepness || reactant < real(REACTANT_MIN) {
+            inflow = 0.0;
+            let moved_fraction = before_it.high * reaction.share;
+            second_stage = transferred(second_stage, path, moved_fraction);
+            first_stage = transferred(first_stage, path, moved_fraction);
             continue;
         }
         let exposure = length_s * rate(reaction, temperature_k, scale.kinetics, steepness);
         let used = consumed(reactant, exposure, reaction.order);
         let spent = reactant * used;
-        fed = spent;
+        inflow = spent;
         let done = advanced(before_it, spent);
         advancements[place] = done;
         let lag = spent * keep(real(GAMMA));
         let lead = min(lag * growth, (1.0 - done.high) * real(GAMMA));
-        behind = transferred(behind, path, (done.high - lag) * reaction.share);
-        onward = transferred(onward, path, (done.high + lead) * reaction.share);
+        second_stage = transferred(second_stage, path, (done.high - lag) * reaction.share);
+        first_stage = transferred(first_stage, path, (done.high + lead) * reaction.share);
         let gas = spent * (reaction.loss * scale.loss);
-        let lost = spent * (reaction.share * (held_j_kg[path.source] - held_j_kg[path.product]));
+        let lost = spent * (reaction.share * (state_enthalpies[path.source] - state_enthalpies[path.product]));
         var of_reaction = gas * reaction.heat_j_kg;
         if is_absolute {
             of_reaction = gas * gas_here_j_kg - lost;
@@ -111,40 +111,40 @@ fn react_cell(p: u32, i: u32, length_s: real, next_s: real) {
         let heat_taken = scale.pyrolysis_heat * of_reaction;
         gas_made = gas_made + gas;
         heat_absorbed = heat_absorbed + heat_taken;
-        freed = freed + lost;
-        rises = rises + heat_taken * ((1.0 - used) * steepness);
+        solid_released = solid_released + lost;
+        heat_slope = heat_slope + heat_taken * ((1.0 - used) * steepness);
     }
     for (var state = 0u; state < ply.states; state++) {
-        phases_onward[i * STATES + state] = onward[state];
-        phases_behind[i * STATES + state] = behind[state];
+        phases_onward[i * STATES + state] = first_stage[state];
+        phases_behind[i * STATES + state] = second_stage[state];
     }
-    let flux_kg_m2_s = scale.mass_kg_m3 * cells[i].width_m * per_length;
-    let heat_given = keep(keep(gas_made * gas_here_j_kg - freed) - heat_absorbed);
+    let flux_kg_m2_s = scale.mass_kg_m3 * cells[i].width_m * inverse_step_1_s;
+    let heat_given = keep(keep(gas_made * gas_here_j_kg - solid_released) - heat_absorbed);
     take_stage(i, flux_kg_m2_s * gas_made, flux_kg_m2_s * heat_absorbed, 2.0 * (flux_kg_m2_s * heat_given));
-    restraints[i] = max(flux_kg_m2_s * (rises * per_kelvin), 0.0);
+    restraints[i] = max(flux_kg_m2_s * (heat_slope * per_kelvin), 0.0);
 }
 
 fn made_at(i: u32, stage: u32) -> real {
-    return select(made[i], made_mean[i], stage == 0u);
+    return select(gas_source[i], made_mean[i], stage == 0u);
 }
 
 fn absorbed_at(i: u32, stage: u32) -> real {
     if !GAS {
         return 0.0;
     }
-    return select(absorbed[i], absorbed_mean[i], stage == 0u);
+    return select(absorbed_heat[i], absorbed_mean[i], stage == 0u);
 }
 
 fn take_stage(i: u32, gas_made: real, heat_absorbed: real, heat_given: real) {
-    made[i] = 2.0 * gas_made - made_mean[i];
-    absorbed[i] = 2.0 * heat_absorbed - absorbed_mean[i];
+    gas_source[i] = 2.0 * gas_made - made_mean[i];
+    absorbed_heat[i] = 2.0 * heat_absorbed - absorbed_mean[i];
     made_mean[i] = gas_made;
     absorbed_mean[i] = heat_absorbed;
-    given = given + heat_given;
+    released_heat = released_heat + heat_given;
     if i == 0u {
-        given_ends[0] = heat_given;
+        released_heat_ends[0] = heat_given;
     }
     if i == run.last_cell {
-        given_ends[1] = heat_given;
+        released_heat_ends[1] = heat_given;
     }
 }

@@ -1,6 +1,13 @@
-// What a thermocouple reads: twin of src/physics/reading.rs.
+// Thermocouple readings: twin of src/physics/thermocouple.rs.
 
-fn reading(upper: Pair, lower: Pair, conductivity: real, next: real, conductance: real, sensor: Sensor) -> Pair {
+fn reading(
+    upper: DoubleWord,
+    lower: DoubleWord,
+    conductivity: real,
+    next: real,
+    conductance: real,
+    sensor: Sensor,
+) -> DoubleWord {
     let drop = difference(upper, lower);
     let flux = conductance * drop;
     let to_face = flux * sensor.above_m / conductivity;
@@ -17,7 +24,7 @@ fn covered(shift_m: real, start_m: real, length_m: real, is_extended: bool) -> r
     return min(max(part_m, 0.0), length_m);
 }
 
-fn followed(bead: Pair, before: Pair, now: Pair, weights: Bead) -> Pair {
+fn followed(bead: DoubleWord, before: DoubleWord, now: DoubleWord, weights: Bead) -> DoubleWord {
     let start = weights.start * difference(before, bead);
     let end = weights.end * difference(now, bead);
     return advanced(bead, start + end);

@@ -1,36 +1,38 @@
 // Temperatures between nodes and thermocouple beads: twin of src/physics/sensors.rs.
 
-fn read_sensor(sensor: u32, step: u32) -> Pair {
-    let place = plan.places[sensor];
-    let i = place.cell;
-    let ply = place.ply_above;
+fn read_sensor(sensor: u32, step: u32) -> DoubleWord {
+    let location = plan.places[sensor];
+    let i = location.cell;
+    let ply = location.ply_above;
     let conductivity = conductivity_now(ply, i, step);
-    let next = conductivity_now(place.ply_below, i + 1u, step);
+    let next = conductivity_now(location.ply_below, i + 1u, step);
     var conductance = conductance_within(conductivity, next, cells[i].half_over_next_1_m);
-    if place.ply_above != place.ply_below {
+    if location.ply_above != location.ply_below {
         conductance =
             conductance_across(conductivity, cells[i].below_m, next, cells[i + 1u].above_m, contact_scales[ply]);
     }
-    let nominal = reading(temperatures[i], temperatures[i + 1u], conductivity, next, conductance, plan.sensors[sensor]);
+    let upper = temperatures[i];
+    let lower = temperatures[i + 1u];
+    let nominal = reading(upper, lower, conductivity, next, conductance, plan.sensors[sensor]);
     if DEPTHS == 1u {
-        let flux = conductance * difference(temperatures[i], temperatures[i + 1u]);
+        let flux = conductance * difference(upper, lower);
         return raised(nominal, displaced(sensor, flux / conductivity, flux / next));
     }
     return nominal;
 }
 
 fn displaced(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> real {
-    let place = plan.places[sensor];
+    let location = plan.places[sensor];
     let row = plan.sensors[sensor];
-    let shift_m = row.depth_m * (column(place.depth) - 1.0);
-    let is_inside = place.node_above < place.node_below;
+    let shift_m = row.depth_m * (column(location.depth) - 1.0);
+    let is_inside = location.node_above < location.node_below;
     var start_m = row.below_m;
     var rise = real(0.0);
     if is_inside {
         rise = -(fall_below_k_m * covered(shift_m, 0.0, start_m, false));
     }
-    for (var step = 0u; step < place.steps_below; step++) {
-        let j = place.node_below + step;
+    for (var step = 0u; step < location.steps_below; step++) {
+        let j = location.node_below + step;
         let length_m = cells[j].below_m + cells[j + 1u].above_m;
         let gain = difference(temperatures[j + 1u], temperatures[j]) / length_m;
         rise = rise + gain * covered(shift_m, start_m, length_m, !is_inside && step == 0u);
@@ -40,8 +42,8 @@ fn displaced(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> real {
     if is_inside {
         rise = rise + fall_above_k_m * covered(-shift_m, 0.0, start_m, false);
     }
-    for (var step = 0u; step < place.steps_above; step++) {
-        let j = place.node_above - step;
+    for (var step = 0u; step < location.steps_above; step++) {
+        let j = location.node_above - step;
         let length_m = cells[j - 1u].below_m + cells[j].above_m;
         let gain = difference(temperatures[j - 1u], temperatures[j]) / length_m;
         rise = rise + gain * covered(-shift_m, start_m, length_m, !is_inside && step == 0u);
@@ -51,7 +53,7 @@ fn displaced(sensor: u32, fall_above_k_m: real, fall_below_k_m: real) -> real {
 }
 
 fn look(step: u32) {
-    for (var s = lane; s < run.sensors; s += LANES) {
+    for (var s = thread; s < run.sensors; s += LANES) {
         let now = read_sensor(s, step);
         if step == 0u {
             beads_now[s] = now;

@@ -1,13 +1,13 @@
-// Lanes of a member where one invocation carries it whole: there is one, which has every cell, so that there is nobody to meet and nothing to hand over.
-// What these functions mean is said where they do something, in shaders/cooperative.wgsl, which has the same ones.
+// One thread carries a whole member: it has every cell, and nothing is exchanged. The functions are those of
+// shaders/cooperative.wgsl, which documents them.
 
-const lane = 0u;
+const thread = 0u;
 
 fn member_of(group: u32, thread: u32) -> u32 {
     return group * WORKGROUP + thread;
 }
 
-fn stand(place: u32) {}
+fn assign_block(place: u32) {}
 
 fn steps_done() -> u32 {
     return progress[member];
@@ -29,63 +29,63 @@ fn end_ply() -> u32 {
     return run.plies;
 }
 
-fn first_of(ply: u32) -> u32 {
+fn first_cell_of(ply: u32) -> u32 {
     return plan.plies[ply].first_cell;
 }
 
-fn end_of(ply: u32) -> u32 {
+fn end_cell_of(ply: u32) -> u32 {
     return plan.plies[ply].end_cell;
 }
 
-fn has(cell: u32) -> bool {
+fn has_cell(cell: u32) -> bool {
     return true;
 }
 
-fn first_link() -> u32 {
+fn first_halo_cell() -> u32 {
     return 0u;
 }
 
-fn end_linked() -> u32 {
+fn end_halo_cell() -> u32 {
     return run.cells;
 }
 
-fn first_linked_ply() -> u32 {
+fn first_halo_ply() -> u32 {
     return 0u;
 }
 
-fn end_linked_ply() -> u32 {
+fn end_halo_ply() -> u32 {
     return run.plies;
 }
 
-fn meet() {}
+fn synchronize() {}
 
-fn summed(part: real) -> real {
+fn reduce_sum(part: real) -> real {
     return part;
 }
 
-fn largest(part: real) -> real {
+fn reduce_max(part: real) -> real {
     return part;
 }
 
-fn unite() {}
+fn reduce_sums() {}
 
-fn under_block() -> real {
+fn unknown_below_block() -> real {
     return 0.0;
 }
 
-fn pressed_under_block() -> real {
+fn pressure_below_block() -> real {
     return 0.0;
 }
 
-fn made_behind(stage: u32) -> real {
+fn gas_source_below(stage: u32) -> real {
     return 0.0;
 }
 
-fn at_hot_face(risen: real) -> real {
-    return risen;
+fn first_block_outflow(upward_flux: real) -> real {
+    return upward_flux;
 }
 
-fn driven_behind(per_length: real) -> real {
+fn mean_flux_into_block(inverse_step_1_s: real) -> real {
     return 0.0;
 }
 

@@ -1,29 +1,29 @@
-// The system of a step, made and eliminated on the way down: twin of src/physics/system.rs.
+// Assembly and forward elimination of the linear system: twin of src/physics/system.rs.
 
-struct Edge {
+struct BoundaryRow {
     held: real,
     rise_k: real,
     flux: real,
-    driven: real,
+    rhs_correction: real,
     slope: real,
 }
 
-struct Row {
+struct MatrixRow {
     lower: real,
     diagonal: real,
     upper: real,
-    side: real,
+    rhs: real,
 }
 
-// What the way down has with it from cell to cell.
-struct Way {
+// State carried by the forward elimination from cell to cell.
+struct ForwardSweep {
     conducted: real,
-    gained: real,
-    taken: real,
+    advected: real,
+    from_holder: real,
     slopes: array<real, 2>,
     reciprocal: real,
     upper: real,
-    side: real,
+    rhs: real,
 }
 
 struct Position {
@@ -33,205 +33,226 @@ struct Position {
 }
 
 // The face of a cell that lies at none.
-const NOWHERE = 2u;
+const NO_FACE = 2u;
 
-var<private> edges: array<Edge, 2>;
-var<private> passed: array<real, 2>;
-var<private> passed_slopes: array<array<real, 2>, 2>;
+var<private> boundary_rows: array<BoundaryRow, 2>;
+var<private> face_conduction: array<real, 2>;
+var<private> face_conduction_slopes: array<array<real, 2>, 2>;
 
 fn position(ply: u32, cell: u32) -> Position {
-    return Position(ply, cell, select(NOWHERE, 0u, cell == 0u));
+    return Position(ply, cell, select(NO_FACE, 0u, cell == 0u));
 }
 
-// A block begins with a reciprocal of one, so that its first `lower` keeps what the cell owes to the one above it.
-fn way() -> Way {
-    return Way(0.0, 0.0, 0.0, array<real, 2>(0.0, 0.0), 1.0, 0.0, 0.0);
+// A block begins with a reciprocal pivot of one, so that its first `lower` keeps the coupling to the unknown above the
+// block.
+fn way() -> ForwardSweep {
+    return ForwardSweep(0.0, 0.0, 0.0, array<real, 2>(0.0, 0.0), 1.0, 0.0, 0.0);
 }
 
-fn bounds(edge: Edge, row: Row, let_out: real) -> Row {
+fn bounds(edge: BoundaryRow, row: MatrixRow, outflow_slope: real) -> MatrixRow {
     let free = 1.0 - edge.held;
-    return Row(
+    return MatrixRow(
         row.lower * free,
-        (row.diagonal + let_out - edge.slope) * free + edge.held,
+        (row.diagonal + outflow_slope - edge.slope) * free + edge.held,
         row.upper * free,
-        (row.side + edge.driven) * free + edge.held * edge.rise_k,
+        (row.rhs + edge.rhs_correction) * free + edge.held * edge.rise_k,
     );
 }
 
-fn corrects(edge: Edge, side: real) -> real {
-    return (side - edge.driven) * (1.0 - edge.held) - edge.held * edge.rise_k;
+fn corrects(edge: BoundaryRow, rhs: real) -> real {
+    return (rhs - edge.rhs_correction) * (1.0 - edge.held) - edge.held * edge.rise_k;
 }
 
-// By a number that is not known beforehand a driver picks rows of several fields up in so many words that compiling takes ten times
-// as long.
-fn edge_of(face: u32) -> Edge {
+// A dynamic index into structs of several fields becomes so much code that compiling takes ten times as long.
+fn boundary_row_of(face: u32) -> BoundaryRow {
     if face == 0u {
-        return edges[0];
+        return boundary_rows[0];
     }
-    return edges[1];
+    return boundary_rows[1];
 }
 
 fn rise(face: u32, step: u32) -> real {
-    return drives[4u * step + 2u * face + 1u].held_k - drives[4u * step + 2u * face].held_k;
+    return boundary_forcing[4u * step + 2u * face + 1u].held_k - boundary_forcing[4u * step + 2u * face].held_k;
 }
 
-fn edge(face: u32, cell: u32, step: u32, stage: u32) -> Edge {
+fn edge(face: u32, cell: u32, step: u32, stage: u32) -> BoundaryRow {
     let start = 4u * step + 2u * face;
     let surface = surface(face, cell, stage);
-    let now = through(face, drives[start + stage], surface);
-    var edge = edge_of(face);
+    let now = through(face, boundary_forcing[start + stage], surface);
+    var edge = boundary_row_of(face);
     if stage == 0u {
-        let end = through(face, drives[start + 1u], surface);
+        let end = through(face, boundary_forcing[start + 1u], surface);
         edge.held = plan.faces[face].held;
         edge.rise_k = rise(face, step);
-        edge.driven = (end.flux - now.flux) * real(GAMMA);
+        edge.rhs_correction = (end.flux - now.flux) * real(GAMMA);
         edge.slope = now.slope * keep(real(GAMMA));
     }
     edge.flux = now.flux;
     return edge;
 }
 
-fn net(at: Position, link: Link, from_holder: real, stage: u32, way: Way) -> real {
-    var net = way.conducted - link.conducted;
+fn net(at: Position, below: InteriorFaceFlux, from_holder: real, stage: u32, sweep: ForwardSweep) -> real {
+    var flux = sweep.conducted - below.conducted;
     if GAS {
-        net = ((way.conducted + way.gained) - (link.conducted - link.gained)) - absorbed_at(at.cell, stage);
+        flux = ((sweep.conducted + sweep.advected) - (below.conducted - below.advected)) - absorbed_at(at.cell, stage);
     }
-    if at.face != NOWHERE {
-        net = net + edge_of(at.face).flux;
+    if at.face != NO_FACE {
+        flux = flux + boundary_row_of(at.face).flux;
     }
     if DARCY {
-        net = net + swept(at.ply, at.cell, stage);
+        flux = flux + swept(at.ply, at.cell, stage);
     }
     if HOLDER == 1u {
-        net = net + from_holder;
+        flux = flux + from_holder;
     }
-    return net;
+    return flux;
 }
 
-// Of a cell that another lane has only what goes on into the block.
-fn row(above: Way, at: Position, node: Node, link: Link, per_length: real, step: u32) -> Way {
-    let leaving = link.slopes[0] * -GAMMA;
-    let below = link.slopes[1] * -GAMMA;
+// For a cell of another thread, only the state that continues into the block.
+fn row(
+    above: ForwardSweep,
+    at: Position,
+    node: Node,
+    below: InteriorFaceFlux,
+    inverse_step_1_s: real,
+    step: u32,
+) -> ForwardSweep {
+    let own_slope = below.slopes[0] * -GAMMA;
+    let next_slope = below.slopes[1] * -GAMMA;
     var next = way();
-    next.conducted = link.conducted;
-    next.gained = link.gained;
-    next.taken = above.taken;
-    next.slopes = array<real, 2>(leaving, below);
-    if !has(at.cell) {
+    next.conducted = below.conducted;
+    next.advected = below.advected;
+    next.from_holder = above.from_holder;
+    next.slopes = array<real, 2>(own_slope, next_slope);
+    if !has_cell(at.cell) {
         return next;
     }
     var from_holder = real(0.0);
     if HOLDER == 1u {
         from_holder = sideways(at.ply, at.cell, step, 0u);
-        next.taken = above.taken + from_holder;
+        next.from_holder = above.from_holder + from_holder;
     }
-    var row = Row(
+    var row = MatrixRow(
         above.slopes[0],
-        node.capacity * per_length - (above.slopes[1] + leaving),
-        below,
-        net(at, link, from_holder, 0u, above),
+        node.capacity * inverse_step_1_s - (above.slopes[1] + own_slope),
+        next_slope,
+        net(at, below, from_holder, 0u, above),
     );
     if HOLDER == 1u {
         row.diagonal = row.diagonal + conductance_sideways(at.ply, at.cell) * keep(real(GAMMA));
     }
     if GAS && plan.plies[at.ply].end_reaction > plan.plies[at.ply].first_reaction {
-        row.diagonal = row.diagonal + restraint(restraints[at.cell], node.capacity, per_length * EASE);
+        let damping_rate_1_s = inverse_step_1_s * DAMPING_SHARE;
+        row.diagonal = row.diagonal + restraint(restraints[at.cell], node.capacity, damping_rate_1_s);
     }
     if at.face == 0u {
-        passed[0] = link.conducted;
-        passed_slopes[0] = array<real, 2>(leaving, below);
+        face_conduction[0] = below.conducted;
+        face_conduction_slopes[0] = array<real, 2>(own_slope, next_slope);
     }
     if at.face == 1u {
-        passed[1] = -above.conducted;
-        passed_slopes[1] = array<real, 2>(above.slopes[1], above.slopes[0]);
+        face_conduction[1] = -above.conducted;
+        face_conduction_slopes[1] = array<real, 2>(above.slopes[1], above.slopes[0]);
     }
-    if at.face != NOWHERE {
-        var let_out = real(0.0);
+    if at.face != NO_FACE {
+        var outflow_slope = real(0.0);
         if GAS {
-            let_out = let_out_heat(at.face, at.cell);
+            outflow_slope = let_out_heat(at.face, at.cell);
         }
-        row = bounds(edge_of(at.face), row, let_out);
+        row = bounds(boundary_row_of(at.face), row, outflow_slope);
     }
-    let done = eliminated(row.lower, row.diagonal, above.reciprocal, above.upper);
-    next.reciprocal = done.reciprocal;
+    let eliminated_row = eliminated(row.lower, row.diagonal, above.reciprocal, above.upper);
+    next.reciprocal = eliminated_row.reciprocal;
     next.upper = row.upper;
-    next.side = descended(row.side, done.under, above.side);
-    lower[at.cell] = done.under;
-    diagonal[at.cell] = done.reciprocal;
-    upper[at.cell] = row.upper * done.reciprocal;
-    second[at.cell] = next.side;
-    capacities[at.cell] = node.capacity;
+    next.rhs = descended(row.rhs, eliminated_row.lower_ratio, above.rhs);
+    lower[at.cell] = eliminated_row.lower_ratio;
+    diagonal[at.cell] = eliminated_row.reciprocal;
+    upper[at.cell] = row.upper * eliminated_row.reciprocal;
+    rhs_or_increment[at.cell] = next.rhs;
+    first_stage_capacities[at.cell] = node.capacity;
     return next;
 }
 
-fn side(above: Way, at: Position, node: Node, link: Link, twice_per_length: real, step: u32) -> Way {
+fn side(
+    above: ForwardSweep,
+    at: Position,
+    node: Node,
+    below: InteriorFaceFlux,
+    twice_inverse_step_1_s: real,
+    step: u32,
+) -> ForwardSweep {
     var next = way();
-    next.conducted = link.conducted;
-    next.gained = link.gained;
-    next.taken = above.taken;
-    if !has(at.cell) {
+    next.conducted = below.conducted;
+    next.advected = below.advected;
+    next.from_holder = above.from_holder;
+    if !has_cell(at.cell) {
         return next;
     }
     var from_holder = real(0.0);
     if HOLDER == 1u {
         from_holder = sideways(at.ply, at.cell, step, 1u);
-        next.taken = above.taken + from_holder;
+        next.from_holder = above.from_holder + from_holder;
     }
     if at.face == 0u {
-        passed[0] = link.conducted;
+        face_conduction[0] = below.conducted;
     }
     if at.face == 1u {
-        passed[1] = -above.conducted;
+        face_conduction[1] = -above.conducted;
     }
-    let capacity = capacities[at.cell];
-    let heat = net(at, link, from_holder, 1u, above);
-    var side = capacity / node.capacity * heat - capacity * twice_per_length * node.moved;
-    if at.face != NOWHERE {
-        side = corrects(edge_of(at.face), side);
+    let capacity = first_stage_capacities[at.cell];
+    let heat = net(at, below, from_holder, 1u, above);
+    var rhs = capacity / node.capacity * heat - capacity * twice_inverse_step_1_s * node.increment;
+    if at.face != NO_FACE {
+        rhs = corrects(boundary_row_of(at.face), rhs);
     }
-    next.side = descended(side, lower[at.cell], above.side);
-    second[at.cell] = next.side;
+    next.rhs = descended(rhs, lower[at.cell], above.rhs);
+    rhs_or_increment[at.cell] = next.rhs;
     return next;
 }
 
 fn assemble(step: u32) -> real {
-    let per_length = 1.0 / length_s(step);
-    var way = way();
+    let inverse_step_1_s = 1.0 / length_s(step);
+    var sweep = way();
     var here: Node;
-    for (var p = first_linked_ply(); p < end_linked_ply(); p++) {
-        let start = max(plan.plies[p].first_cell, first_link());
+    for (var p = first_halo_ply(); p < end_halo_ply(); p++) {
+        let start = max(plan.plies[p].first_cell, first_halo_cell());
         let entry = node(p, start, 0u);
-        if start > first_link() {
-            way = row(way, position(p - 1u, start - 1u), here, link_across(p, here, entry, 0u), per_length, step);
+        if start > first_halo_cell() {
+            let below = link_across(p, here, entry, 0u);
+            sweep = row(sweep, position(p - 1u, start - 1u), here, below, inverse_step_1_s, step);
         }
         here = entry;
-        for (var i = start + 1u; i < min(plan.plies[p].end_cell, end_linked()); i++) {
+        for (var i = start + 1u; i < min(plan.plies[p].end_cell, end_halo_cell()); i++) {
             let next = node(p, i, 0u);
-            way = row(way, position(p, i - 1u), here, link_within(i - 1u, here, next, 0u), per_length, step);
+            let below = link_within(i - 1u, here, next, 0u);
+            sweep = row(sweep, position(p, i - 1u), here, below, inverse_step_1_s, step);
             here = next;
         }
     }
-    way = row(way, Position(PLIES - 1u, run.last_cell, 1u), here, no_link(), per_length, step);
-    return way.taken;
+    let last = Position(PLIES - 1u, run.last_cell, 1u);
+    sweep = row(sweep, last, here, no_link(), inverse_step_1_s, step);
+    return sweep.from_holder;
 }
 
 fn correct(step: u32) -> real {
-    let twice_per_length = 2.0 / length_s(step);
-    var way = way();
+    let twice_inverse_step_1_s = 2.0 / length_s(step);
+    var sweep = way();
     var here: Node;
-    for (var p = first_linked_ply(); p < end_linked_ply(); p++) {
-        let start = max(plan.plies[p].first_cell, first_link());
+    for (var p = first_halo_ply(); p < end_halo_ply(); p++) {
+        let start = max(plan.plies[p].first_cell, first_halo_cell());
         let entry = node(p, start, 1u);
-        if start > first_link() {
-            way = side(way, position(p - 1u, start - 1u), here, link_across(p, here, entry, 1u), twice_per_length, step);
+        if start > first_halo_cell() {
+            let below = link_across(p, here, entry, 1u);
+            sweep = side(sweep, position(p - 1u, start - 1u), here, below, twice_inverse_step_1_s, step);
         }
         here = entry;
-        for (var i = start + 1u; i < min(plan.plies[p].end_cell, end_linked()); i++) {
+        for (var i = start + 1u; i < min(plan.plies[p].end_cell, end_halo_cell()); i++) {
             let next = node(p, i, 1u);
-            way = side(way, position(p, i - 1u), here, link_within(i - 1u, here, next, 1u), twice_per_length, step);
+            let below = link_within(i - 1u, here, next, 1u);
+            sweep = side(sweep, position(p, i - 1u), here, below, twice_inverse_step_1_s, step);
             here = next;
         }
     }
-    way = side(way, Position(PLIES - 1u, run.last_cell, 1u), here, no_link(), twice_per_length, step);
-    return way.taken;
+    let last = Position(PLIES - 1u, run.last_cell, 1u);
+    sweep = side(sweep, last, here, no_link(), twice_inverse_step_1_s, step);
+    return sweep.from_holder;
 }

@@ -1,43 +1,43 @@
-// Look-up in tables on the uniform temperature grid: twin of src/physics/table.rs.
-// There is one array of tables, as WGSL passes no storage by reference.
+// Linear interpolation on the uniform temperature grid: twin of src/physics/table.rs. There is one array of tables, as
+// WGSL does not pass storage by reference.
 
-struct Spot {
+struct TableIndex {
     row: u32,
-    share: real,
+    fraction: real,
 }
 
-fn spot(temperature_k: real) -> Spot {
+fn spot(temperature_k: real) -> TableIndex {
     let position = temperature_k * real(1.0 / TABLE_STEP_K);
     let row = min(u32(clamp(position, 0.0, real(TABLE_NODES))), TABLE_NODES - 2u);
-    return Spot(row, position - real(row));
+    return TableIndex(row, position - real(row));
 }
 
-struct Segment {
+struct TableSegment {
     first_four: u32,
-    share: real,
+    fraction: real,
 }
 
-fn segment(spot: Spot, columns: u32, offset: u32) -> Segment {
-    return Segment((offset + columns * spot.row) / ABREAST, spot.share);
+fn segment(spot: TableIndex, columns: u32, offset: u32) -> TableSegment {
+    return TableSegment((offset + columns * spot.row) / ABREAST, spot.fraction);
 }
 
-fn beyond(segment: Segment, properties: u32) -> Segment {
-    return Segment(segment.first_four + 2u * properties / ABREAST, segment.share);
+fn beyond(segment: TableSegment, properties: u32) -> TableSegment {
+    return TableSegment(segment.first_four + 2u * properties / ABREAST, segment.fraction);
 }
 
-fn value(segment: Segment, property: u32) -> real {
-    let under = two(segment, property);
-    return under[0] + segment.share * under[1];
+fn value(segment: TableSegment, property: u32) -> real {
+    let pair = two(segment, property);
+    return pair[0] + segment.fraction * pair[1];
 }
 
-fn integral(segment: Segment, property: u32) -> real {
-    let under = two(segment, property);
-    let risen = two(segment, property + 2u);
-    let mean = under[0] + 0.5 * segment.share * under[1];
-    return risen[0] + TABLE_STEP_K * segment.share * mean;
+fn integral(segment: TableSegment, property: u32) -> real {
+    let pair = two(segment, property);
+    let integrated = two(segment, property + 2u);
+    let mean = pair[0] + 0.5 * segment.fraction * pair[1];
+    return integrated[0] + TABLE_STEP_K * segment.fraction * mean;
 }
 
-fn two(segment: Segment, property: u32) -> array<real, 2> {
+fn two(segment: TableSegment, property: u32) -> array<real, 2> {
     let column = 2u * property;
     let four = four(segment.first_four + column / ABREAST);
     if column % ABREAST == 0u {

@@ -1,26 +1,26 @@
-// Systems with one neighbour on each side: twin of src/physics/tridiagonal.rs.
+// Tridiagonal systems: twin of src/physics/tridiagonal.rs.
 
 alias Column = array<real, CELLS>;
 
-fn settled(value: real) -> real {
-    return select(value, 0.0, SETTLES && abs(value) < LEAST);
+fn settled(x: real) -> real {
+    return select(x, 0.0, SETTLES && abs(x) < FLUSH_THRESHOLD);
 }
 
-// The ratio `l/d'` of a row, and the reciprocal of its pivot.
-struct Eliminated {
-    under: real,
+// Lower ratio `l/d'` of a row, and its reciprocal pivot.
+struct EliminatedRow {
+    lower_ratio: real,
     reciprocal: real,
 }
 
-fn eliminated(lower: real, diagonal: real, before: real, upper_before: real) -> Eliminated {
+fn eliminated(lower: real, diagonal: real, before: real, upper_before: real) -> EliminatedRow {
     let product = lower * upper_before;
-    return Eliminated(lower * before, 1.0 / (diagonal - product * before));
+    return EliminatedRow(lower * before, 1.0 / (diagonal - product * before));
 }
 
-fn descended(side: real, under: real, before: real) -> real {
-    return settled(side - under * before);
+fn descended(rhs: real, lower_ratio: real, before: real) -> real {
+    return settled(rhs - lower_ratio * before);
 }
 
-fn ascended(side: real, reciprocal: real, over: real, before: real) -> real {
-    return settled(side * reciprocal - over * before);
+fn ascended(rhs: real, reciprocal: real, upper_ratio: real, before: real) -> real {
+    return settled(rhs * reciprocal - upper_ratio * before);
 }

@@ -1,7 +1,7 @@
-//! The heat of a member's reactions and of its gas.
+//! Heat advected by pyrolysis gas, and its balance.
 //!
-//! Gas is as warm as the solid it passes. Through the face under a cell it carries the mean of the enthalpies
-//! on both sides, so that either cell gains half the flux times the fall of enthalpy towards it.
+//! Gas is at the temperature of the solid. Through the face under a cell it carries the mean enthalpy of both cells, so
+//! each of them gains half the mass flux times the enthalpy difference.
 
 use super::GAMMA;
 use super::Real;
@@ -10,33 +10,35 @@ use super::member::Member;
 use super::table::{Segment, spot, value};
 use crate::plan::GasPath;
 
-/// Heat that the cells on both sides gain each by gas that flows up from one to the other, W/m²: half the flux times the fall of enthalpy.
+/// Advected heat gained by each of two neighbouring cells, W/m²: half the upward mass flux times the enthalpy
+/// difference.
 #[inline(always)]
-pub(super) fn carried_gain<R: Real>(flow: R, here_j_kg: R, below_j_kg: R) -> R {
-    flow * R::fixed(0.5) * (below_j_kg - here_j_kg)
+pub(super) fn carried_gain<R: Real>(mass_flux: R, here_j_kg: R, below_j_kg: R) -> R {
+    mass_flux * R::fixed(0.5) * (below_j_kg - here_j_kg)
 }
 
-/// Half the heat that gas under a cell carries up per kelvin of the cell and of the next, W/m²/K, from how enthalpy rises in both.
+/// Half the slopes of the heat advected upwards by the temperatures of the cell and of the next one, W/m²/K.
 #[inline(always)]
-pub(super) fn carried_slopes<R: Real>(flow: R, rise: R, next_rise: R) -> [R; 2] {
-    let half = flow * R::fixed(0.5);
+pub(super) fn carried_slopes<R: Real>(mass_flux: R, rise: R, next_rise: R) -> [R; 2] {
+    let half = mass_flux * R::fixed(0.5);
     [half * rise, half * next_rise]
 }
 
-/// Enthalpy of the gas by its row, and its slope.
+/// Enthalpy of the gas (J/kg) and its slope (J/kg/K) from its table columns.
 #[inline(always)]
 pub(super) fn gas_enthalpy<R: Real>(here: Segment<'_, R>) -> [R; 2] {
     [value(here, 0), value(here, 1)]
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// Whether a stage reads the enthalpy of gas from tables. The first does. The second continues it linearly, which
-    /// keeps the order, but by Darcy's law cells hold gas, whose heat capacity must be that of the stage.
+    /// Whether a stage reads gas enthalpy from tables. The first stage does. The second extrapolates linearly, which
+    /// keeps the order; with Darcy flow it reads the tables too, as the heat capacity of the stored gas must be that of
+    /// the stage.
     #[inline(always)]
     pub(super) fn reads_gas(&self, stage: usize) -> bool {
         GAS && (stage == 0 || self.plan.gas == Some(GasPath::Darcy))
     }
-    /// The enthalpy of gas at the second stage, from that at the first.
+    /// Extrapolates the gas enthalpy of the first stage to the second.
     #[inline(always)]
     pub(super) fn gas_onward(&mut self) {
         let first = &self.thermal.first[..];
@@ -60,7 +62,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         temperature_k / value(self.gas_of(p, self.row_of(p, spot(temperature_k))), 2)
     }
 
-    /// Heat that the gas of a cell holds over that at the start, J/m²; its mass is noted too.
+    /// Heat stored in a cell's gas since the start, J/m². Adds the stored gas mass to the balance.
     #[inline(always)]
     pub(super) fn gas_gained(&mut self, p: usize, cell: usize) -> R {
         let zero = R::constant(0.0);
@@ -77,7 +79,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         now_kg_m2 * now_j_kg - then_kg_m2 * then_j_kg
     }
 
-    /// Mass over pressure of the gas in a cell at the start.
+    /// Gas mass per pressure in a cell at the start, kg/m²/Pa.
     #[inline(always)]
     fn first_storage(&self, p: usize, cell: usize) -> R {
         let start_k = R::of(self.rows.cells[cell].start_k);
@@ -87,13 +89,13 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         volume_m * R::of(virgin.porosity) * (molar / start_k)
     }
 
-    /// What pressure does in the pores of a cell at a stage, W/m².
+    /// Work of the changing pressure on the gas in a cell's pores at a stage, W/m².
     #[inline(always)]
     pub(super) fn swept(&self, p: usize, cell: usize, stage: usize) -> R {
         self.darcy.pores[cell].storage * self.gas_work(p, cell, stage) * self.darcy.pressure_rates[cell]
     }
 
-    /// Tell what heat gas takes out; and what it draws from held faces, which they must supply, W/m².
+    /// Heat that gas draws from held faces at a stage, W/m²; accounts for the heat that leaves with the gas.
     #[inline(always)]
     pub(super) fn warm(&mut self, step: usize, stage: usize) -> [R; 2] {
         let last = self.thermal.temperatures.len() - 1;
@@ -122,28 +124,27 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         [held[0] * drawn[0], held[1] * drawn[1]]
     }
 
-    /// Heat that gas carries up from the cell under one, W/m².
+    /// Heat advected upwards through the face under a cell, W/m².
     #[inline(always)]
     fn carried(&self, cell: usize) -> R {
         self.gas.flows[cell] * R::fixed(0.5) * (self.gas.gas_j_kg[cell + 1] + self.gas.gas_j_kg[cell])
     }
 
-    /// Take the heat that gas carried out, and what reactions gave beyond enthalpies, into the accounts: the mean of
-    /// the stages.
+    /// Adds the heat that left with the gas, and the heat that reactions released beyond enthalpies, to the balance:
+    /// mean of both stages.
     #[inline(always)]
     fn tally(&mut self, step: usize, stage: usize, out: R) {
         if stage == 0 {
             self.accounts.stage_heat = out;
             return;
         }
-        let half_length = R::constant(0.5) * R::of(self.rows.lengths_s[step]);
-        self.accounts.gas_heat = advanced(self.accounts.gas_heat, half_length * (self.accounts.stage_heat + out));
-        self.accounts.reaction_gain = advanced(self.accounts.reaction_gain, half_length * self.reactions.given);
+        let half_step_s = R::constant(0.5) * R::of(self.rows.lengths_s[step]);
+        self.accounts.gas_heat = advanced(self.accounts.gas_heat, half_step_s * (self.accounts.stage_heat + out));
+        self.accounts.reaction_gain = advanced(self.accounts.reaction_gain, half_step_s * self.reactions.given);
     }
 
-    /// The part in the system of gas that takes heat out through a face, W/m²/K, by how much that heat rises with the temperature
-    /// of its cell: without it the order of the face's temperature falls to 1.6. Of gas that comes in nothing, as it would take from the
-    /// diagonal.
+    /// Slope of the heat that leaves through a face with the gas, by the temperature of its cell, times γ, W/m²/K.
+    /// Without it the order of the face temperature falls to 1.6. Zero for inflow, which would weaken the diagonal.
     #[inline(always)]
     pub(super) fn let_out_heat(&self, face: usize, cell: usize) -> R {
         let zero = R::constant(0.0);

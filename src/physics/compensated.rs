@@ -1,13 +1,12 @@
-//! Temperature in two words.
+//! Double-word arithmetic for temperatures and pressures.
 //!
-//! A step changes a temperature by less than the spacing of f32 about it once steps are short: increments
-//! alone stagnate. The second word keeps what the first cannot hold, and the differences that drive heat
-//! use both. Drivers undo error-free transforms by algebra unless they are stopped: `keep` stops them in
-//! the shader, and is nothing here.
+//! At short steps a temperature changes by less than the spacing of f32, and increments would be lost. The second word
+//! holds the remainder, and temperature differences use both words. Compilers may simplify error-free transformations
+//! algebraically; `opaque` prevents that in the shader and does nothing here.
 
 use super::Real;
 
-/// A value as the sum of two words, the second below the last place of the first.
+/// Unevaluated sum of two words, the second below the last place of the first.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair<R> {
     pub high: R,
@@ -15,20 +14,20 @@ pub struct Pair<R> {
 }
 
 impl<R: Real> Pair<R> {
-    /// Both words of one lane.
+    /// Sum of both words in one lane.
     #[inline(always)]
     pub fn lane(self, lane: usize) -> f64 {
         self.high.lane(lane) + self.low.lane(lane)
     }
 }
 
-/// The value, out of reach of the compiler's algebra.
+/// The value, hidden from algebraic simplification in the shader.
 #[inline(always)]
 pub fn keep<R: Real>(value: R) -> R {
     value
 }
 
-/// `a + b` and what rounding took from it (Knuth 1969, TwoSum).
+/// `a + b` and its rounding error (Knuth 1969, TwoSum).
 #[inline(always)]
 pub fn two_sum<R: Real>(a: R, b: R) -> Pair<R> {
     let sum = keep(a + b);
@@ -39,7 +38,7 @@ pub fn two_sum<R: Real>(a: R, b: R) -> Pair<R> {
     Pair { high: sum, low: a_lost + b_lost }
 }
 
-/// The pair after an increment. In f64 the first word keeps all that an answer shows, and the second stays as it is.
+/// The pair plus an increment. In f64 the first word alone is precise enough.
 #[inline(always)]
 pub fn advanced<R: Real>(pair: Pair<R>, increment: R) -> Pair<R> {
     if R::DIGITS > 23 {
@@ -48,7 +47,7 @@ pub fn advanced<R: Real>(pair: Pair<R>, increment: R) -> Pair<R> {
     two_sum(pair.high, pair.low + keep(increment))
 }
 
-/// The pair with so much added for a while, which need not be kept word by word.
+/// The pair plus a temporary increment, without renormalization.
 #[inline(always)]
 pub fn raised<R: Real>(pair: Pair<R>, by: R) -> Pair<R> {
     if R::DIGITS > 23 {
@@ -57,7 +56,7 @@ pub fn raised<R: Real>(pair: Pair<R>, by: R) -> Pair<R> {
     Pair { high: pair.high, low: pair.low + by }
 }
 
-/// `a − b`, rounded once it is small. In f64 the second words hold nothing.
+/// `a − b`. In f64 the second words are zero.
 #[inline(always)]
 pub fn difference<R: Real>(a: Pair<R>, b: Pair<R>) -> R {
     if R::DIGITS > 23 {

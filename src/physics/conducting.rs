@@ -1,4 +1,4 @@
-//! A member's conduction: properties of every cell, what flows between them and through the faces.
+//! Heat conduction: cell properties, fluxes between cells and through the surfaces.
 
 use super::Real;
 use super::carrying::{carried_gain, carried_slopes, gas_enthalpy};
@@ -14,20 +14,20 @@ use crate::plan::GasPath;
 use crate::plan::layout::{Cell, Drive, FACE_COLUMNS, GAS_COLUMNS};
 use std::ops::Range;
 
-/// A cell where it stands at a stage, as the links on both sides of it see it.
+/// A cell at a stage, as its two interior faces see it.
 #[derive(Clone, Copy)]
 pub(super) struct Node<R> {
     pub(super) temperature: Pair<R>,
-    /// How far it has moved since the start of the step, K.
+    /// Temperature increment of the first stage, K; zero at the first stage.
     pub(super) moved: R,
     pub(super) matter: Matter<R>,
-    /// Enthalpy of its gas (J/kg) and the slope of that (J/kg/K).
+    /// Enthalpy of its gas (J/kg) and the slope of the enthalpy (J/kg/K).
     pub(super) gas_j_kg: R,
     pub(super) gas_rise: R,
 }
 
-/// What flows from a node to the next: heat by conduction and what gas brings either of them, W/m², and at the first stage the slopes of the
-/// heat by the node's temperature and, less, by the next one's, W/m²/K.
+/// Fluxes from a node to the next: conducted heat and the advected heat gained by each of both cells, W/m². At the
+/// first stage also the slopes of the heat by the node's temperature and, negated, by the next node's, W/m²/K.
 #[derive(Clone, Copy)]
 pub(super) struct Link<R> {
     pub(super) conducted: R,
@@ -35,17 +35,17 @@ pub(super) struct Link<R> {
     pub(super) slopes: [R; 2],
 }
 
-/// The cell of a face at a stage, as what comes in through it sees it.
+/// State of a surface at a stage.
 #[derive(Clone, Copy)]
 pub(super) struct Surface<R> {
     temperature_k: R,
     emissivity: R,
-    /// Enthalpy of air at it over that at the cold wall (J/kg) and its slope (J/kg/K).
+    /// Enthalpy of air at the surface above that at the cold wall (J/kg), and its slope (J/kg/K).
     enthalpy_j_kg: R,
     rise_j_kg_k: R,
 }
 
-/// Columns cut to some cells beforehand: looking whether a cell is within each takes as long as what is done with it.
+/// Columns sliced to a range of cells. One bounds check a slice replaces one a cell, which costs as much as the work.
 pub(super) struct Nodes<'a, R: Real> {
     pub(super) cells: &'a [Cell<R::Scalar>],
     temperatures: &'a [Pair<R>],
@@ -55,13 +55,13 @@ pub(super) struct Nodes<'a, R: Real> {
     gas_rises: &'a [R],
 }
 
-/// What the slopes of a flux gain as temperatures move conductivities, less what gas carries against it.
+/// Slopes from changing conductivities, less those of advection.
 #[inline(always)]
-fn less<R: Real>(gained: [R; 2], carried: [R; 2]) -> [R; 2] {
-    [gained[0] - carried[0], gained[1] - carried[1]]
+fn less<R: Real>(conductivity_slopes: [R; 2], advection: [R; 2]) -> [R; 2] {
+    [conductivity_slopes[0] - advection[0], conductivity_slopes[1] - advection[1]]
 }
 
-/// What flows out of the last cell: nothing.
+/// Zero flux: below the last cell.
 #[inline(always)]
 pub(super) fn no_link<R: Real>() -> Link<R> {
     let zero = R::constant(0.0);
@@ -69,7 +69,8 @@ pub(super) fn no_link<R: Real>() -> Link<R> {
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// Conductivity and heat capacity of every cell at `T + Δ₁`, and at the first stage the slope of the conductivity.
+    /// Evaluates conductivity and heat capacity of every cell at the temperature of the stage; at the first stage also
+    /// the slope of the conductivity.
     #[inline(always)]
     pub(super) fn properties(&mut self, step: usize, stage: usize) {
         if GAS && !self.reads_gas(stage) {
@@ -92,14 +93,14 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
     }
 
-    /// Conductivity, its slope and heat capacity of a cell that is a mixture, or whose pressure changes.
+    /// Properties of a cell that is a mixture, or whose pressure changes.
     #[inline(always)]
     pub(super) fn blend(&mut self, p: usize, i: usize, step: usize, stage: usize) {
         let at = spot(self.thermal.temperatures[i].high + self.moved(i, stage));
-        let level = self.level_of(i, step, stage);
-        let row = self.row_of(p, levelled(at, level)[0]);
+        let pressure = self.level_of(i, step, stage);
+        let row = self.row_of(p, levelled(at, pressure)[0]);
         let phases = self.phases_at(p, i, stage);
-        let here = self.mixture(p, at, row, level, phases, stage == 0);
+        let here = self.mixture(p, at, row, pressure, phases, stage == 0);
         let capacity = here.heat_capacity * R::still(self.rows.cells[i].width_m);
         self.thermal.matter[i] = Matter { conductivity: here.conductivity, slope: here.slope, capacity };
         if self.reads_gas(stage) {
@@ -111,14 +112,14 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
     }
 
-    /// Properties of the cells of a ply at one pressure whose states are one substance, or so many times one. Columns are cut to its cells
-    /// beforehand, as half of the march is here and looking whether a cell is within them takes as long as to look its properties up.
+    /// Properties of the cells of a ply at one pressure whose states are one substance or multiples of one. Half of a
+    /// march is spent here. Slices of its cells spare the bounds checks.
     #[inline(always)]
     fn plain(&mut self, p: usize, stage: usize) {
         let (plan, ply, bulk, whole) = (self.plan, self.plan.plies[p], self.rows.bulks[p], self.scales.plies[p]);
         let (states, stride, parts) = (ply.states as usize, plan.states, ply.parts as usize);
         let own = &self.scales.states[ply.first_state as usize..][..states];
-        // The row's columns, told in numbers that are known beforehand: each read would be checked against the ply's.
+        // Constant bounds of the row: the reads below need no bounds check.
         let columns = 2 * plan.properties() + if GAS { GAS_COLUMNS } else { 0 };
         let table = &self.rows.tables[ply.table as usize..];
         let (with_slope, reads_gas) = (stage == 0, self.reads_gas(stage));
@@ -134,18 +135,18 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let of_states = if mixes { cells.start * stride..cells.end * stride } else { 0..0 };
         let phases = &self.reactions.phases[stage][of_states.clone()];
         let risen = &mut self.reactions.risen[of_states];
-        // All cells are placed before any row is read: a processor looks no further ahead than to so many operations that wait,
-        // and all of a row's would wait for its place (0.93 of the time in f64 and 0.83 in f32).
-        let places = &mut self.thermal.row_places[..rows.len()];
+        // Row offsets of all cells first, then the reads: otherwise each read waits for its own offset (time ratio 0.93
+        // in f64 and 0.83 in f32).
+        let offsets = &mut self.thermal.row_places[..rows.len()];
         let shares = &mut self.thermal.row_shares[..rows.len()];
         let found = R::rows(
-            places,
+            offsets,
             table,
             columns,
             #[inline(always)]
             |i| {
-                let moved = if with_slope { R::constant(0.0) } else { first[i] };
-                let at = spot(temperatures[i].high + moved);
+                let increment = if with_slope { R::constant(0.0) } else { first[i] };
+                let at = spot(temperatures[i].high + increment);
                 shares[i] = at.share;
                 at.row
             },
@@ -173,15 +174,15 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
 }
 
 impl<R: Real> Nodes<'_, R> {
-    /// One of them at a stage. A device looks properties up here, as columns of its own are what a march costs it; a processor has them in its
-    /// cache, and not the registers for all of it at once (benches/LOG.md).
+    /// Node at a stage. The device looks properties up here, as storing columns dominates its time; the processor has
+    /// them in its cache (benches/LOG.md).
     #[inline(always)]
     pub(super) fn node<const GAS: bool>(&self, i: usize, stage: usize) -> Node<R> {
         let zero = R::constant(0.0);
-        let (moved, start) = (self.first[i], self.temperatures[i]);
+        let (increment, start) = (self.first[i], self.temperatures[i]);
         Node {
-            temperature: if stage == 0 { start } else { raised(start, moved) },
-            moved: if stage == 0 { zero } else { moved },
+            temperature: if stage == 0 { start } else { raised(start, increment) },
+            moved: if stage == 0 { zero } else { increment },
             matter: self.matter[i],
             gas_j_kg: if GAS { self.gas_j_kg[i] } else { zero },
             gas_rise: if GAS { self.gas_rises[i] } else { zero },
@@ -190,7 +191,7 @@ impl<R: Real> Nodes<'_, R> {
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// Some cells.
+    /// Nodes of a range of cells.
     #[inline(always)]
     pub(super) fn nodes(&self, cells: Range<usize>) -> Nodes<'_, R> {
         let of_gas = if GAS { cells.clone() } else { 0..0 };
@@ -204,7 +205,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
     }
 
-    /// What flows from a cell to the next of its ply.
+    /// Fluxes from a cell to the next of its ply.
     #[inline(always)]
     pub(super) fn link_within(
         &self,
@@ -216,15 +217,15 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
     ) -> Link<R> {
         let conductance = conductance_within(here.matter.conductivity, next.matter.conductivity, half_over_next_1_m);
         let drop = difference(here.temperature, next.temperature);
-        let mut gained = [R::constant(0.0); 2];
+        let mut conductivity_slopes = [R::constant(0.0); 2];
         if stage == 0 {
             let gain = drop * half_over_next_1_m;
-            gained = [here.matter.slope * gain, next.matter.slope * gain];
+            conductivity_slopes = [here.matter.slope * gain, next.matter.slope * gain];
         }
-        self.link(cell, here, next, conductance, drop, gained, stage)
+        self.link(cell, here, next, conductance, drop, conductivity_slopes, stage)
     }
 
-    /// The same across the interface over a ply, from the last cell of the one before.
+    /// Fluxes across the interface above a ply, from the last cell of the ply before.
     #[inline(always)]
     pub(super) fn link_across(&self, p: usize, here: Node<R>, next: Node<R>, stage: usize) -> Link<R> {
         let (cell, rows) = (self.plan.plies[p].first_cell as usize - 1, &self.rows.cells);
@@ -233,18 +234,18 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let conductance =
             conductance_across(here.matter.conductivity, below_m, next.matter.conductivity, above_m, contact_m2_k_w);
         let drop = difference(here.temperature, next.temperature);
-        let mut gained = [R::constant(0.0); 2];
+        let mut conductivity_slopes = [R::constant(0.0); 2];
         if stage == 0 {
             let own = gain_across(conductance, here.matter.conductivity, below_m) * here.matter.slope;
             let below = gain_across(conductance, next.matter.conductivity, above_m) * next.matter.slope;
-            gained = [own * drop, below * drop];
+            conductivity_slopes = [own * drop, below * drop];
         }
-        self.link(cell, here, next, conductance, drop, gained, stage)
+        self.link(cell, here, next, conductance, drop, conductivity_slopes, stage)
     }
 
-    /// Either, given what the slopes of its heat gain at the first stage as temperatures move conductivities.
+    /// Fluxes between two nodes. `conductivity_slopes`: slopes from changing conductivities, at the first stage.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "the twin in WGSL takes the same")]
+    #[expect(clippy::too_many_arguments, reason = "as its WGSL twin")]
     fn link(
         &self,
         cell: usize,
@@ -252,23 +253,24 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         next: Node<R>,
         conductance: R,
         drop: R,
-        mut gained: [R; 2],
+        mut conductivity_slopes: [R; 2],
         stage: usize,
     ) -> Link<R> {
-        let mut link = Link { conducted: conductance * drop, ..no_link() };
+        let mut flux = Link { conducted: conductance * drop, ..no_link() };
         if GAS {
-            link.gained = carried_gain(self.gas.flows[cell], here.gas_j_kg, next.gas_j_kg);
+            flux.gained = carried_gain(self.gas.flows[cell], here.gas_j_kg, next.gas_j_kg);
         }
         if stage == 0 {
             if GAS {
-                gained = less(gained, carried_slopes(self.gas.flows[cell], here.gas_rise, next.gas_rise));
+                conductivity_slopes =
+                    less(conductivity_slopes, carried_slopes(self.gas.flows[cell], here.gas_rise, next.gas_rise));
             }
-            link.slopes = flux_slopes(conductance, gained);
+            flux.slopes = flux_slopes(conductance, conductivity_slopes);
         }
-        link
+        flux
     }
 
-    /// The cell of a face at a stage.
+    /// State of the surface of a face at a stage.
     #[inline(always)]
     pub(super) fn surface(&self, face: usize, cell: usize, stage: usize) -> Surface<R> {
         let temperature_k = self.thermal.temperatures[cell].high + self.moved(cell, stage);
@@ -279,12 +281,12 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         Surface { temperature_k, emissivity, enthalpy_j_kg: value(air, 0), rise_j_kg_k: value(air, 1) }
     }
 
-    /// Heat that comes into the cell of a face through it; of a held one nothing, as what comes in is what passes on.
+    /// Heat flux from outside into the cell of a face; zero for a held face, whose heat is that conducted onwards.
     #[inline(always)]
-    pub(super) fn through(&self, face: usize, drive: Drive<R::Scalar>, surface: Surface<R>) -> FaceFlux<R> {
+    pub(super) fn through(&self, face: usize, forcing: Drive<R::Scalar>, surface: Surface<R>) -> FaceFlux<R> {
         let row = self.rows.faces[face];
         let open = face_flux(
-            drive,
+            forcing,
             row,
             self.scales.faces[face],
             surface.temperature_k,
@@ -297,16 +299,16 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         FaceFlux { flux: free * open.flux, slope: free * open.slope }
     }
 
-    /// Heat that came in through a face at a stage: through an open one from outside, of a held one what passed on from its cell to the next and to
-    /// the holder.
+    /// Heat flux in through a face at a stage: from outside if open; if held, the heat that its cell passes to the next
+    /// cell and to the holder.
     #[inline(always)]
     pub(super) fn passed_through(&self, face: usize, cell: usize, step: usize, stage: usize) -> R {
-        let mut passed_on = self.thermal.passed[face];
+        let mut conducted_on = self.thermal.passed[face];
         if self.plan.has_holder {
-            let drive = self.rows.drives[4 * step + 2 * face + stage];
-            let sideways = self.conductance_sideways(face * (self.scales.plies.len() - 1), cell);
-            passed_on = passed_on - flux_sideways(sideways, R::of(drive.holder_k), self.staged(cell, stage));
+            let forcing = self.rows.drives[4 * step + 2 * face + stage];
+            let conductance = self.conductance_sideways(face * (self.scales.plies.len() - 1), cell);
+            conducted_on = conducted_on - flux_sideways(conductance, R::of(forcing.holder_k), self.staged(cell, stage));
         }
-        self.thermal.edges[face].flux + R::of(self.rows.faces[face].held) * passed_on
+        self.thermal.edges[face].flux + R::of(self.rows.faces[face].held) * conducted_on
     }
 }

@@ -1,16 +1,16 @@
-//! How far a reaction goes in a step.
+//! Advancement of one reaction over a step.
 //!
-//! An advancement moves by `dξ/dt = k(T) (s − ξ)^m`. At one temperature that has a closed form, which
-//! neither overshoots nor cares how stiff it is; with the rate constant at the temperature midway
-//! through a step for one, it is second order as temperature moves. A linearly implicit step would
-//! be so too, but where a hot cell burns out within a step it swings by a fifth past the end.
+//! `dξ/dt = k(T) (s − ξ)^m` has a closed form at constant temperature, which neither overshoots nor depends on
+//! stiffness. With the rate constant at the midpoint temperature it is second order. A linearly implicit step would be
+//! second order too, but overshoots by a fifth where a hot cell burns out within a step.
 
 use super::Real;
 use super::compensated::keep;
 use super::exponential::{decay, exponential, logarithm, power};
 use crate::plan::layout::Reaction;
 
-/// `A exp(−E/RT)` above the onset, 1/s, as a member scales A; `steepness` is E/RT.
+/// Arrhenius rate constant `A exp(−E/RT)`, 1/s; zero below the onset temperature. `kinetics` scales A; `steepness` is
+/// E/RT.
 #[inline(always)]
 pub fn rate<R: Real>(reaction: Reaction<R::Scalar>, temperature_k: R, kinetics: R, steepness: R) -> R {
     let constant = kinetics * R::of(reaction.rate_1_s) * exponential(-steepness);
@@ -20,7 +20,7 @@ pub fn rate<R: Real>(reaction: Reaction<R::Scalar>, temperature_k: R, kinetics: 
     constant * temperature_k.reached(R::of(reaction.onset_k))
 }
 
-/// `(1 − e⁻ˣ)/x` for x not below zero, one at zero: the mean of a decay.
+/// `(1 − e⁻ˣ)/x` for x ≥ 0, one at zero: the mean of an exponential decay.
 #[inline(always)]
 pub fn mean_decay<R: Real>(x: R) -> R {
     let one = R::constant(1.0);
@@ -29,14 +29,14 @@ pub fn mean_decay<R: Real>(x: R) -> R {
     for n in 0..12 {
         series = one - near * R::constant(1.0 / f64::from(13 - n)) * series;
     }
-    // The lesser bound only keeps the quotient finite: at 0.5 itself the derivative is that of x.
+    // The bound keeps the quotient finite. It lies below 0.5, so that the derivative at 0.5 is that of x.
     let far = x.max(R::constant(0.25));
     let large = (one - exponential(-far)) / far;
     let is_large = x.reached(R::constant(0.5));
     series + is_large * keep(large - series)
 }
 
-/// `ln(1 + x)` for x over minus one, as exact where x is small.
+/// `ln(1 + x)` for x > −1, accurate for small x.
 #[inline(always)]
 pub fn logarithm_over_one<R: Real>(x: R) -> R {
     let one = R::constant(1.0);
@@ -46,8 +46,8 @@ pub fn logarithm_over_one<R: Real>(x: R) -> R {
     small + is_large * keep(large - small)
 }
 
-/// The share of its reactant that a reaction uses up while the integral of its rate constant grows to `exposure`, never
-/// more than one. The common orders have forms without a logarithm.
+/// Share of its reactant that a reaction consumes, at most one. `exposure` is the integral of the rate constant. Orders
+/// 1, 2 and 3 have closed forms without a logarithm.
 #[inline(always)]
 pub fn consumed<R: Real>(reactant: R, exposure: R, order: R::Scalar) -> R {
     let one = R::constant(1.0);

@@ -1,9 +1,8 @@
-//! A number with how it changes along some directions: marched, it gives a member and its exact derivatives at once.
+//! Dual numbers for forward-mode automatic differentiation: one march gives a member and its exact derivatives.
 //!
-//! `(a, a′)(b, b′) = (ab, a′b + ab′)`, and so on through every operation (Clifford 1873). The number is one member's, its
-//! changes lie side by side in a vector, one direction a lane: all that costs most in a member alone, to find rows of tables, to
-//! wait for a pivot, is done once, and most of the rest in vectors that would else be empty. The road not taken, the scheme
-//! differentiated by hand, is every formula of this folder a second time, to be kept true by hand.
+//! `(a, a′)(b, b′) = (ab, a′b + ab′)`, and so on for every operation (Clifford 1873). The value is that of one member;
+//! its tangents fill the lanes of a SIMD vector, one direction a lane. Table look-ups and the sequential elimination
+//! are done once, for the value. Hand-differentiated equations would repeat every formula of this folder.
 
 pub mod directions;
 
@@ -12,7 +11,7 @@ use crate::plan::layout::ABREAST;
 use directions::Directions;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A value, and how it changes by one unit of each direction. Lane zero is the value, the others are the directions.
+/// A value and its tangents. Lane zero is the value, the other lanes are the directions.
 #[derive(Clone, Copy)]
 pub struct Dual<V, D> {
     value: V,
@@ -20,15 +19,14 @@ pub struct Dual<V, D> {
 }
 
 impl<V: Real<Scalar = V>, D: Directions<V>> Dual<V, D> {
-    /// A value that changes along no direction.
+    /// A value with zero tangents.
     #[inline(always)]
     fn unchanging(value: V) -> Self {
         Self { value, change: D::of(V::constant(0.0)) }
     }
 
-    /// The minimum or maximum of two equal values: the other one, with the mean of both changes, as a central
-    /// difference has it. Either change alone would be the derivative on one side only, and zero where the other
-    /// operand is a constant.
+    /// Minimum or maximum of two equal values: the other value with the mean of both tangents, as a central difference
+    /// has it. Either tangent alone would be a one-sided derivative, and zero if the other operand is a constant.
     #[inline(always)]
     fn halfway(self, other: Self) -> Self {
         Self { value: other.value, change: (self.change + other.change) * D::of(V::constant(0.5)) }
@@ -81,24 +79,24 @@ impl<V: Real<Scalar = V>, D: Directions<V>> Neg for Dual<V, D> {
 impl<V: Real<Scalar = V>, D: Directions<V>> Add<V> for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
-    fn add(self, still: V) -> Self {
-        Self { value: self.value + still, change: self.change }
+    fn add(self, constant: V) -> Self {
+        Self { value: self.value + constant, change: self.change }
     }
 }
 
 impl<V: Real<Scalar = V>, D: Directions<V>> Sub<V> for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
-    fn sub(self, still: V) -> Self {
-        Self { value: self.value - still, change: self.change }
+    fn sub(self, constant: V) -> Self {
+        Self { value: self.value - constant, change: self.change }
     }
 }
 
 impl<V: Real<Scalar = V>, D: Directions<V>> Mul<V> for Dual<V, D> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, still: V) -> Self {
-        Self { value: self.value * still, change: self.change * D::of(still) }
+    fn mul(self, constant: V) -> Self {
+        Self { value: self.value * constant, change: self.change * D::of(constant) }
     }
 }
 
@@ -148,15 +146,18 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Directions<V>> Real for Dua
         }
     }
     #[inline(always)]
-    fn settled(self, least: Self) -> Self {
-        Self { value: self.value.settled(least.value), change: self.change.settled(D::of(least.value)) }
+    fn settled(self, threshold: Self) -> Self {
+        Self { value: self.value.settled(threshold.value), change: self.change.settled(D::of(threshold.value)) }
     }
     #[inline(always)]
-    fn less_times(self, by: Self, before: Self, least: Self) -> Self {
-        // −(by′ before + by before′), operation for operation.
-        let less = by.change * D::of(-before.value.settled(least.value));
-        let less = less.less_times(D::of(by.value), before.change, D::of(least.value));
-        Self { value: self.value.less_times(by.value, before.value, least.value), change: self.change + less }
+    fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self {
+        // −(factor′ before + factor before′), in this order of operations.
+        let product = factor.change * D::of(-before.value.settled(threshold.value));
+        let product = product.less_times(D::of(factor.value), before.change, D::of(threshold.value));
+        Self {
+            value: self.value.less_times(factor.value, before.value, threshold.value),
+            change: self.change + product,
+        }
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -164,8 +165,8 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Directions<V>> Real for Dua
         Self { value, change: self.change * D::of(V::constant(0.5) / value) }
     }
     #[inline(always)]
-    fn reached(self, mark: Self) -> Self {
-        Self::unchanging(self.value.reached(mark.value))
+    fn reached(self, threshold: Self) -> Self {
+        Self::unchanging(self.value.reached(threshold.value))
     }
     #[inline(always)]
     fn any(self) -> bool {
@@ -189,28 +190,28 @@ impl<V: Real<Scalar = V, Still = V> + PartialOrd, D: Directions<V>> Real for Dua
         Self { value, change: self.change * D::of(value / self.value) }
     }
     #[inline(always)]
-    fn floor(self, most: u32) -> V {
-        self.value.floor(most)
+    fn floor(self, max: u32) -> V {
+        self.value.floor(max)
     }
     #[inline(always)]
     fn rows<'p, 'a>(
-        places: &'p mut [V::Place],
+        offsets: &'p mut [V::Place],
         table: &'a [V],
         columns: usize,
-        row: impl FnMut(usize) -> V,
+        row_number: impl FnMut(usize) -> V,
     ) -> V::Rows<'p, 'a> {
-        V::rows(places, table, columns, row)
+        V::rows(offsets, table, columns, row_number)
     }
     #[inline(always)]
     fn row<'a>(rows: V::Rows<'_, 'a>, i: usize) -> V::Row<'a> {
         V::row(rows, i)
     }
     #[inline(always)]
-    fn four(row: V::Row<'_>, four: usize) -> [V; ABREAST] {
-        V::four(row, four)
+    fn four(row: V::Row<'_>, group: usize) -> [V; ABREAST] {
+        V::four(row, group)
     }
     #[inline(always)]
-    fn within(self, span: f32, lane: impl FnMut(usize)) {
-        self.value.within(span, lane);
+    fn within(self, span: f32, outside: impl FnMut(usize)) {
+        self.value.within(span, outside);
     }
 }

@@ -1,4 +1,4 @@
-//! The heat that a member has stored since the start, for its energy balance.
+//! Heat stored in a member since the start, for its energy balance.
 
 use super::Real;
 use super::compensated::{advanced, keep};
@@ -6,7 +6,7 @@ use super::member::Member;
 use super::table::{integral, spot};
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// Sum up the heat stored since the start; what a held cell took up came through its face.
+    /// Sums the heat stored since the start. The heat stored in a held cell counts as heat through its face.
     #[inline(always)]
     pub(super) fn finish(&mut self) {
         let rows = self.rows;
@@ -27,7 +27,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
     }
 
-    /// Heat that a cell holds over that at the start, J/m²; its gas and what solid it lost are taken into account.
+    /// Heat stored in a cell since the start, J/m², including its gas and the solid that it lost.
     #[inline(always)]
     pub(super) fn gained(&mut self, p: usize, i: usize) -> R {
         let rows = self.rows;

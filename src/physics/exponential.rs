@@ -1,20 +1,20 @@
-//! Exponential, logarithm and powers of our own, for the rates of reactions.
+//! Exponential, logarithm and powers for reaction rates.
 //!
-//! Shaders have none in f64 that can be trusted, and no two libraries round alike in f32; with sums and
-//! products in a stated order both twins agree in both precisions.
+//! WGSL has no reliable f64 versions, and libraries round differently in f32. Sums and products in a stated order make
+//! both twins agree in both precisions.
 
 use super::Real;
 use super::compensated::keep;
 
 pub(super) const LOG2_E: f64 = std::f64::consts::LOG2_E;
-/// ln 2 in two parts, the first short enough that its whole multiples are exact in f32.
+/// ln 2 in two parts (Cody and Waite); integer multiples of the first are exact in f32.
 pub(super) const LN_2_HIGH: f64 = 0.693_145_751_953_125;
 pub(super) const LN_2_LOW: f64 = 1.428_606_820_309_417_2e-6;
-/// Beyond this the result is taken at it: 2⁻¹¹⁵, far below any rate that moves anything, and 2¹¹⁵.
+/// Arguments are clamped to ± this value: e⁻⁸⁰ = 2⁻¹¹⁵ is far below any rate that matters.
 pub(super) const LARGEST: f64 = 80.0;
-/// `(eˣ − 1)/x` on ±ln 2 / 2 as powers of x, from the noughth up, for f64 and for f32: least in their largest relative error (Remez'
-/// exchange in 50 digits), which once they are rounded is 2.1e-17 and 2.3e-8, under half of what rounding takes from the sum. Taylor's series
-/// wants two terms more of either.
+/// Coefficients of `(eˣ − 1)/x` on ±ln 2 / 2, lowest power first: minimax in the relative error (Remez exchange, 50
+/// digits). Error after rounding 2.1e-17 in f64 and 2.3e-8 in f32, less than half the rounding of the sum. A Taylor
+/// series needs two more terms.
 pub(super) const SERIES: [f64; 11] = [
     1.0,
     0.500_000_000_000_000_6,
@@ -37,32 +37,32 @@ pub(super) const SHORT_SERIES: [f64; 6] = [
     0.001_388_887_292_705_476_3,
 ];
 
-/// A power of e as `2ⁿ (1 + part)` with the part within ±0.42.
+/// eˣ = `2ⁿ (1 + part)`, |part| < 0.42.
 #[derive(Clone, Copy)]
 pub struct Power<R> {
     pub two_to: R,
     pub part: R,
 }
 
-/// Two terms of a series over the power of the first.
+/// Two terms of a series, divided by the power of the first.
 #[inline(always)]
 fn two_terms<R: Real>(terms: &[f64], rest: R) -> R {
     keep(rest * R::fixed(terms[1])) + R::fixed(terms[0])
 }
 
-/// Four terms of a series over the power of the first.
+/// Four terms of a series, divided by the power of the first.
 #[inline(always)]
 fn four_terms<R: Real>(terms: &[f64], rest: R, square: R) -> R {
     two_terms(terms, rest) + keep(two_terms(&terms[2..], rest) * square)
 }
 
-/// eˣ for x within ±80, and at the nearer end beyond, in its two parts. The series is summed in pairs of pairs of pairs
-/// (Estrin): one term after the other, each waits for the one before, and a cell-step with reactions waited for little else.
+/// The two parts of eˣ, x clamped to ±80. Estrin's scheme: independent pairs of terms. In Horner's scheme each term
+/// waits for the one before, and most of the time of a reacting cell was that wait.
 #[inline(always)]
 pub fn power_of_e<R: Real>(x: R) -> Power<R> {
     let bounded = x.max(R::constant(-LARGEST)).min(R::constant(LARGEST));
-    let twos = (bounded * R::fixed(LOG2_E)).nearest();
-    let rest = keep(bounded - twos * R::fixed(LN_2_HIGH)) - twos * R::fixed(LN_2_LOW);
+    let exponent = (bounded * R::fixed(LOG2_E)).nearest();
+    let rest = keep(bounded - exponent * R::fixed(LN_2_HIGH)) - exponent * R::fixed(LN_2_LOW);
     let square = keep(rest * rest);
     let fourth = keep(square * square);
     let sum = if R::DIGITS > 23 {
@@ -72,7 +72,7 @@ pub fn power_of_e<R: Real>(x: R) -> Power<R> {
     } else {
         four_terms(&SHORT_SERIES, rest, square) + keep(two_terms(&SHORT_SERIES[4..], rest) * fourth)
     };
-    Power { two_to: twos.two_to(), part: keep(sum * rest) }
+    Power { two_to: exponent.two_to(), part: keep(sum * rest) }
 }
 
 /// eˣ.
@@ -82,18 +82,18 @@ pub fn exponential<R: Real>(x: R) -> R {
     (power.part + R::fixed(1.0)) * power.two_to
 }
 
-/// `1 − e⁻ˣ`, as exact where x is small.
+/// `1 − e⁻ˣ`, accurate for small x.
 #[inline(always)]
 pub fn decay<R: Real>(x: R) -> R {
     let power = power_of_e(-x);
     (R::constant(1.0) - power.two_to) - power.two_to * power.part
 }
 
-/// ln x for x over the least normal f32: a series about the nearest power of two, and one step of Halley's on
-/// eʸ = x, which triples the digits.
+/// ln x for x above the smallest normal f32: a series about the nearest power of two, and one step of Halley's method
+/// on eʸ = x, which triples the digits.
 #[inline(always)]
 pub fn logarithm<R: Real>(x: R) -> R {
-    let twos = x.twos();
+    let exponent = x.twos();
     let mantissa = x.mantissa();
     let s = (mantissa - R::constant(1.0)) / (mantissa + R::constant(1.0));
     let square = s * s;
@@ -101,12 +101,12 @@ pub fn logarithm<R: Real>(x: R) -> R {
     for n in 1..6 {
         sum = keep(sum * square) + R::constant(1.0 / f64::from(11 - 2 * n));
     }
-    let near = twos * R::constant(std::f64::consts::LN_2) + keep((s + s) * sum);
+    let near = exponent * R::constant(std::f64::consts::LN_2) + keep((s + s) * sum);
     let back = exponential(near);
     near + (x - back) * R::constant(2.0) / (x + back)
 }
 
-/// xᵐ for x not below zero; what is nearer zero than 1e-30 counts as that.
+/// xᵐ for x ≥ 0; x below 1e-30 counts as 1e-30.
 #[inline(always)]
 pub fn power<R: Real>(x: R, m: R) -> R {
     exponential(m * logarithm(x.max(R::constant(1e-30))))
@@ -116,31 +116,31 @@ pub fn power<R: Real>(x: R, m: R) -> R {
 mod tests {
     use super::*;
 
-    /// By how many spacings of numbers about one a function of numbers up to 80 is off the truth, relative to that, at most.
-    fn spacings_off<R: Real>(least: f64, own: impl Fn(R) -> R, truth: impl Fn(f64) -> f64) -> f64 {
-        let spacings = |step: i32| {
+    /// Largest relative error of a function on `least`…80, in units of the last place of one.
+    fn relative_error_ulp<R: Real>(least: f64, function: impl Fn(R) -> R, exact: impl Fn(f64) -> f64) -> f64 {
+        let error = |step: i32| {
             let x = R::constant(least + (80.0 - least) * f64::from(step) / 1e5);
-            let truth = truth(x.lane(0));
-            (own(x).lane(0) / truth - 1.0).abs() * f64::from(R::DIGITS).exp2()
+            let exact = exact(x.lane(0));
+            (function(x).lane(0) / exact - 1.0).abs() * f64::from(R::DIGITS).exp2()
         };
-        (0..=100_000).map(spacings).fold(0.0, f64::max)
+        (0..=100_000).map(error).fold(0.0, f64::max)
     }
 
-    /// The last sum, and what its parts were rounded before.
-    const MOST: f64 = 3.0;
+    /// Allowed error, units of the last place: the rounding of the last sum and of its parts.
+    const MAX_ERROR_ULP: f64 = 3.0;
 
-    fn holds_to_the_last_digits<R: Real>() {
-        let exponentials = spacings_off::<R>(-80.0, exponential, f64::exp);
-        assert!(exponentials <= MOST, "eˣ is {exponentials:.1} spacings off");
-        let decays = spacings_off::<R>(1e-7, decay, |x| -(-x).exp_m1());
-        assert!(decays <= MOST, "1 − e⁻ˣ is {decays:.1} spacings off");
-        let spoilt = |x: R| exponential(x) * R::constant(1.0 + 8.0 * (-f64::from(R::DIGITS)).exp2());
-        assert!(spacings_off::<R>(-80.0, spoilt, f64::exp) > MOST, "eight spacings more passed");
+    fn assert_accuracy<R: Real>() {
+        let exponentials = relative_error_ulp::<R>(-80.0, exponential, f64::exp);
+        assert!(exponentials <= MAX_ERROR_ULP, "eˣ: error {exponentials:.1} ulp");
+        let decays = relative_error_ulp::<R>(1e-7, decay, |x| -(-x).exp_m1());
+        assert!(decays <= MAX_ERROR_ULP, "1 − e⁻ˣ: error {decays:.1} ulp");
+        let inaccurate = |x: R| exponential(x) * R::constant(1.0 + 8.0 * (-f64::from(R::DIGITS)).exp2());
+        assert!(relative_error_ulp::<R>(-80.0, inaccurate, f64::exp) > MAX_ERROR_ULP, "an error of eight ulp passed");
     }
 
     #[test]
-    fn powers_of_e_and_decays_hold_to_the_last_digits_in_both_precisions() {
-        holds_to_the_last_digits::<f64>();
-        holds_to_the_last_digits::<f32>();
+    fn exponential_and_decay_are_accurate_to_three_ulp_in_both_precisions() {
+        assert_accuracy::<f64>();
+        assert_accuracy::<f32>();
     }
 }

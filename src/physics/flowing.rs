@@ -1,7 +1,7 @@
-//! A member's gas: how it flows through the layup and the heat it carries.
+//! Darcy flow of gas through the layup, and gas that leaves at once.
 //!
-//! Gas flows from cell to cell in lengths of a step with the temperatures of its two ends known, so that
-//! pressure has its own pair of stages between those of temperature:
+//! Pressure takes two stages of its own over a step, between the two stages of temperature, when the temperatures at
+//! both ends of the step are known:
 //!
 //! ```text
 //! (S*/Δt + γB) δ₁ = G(p) + m + r
@@ -9,13 +9,12 @@
 //! p' = p + 3/2 δ₁ + 1/2 δ₂
 //! ```
 //!
-//! with S mass over pressure, B what a pressure drives out of its cell and m what is made, less `p (S* − S)/Δt`. Then
-//! `S*p' − Sp` is exactly what flowed in and was made. r is by how much m and the mobilities' part in G are ahead of
-//! their mean at γ of the step, told by the step before: without it a pressure that settles within a step settles to
-//! what was made midway, half a step late. Both stages take the mobilities midway: in a stiff flow whose mobility changes
-//! from stage to stage the scheme would answer a disturbance by −4 times that change. Heat takes the mean flux of
-//! the step, its first stage that of the step before: a flux at an instant would magnify what little a pressure is
-//! off its balance by all the ease of the flow.
+//! S is stored mass per pressure, B the slope of the outflow by the cell's pressure, m the gas source less `p (S* −
+//! S)/Δt`. Then `S*p' − Sp` is exactly the net inflow plus the source. r is the excess of m and of the mobility part of
+//! G over their mean, at γ of the step, extrapolated from the previous step. Without r a pressure that settles within a
+//! step settles to the source at mid-step, half a step late. Both stages use mid-step mobilities: in stiff flow the
+//! scheme would amplify a change of mobility between stages by −4. Heat uses the mean mass flux of the step, and its
+//! first stage that of the previous step: an instantaneous flux would amplify small pressure errors by the mobility.
 
 use super::Real;
 use super::compensated::{Pair, advanced, difference, keep, raised};
@@ -27,17 +26,17 @@ use super::tridiagonal::{factorise, substitute};
 use crate::plan::GasPath;
 use crate::plan::layout::STATES_MAX;
 
-/// γ of the pressures' pair: the other root of 2γ² − 4γ + 1 = 0, as stable as the lesser one of the temperatures and
-/// with some times its error. Its first stage keeps the sign of what it damps, (γ − 1)/γ, where the lesser one
-/// overshoots by −2.4: gas that runs into all but empty pores, whose ease is the pressure's own, would be driven below
-/// nothing and the member stray (J. Verwer, E. Spee, J. Blom, W. Hundsdorfer, 1999).
+/// γ of the pressure stages: the larger root of 2γ² − 4γ + 1 = 0, L-stable as the smaller root of the temperatures,
+/// with a larger error constant. Its first stage keeps the sign of a damped mode, (γ − 1)/γ, where the smaller root
+/// overshoots by −2.4: gas flowing into nearly empty pores, whose mobility depends on pressure, would get a negative
+/// pressure and the member diverge (J. Verwer, E. Spee, J. Blom, W. Hundsdorfer, 1999).
 pub(super) const PRESSURE_GAMMA: f64 = 1.0 + std::f64::consts::FRAC_1_SQRT_2;
 
-/// Gas flux per pascal under which nothing passes, kg/m²/s/Pa: sealed plies have none, and the tightest that let gas through 1e-18 and more.
+/// Conductance below which a face passes no gas, kg/m²/s/Pa: zero for sealed plies, 1e-18 and more for permeable ones.
 pub(super) const LEAST_PASSING: f64 = 1e-30;
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// Gas up through the face under every cell and through the hot face at a stage, kg/m²/s.
+    /// Evaluates the mass fluxes under every cell and out of the hot face at a stage, kg/m²/s.
     #[inline(always)]
     pub(super) fn flow(&mut self, step: usize, stage: usize) {
         if self.plan.gas == Some(GasPath::Darcy) {
@@ -49,33 +48,33 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             return;
         }
         let carries = R::fixed(if self.plan.gas == Some(GasPath::QuasiSteady) { 1.0 } else { 0.0 });
-        let mut risen = R::constant(0.0);
+        let mut upward_flux = R::constant(0.0);
         for from_back in 0..self.scales.plies.len() {
             let p = self.scales.plies.len() - 1 - from_back;
             let ply = self.plan.plies[p];
             for up in 0..(ply.end_cell - ply.first_cell) as usize {
                 let i = ply.end_cell as usize - 1 - up;
                 let here = self.made_at(i, stage);
-                self.gas.flows[i] = risen * carries;
-                risen = risen + here;
+                self.gas.flows[i] = upward_flux * carries;
+                upward_flux = upward_flux + here;
             }
         }
-        self.gas.leaving[stage] = risen;
+        self.gas.leaving[stage] = upward_flux;
         if stage == 1 {
             let mean = R::constant(0.5) * (self.gas.leaving[0] + self.gas.leaving[1]);
             self.let_out(step, mean, R::constant(0.0));
         }
     }
 
-    /// Take gas that left through the faces into the accounts.
+    /// Adds the gas that left through the faces over a step to the balance.
     #[inline(always)]
     fn let_out(&mut self, step: usize, hot_kg_m2_s: R, back_kg_m2_s: R) {
-        let length_s = R::of(self.rows.lengths_s[step]);
-        self.pass_out(hot_kg_m2_s * length_s, back_kg_m2_s * length_s);
+        let step_length_s = R::of(self.rows.lengths_s[step]);
+        self.pass_out(hot_kg_m2_s * step_length_s, back_kg_m2_s * step_length_s);
         self.gas.recent = [self.gas.recent[1], hot_kg_m2_s];
     }
 
-    /// Add gas that passed the faces outward to what went out, or to what came in.
+    /// Adds gas that left through the faces (kg/m², negative: inflow) to the sums of outflow and inflow.
     #[inline(always)]
     fn pass_out(&mut self, hot_kg_m2: R, back_kg_m2: R) {
         let zero = R::constant(0.0);
@@ -83,8 +82,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         self.accounts.gas_out = advanced(self.accounts.gas_out, hot_kg_m2.max(zero) + back_kg_m2.max(zero));
     }
 
-    /// Gas in the pores of a cell at `T + Δ₁`.
-    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
+    /// State of the pores of a cell at the temperature of a stage.
+    #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
     #[inline(always)]
     pub(super) fn porous(&self, p: usize, i: usize, stage: usize) -> Porous<R> {
         let ply = &self.plan.plies[p];
@@ -93,7 +92,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let gas = self.gas_of(p, self.row_of(p, at));
         let (molar_kg_k_j, viscosity_pa_s) = (value(gas, 2), value(gas, 3));
         let phases = self.phases_of(p, i);
-        let stretch = stretch_of(self.mass_left(p, phases), self.scales.plies[p], self.rows.bulks[p]);
+        let thickness_ratio = stretch_of(self.mass_left(p, phases), self.scales.plies[p], self.rows.bulks[p]);
         let zero = R::constant(0.0);
         let (mut porosity, mut permeability, mut slip, mut inertia) = (zero, zero, zero, zero);
         for state in 0..STATES_MAX {
@@ -106,21 +105,21 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             slip = slip + phases[state] * R::of(row.slip_pa_k);
             inertia = inertia + phases[state] * R::of(row.inertia_1_m);
         }
-        let ease = self.scales.plies[p].permeability * permeability / (viscosity_pa_s * stretch);
+        let mobility = self.scales.plies[p].permeability * permeability / (viscosity_pa_s * thickness_ratio);
         let density_s2_m2 = molar_kg_k_j / temperature_k;
-        let volume_m = R::of(self.rows.cells[i].width_m) * self.scales.plies[p].thickness * stretch;
+        let volume_m = R::of(self.rows.cells[i].width_m) * self.scales.plies[p].thickness * thickness_ratio;
         Porous {
-            // A sealed cell holds next to nothing, which keeps its pivot from vanishing.
+            // Lower bound: the pivot of a sealed cell must not vanish.
             storage: (volume_m * porosity * density_s2_m2).max(R::constant(1e-18)),
-            mobility_s: ease * density_s2_m2,
+            mobility_s: mobility * density_s2_m2,
             slip_pa: slip * temperature_k,
-            inertia_m_pa2: R::constant(4.0) * inertia * ease * ease * density_s2_m2,
+            inertia_m_pa2: R::constant(4.0) * inertia * mobility * mobility * density_s2_m2,
         }
     }
 
-    /// Pores at the start of a step. What a cell holds and its pressure stay as the step before left them, and with them
-    /// their ratio: that the end was foretold a little too hot or too cold goes into how the next step expands, where it
-    /// cancels against what that is off by. (Pressures put right at once were off by the first order of a step.)
+    /// Pores at the start of a step. Stored mass and pressure, and so their ratio, stay as at the end of the previous
+    /// step: the error of the predicted end temperature enters the next step's expansion, where it cancels. Correcting
+    /// the pressure at once gave an error of first order.
     #[inline(always)]
     fn settle(&mut self, step: usize) {
         for p in 0..self.scales.plies.len() {
@@ -138,14 +137,15 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         self.face_pressures(step);
     }
 
-    /// Put the cells of open faces on the pressure outside, which may jump between steps; what that takes comes in.
+    /// Sets the pressure of open faces to that outside, which may jump between steps; the difference in stored mass
+    /// counts as inflow.
     #[inline(always)]
     fn face_pressures(&mut self, step: usize) {
         let last = self.darcy.pressures.len() - 1;
         let none = R::constant(0.0);
-        for (cell, drive, is_open) in [(0, 4 * step, true), (last, 4 * step + 2, self.plan.back_is_open)] {
+        for (cell, forcing, is_open) in [(0, 4 * step, true), (last, 4 * step + 2, self.plan.back_is_open)] {
             if is_open {
-                let outside = Pair { high: R::of(self.rows.drives[drive].pressure_pa), low: none };
+                let outside = Pair { high: R::of(self.rows.drives[forcing].pressure_pa), low: none };
                 let taken = self.darcy.pores[cell].storage * difference(self.darcy.pressures[cell], outside);
                 self.pass_out(taken, none);
                 self.darcy.pressures[cell] = outside;
@@ -153,8 +153,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
     }
 
-    /// Flux up through the face under a cell, at pressures `p + δ₁`, and pores midway through the step or, for what their
-    /// change does to it, at the end.
+    /// Mass flux through the face under a cell at pressures `p + δ₁`, with the pores at mid-step or at the end of the
+    /// step.
     #[inline(always)]
     fn gas_under(&self, i: usize, at_end: bool) -> GasFlux<R> {
         let (above_m, below_m) = (R::of(self.rows.cells[i].below_m), R::of(self.rows.cells[i + 1].above_m));
@@ -166,59 +166,59 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         gas_flux(upper, above_m, self.pressed(i), under, below_m, self.pressed(i + 1))
     }
 
-    /// A cell's pressure at `p + δ₁`.
+    /// Pressure of a cell at `p + δ₁`.
     #[inline(always)]
     pub(super) fn pressed(&self, cell: usize) -> Pair<R> {
         raised(self.darcy.pressures[cell], self.darcy.pressed_first[cell])
     }
 
-    /// March the pressures over a step whose end the temperatures have foretold, and find the mean fluxes.
+    /// Advances the pressures by a step, with the predicted end temperatures, and evaluates the mean mass fluxes.
     #[inline(always)]
     fn percolate(&mut self, step: usize) {
         let last = self.gas.flows.len() - 1;
         let gamma = R::constant(PRESSURE_GAMMA);
         let (zero, one) = (R::constant(0.0), R::constant(1.0));
-        let per_length = one / R::of(self.rows.lengths_s[step]);
+        let inverse_step_1_s = one / R::of(self.rows.lengths_s[step]);
         let open = [one, R::constant(if self.plan.back_is_open { 1.0 } else { 0.0 })];
         for i in 0..=last {
             self.darcy.pressed_first[i] = zero;
         }
-        let length_s = R::of(self.rows.lengths_s[step]);
+        let step_length_s = R::of(self.rows.lengths_s[step]);
         let before_s = R::of(self.rows.lengths_s[step.max(1) - 1]);
-        let share = (gamma - R::constant(0.5)) * R::constant(2.0) * length_s / (length_s + before_s);
-        // The second stage's pores wait in `later`; what a cell makes and what its expansion drives out, in `supply`.
+        let share = (gamma - R::constant(0.5)) * R::constant(2.0) * step_length_s / (step_length_s + before_s);
+        // `pores_at_end`: pores of the second stage. `supply`: gas source less thermal expansion.
         for p in 0..self.scales.plies.len() {
             let ply = self.plan.plies[p];
             for i in ply.first_cell as usize..ply.end_cell as usize {
                 self.darcy.later[i] = self.porous(p, i, 1);
-                let expansion = (self.darcy.later[i].storage - self.darcy.pores[i].storage) * per_length;
+                let expansion = (self.darcy.later[i].storage - self.darcy.pores[i].storage) * inverse_step_1_s;
                 let supply = self.reactions.made_mean[i] - self.darcy.pressures[i].high * expansion;
                 self.darcy.surges[i] = share * (supply - self.darcy.supply[i]);
                 self.darcy.supply[i] = supply;
             }
         }
-        let mut arriving = zero;
-        let mut returned = zero;
+        let mut slope_above = zero;
+        let mut slope_below = zero;
         let mut above = zero;
-        let mut surged = zero;
-        let surging = R::constant(2.0 * PRESSURE_GAMMA - 1.0);
+        let mut correction_above = zero;
+        let correction_factor = R::constant(2.0 * PRESSURE_GAMMA - 1.0);
         for i in 0..=last {
             let none = GasFlux { flux: zero, above: zero, below: zero };
             let under = if i < last { self.gas_under(i, false) } else { none };
             let ending = if i < last { self.gas_under(i, true).flux } else { zero };
-            let surge = surging * (ending - under.flux);
-            self.darcy.surges[i] = self.darcy.surges[i] + keep(surge - surged);
-            surged = surge;
+            let correction = correction_factor * (ending - under.flux);
+            self.darcy.surges[i] = self.darcy.surges[i] + keep(correction - correction_above);
+            correction_above = correction;
             self.darcy.slopes_above[i] = under.above;
             self.darcy.slopes_below[i] = under.below;
             self.darcy.first_flows[i] = under.flux;
             self.darcy.pressed_second[i] = under.flux - above + keep(self.darcy.supply[i] + self.darcy.surges[i]);
             self.darcy.pressure_diagonal[i] =
-                self.darcy.later[i].storage * per_length + gamma * (under.above + returned);
-            self.darcy.pressure_lower[i] = -(gamma * arriving);
+                self.darcy.later[i].storage * inverse_step_1_s + gamma * (under.above + slope_below);
+            self.darcy.pressure_lower[i] = -(gamma * slope_above);
             self.darcy.pressure_upper[i] = -(gamma * under.below);
-            arriving = under.above;
-            returned = under.below;
+            slope_above = under.above;
+            slope_below = under.below;
             above = under.flux;
         }
         let rises = self.pressure_rises(step);
@@ -242,9 +242,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         let mut above = zero;
         for i in 0..=last {
             let under = if i < last { self.gas_under(i, false).flux } else { zero };
-            let carried = self.darcy.later[i].storage * per_length * self.darcy.pressed_first[i];
+            let stored = self.darcy.later[i].storage * inverse_step_1_s * self.darcy.pressed_first[i];
             self.darcy.pressed_second[i] =
-                under - above + keep(self.darcy.supply[i] - self.darcy.surges[i]) - (carried + carried);
+                under - above + keep(self.darcy.supply[i] - self.darcy.surges[i]) - (stored + stored);
             self.darcy.first_flows[i] = self.darcy.first_flows[i] + under;
             above = under;
         }
@@ -261,30 +261,30 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         self.take_in(step);
     }
 
-    /// By how much the pressures outside rise over a step.
+    /// Rise of the outside pressures over a step, Pa.
     #[inline(always)]
     fn pressure_rises(&self, step: usize) -> [R; 2] {
-        let drives = &self.rows.drives;
-        let rise = |start: usize| R::of(drives[start + 1].pressure_pa) - R::of(drives[start].pressure_pa);
+        let forcing = &self.rows.drives;
+        let rise = |start: usize| R::of(forcing[start + 1].pressure_pa) - R::of(forcing[start].pressure_pa);
         [rise(4 * step), rise(4 * step + 2)]
     }
 
-    /// By how much the pressure of a cell rises over a step, Pa.
+    /// Rise of a cell's pressure over a step, Pa.
     #[inline(always)]
     fn pressure_rise(&self, cell: usize) -> R {
         self.darcy.pressed_first[cell] * R::fixed(1.5) + self.darcy.pressed_second[cell] * R::fixed(0.5)
     }
 
-    /// Gas that a cell makes over a step and does not hold at its end, kg/m²/s.
+    /// Gas source of a cell less the increase of its stored gas, mean over a step, kg/m²/s.
     #[inline(always)]
-    fn given_off(&self, cell: usize, per_length: R::Still) -> R {
+    fn given_off(&self, cell: usize, inverse_step_1_s: R::Still) -> R {
         let storage = self.darcy.later[cell].storage;
         let held = storage * self.pressure_rise(cell)
             + (storage - self.darcy.pores[cell].storage) * self.darcy.pressures[cell].high;
-        self.reactions.made_mean[cell] - held * per_length
+        self.reactions.made_mean[cell] - held * inverse_step_1_s
     }
 
-    /// Mean flux of the step by Darcy's law through the face under a cell, as the stages have it.
+    /// Mean Darcy flux of a step through the face under a cell, by both stages, kg/m²/s.
     #[inline(always)]
     fn driven_through(&self, cell: usize) -> R {
         let here = self.darcy.pressed_first[cell] + self.darcy.pressed_second[cell];
@@ -294,7 +294,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         (self.darcy.first_flows[cell] + implicit) * R::fixed(0.5)
     }
 
-    /// One where the face under a cell passes all that comes from behind, zero where it passes nothing, or what the pressures beside it say.
+    /// One if the face under a cell passes all gas from below; zero if it is sealed or the flux follows from the
+    /// pressures.
     #[inline(always)]
     fn passing(&self, cell: usize) -> R {
         let last = self.gas.flows.len() - 1;
@@ -307,9 +308,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         (self.darcy.slopes_above[cell] + self.darcy.slopes_below[cell]).reached(R::constant(LEAST_PASSING))
     }
 
-    /// What passes the face under a cell, the mean of a step, by what passes that behind it, kg/m²/s.
+    /// Mean mass flux of a step through the face under a cell, from that through the next face below, kg/m²/s.
     #[inline(always)]
-    fn driven_into(&self, cell: usize, behind: R, per_length: R::Still) -> R {
+    fn driven_into(&self, cell: usize, behind: R, inverse_step_1_s: R::Still) -> R {
         let last = self.gas.flows.len() - 1;
         if cell == last {
             return behind;
@@ -317,28 +318,29 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         if cell + 1 == last && self.plan.back_is_open {
             return self.driven_through(cell);
         }
-        self.passing(cell) * (behind + self.given_off(cell + 1, per_length))
+        self.passing(cell) * (behind + self.given_off(cell + 1, inverse_step_1_s))
     }
 
-    /// Mean flux of the step, the pressures at its end, and the gas that left. What passes a face is what passes the one below and what
-    /// the cell between gives off: a sum from the back, where by the pressures found it would be off by the rounding of a system whose
-    /// pivots hardly know in f32 what a cell holds (2.5e-5 of the mass that moves). Where the law lets nothing pass nothing does.
+    /// Mean mass fluxes of the step, pressures at its end, and outflow. The flux through a face is that through the
+    /// face below plus the net release of the cell between. The sum from the back avoids the rounding error of Darcy's
+    /// law on the solved pressures (2.5e-5 of the mass in f32), whose pivots barely resolve the stored mass.
     #[inline(always)]
     fn take_in(&mut self, step: usize) {
         let last = self.gas.flows.len() - 1;
         let zero = R::constant(0.0);
-        let per_length = R::fixed(1.0) / R::still(self.rows.lengths_s[step]);
+        let inverse_step_1_s = R::fixed(1.0) / R::still(self.rows.lengths_s[step]);
         let mut mean = zero;
         for up in 0..=last {
             let i = last - up;
-            mean = self.driven_into(i, mean, per_length);
-            // The stages of heat: that of the step before, and what makes their mean the mean.
+            mean = self.driven_into(i, mean, inverse_step_1_s);
+            // Heat: the first stage used the mean flux of the previous step; the mean of both stages is that of this
+            // step.
             self.gas.flows[i] = mean * R::fixed(2.0) - self.darcy.mean_flows[i];
             self.darcy.mean_flows[i] = mean;
         }
-        let mut left = [self.darcy.mean_flows[0] + self.given_off(0, per_length), zero];
+        let mut left = [self.darcy.mean_flows[0] + self.given_off(0, inverse_step_1_s), zero];
         if self.plan.back_is_open {
-            left[1] = self.given_off(last, per_length) - self.darcy.mean_flows[last - 1];
+            left[1] = self.given_off(last, inverse_step_1_s) - self.darcy.mean_flows[last - 1];
         }
         self.gas.leaving = [self.darcy.mean_leaving, R::constant(2.0) * left[0] - self.darcy.mean_leaving];
         self.darcy.mean_leaving = left[0];
@@ -347,9 +349,9 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         for i in 0..=last {
             let rise = self.pressure_rise(i);
             self.darcy.pressures[i] = advanced(self.darcy.pressures[i], rise);
-            // From here on the pores are those of the end, as foretold.
+            // The predicted pores become those of the next step's start.
             self.darcy.pores[i] = self.darcy.later[i];
-            self.darcy.pressure_rates[i] = rise * per_length;
+            self.darcy.pressure_rates[i] = rise * inverse_step_1_s;
         }
     }
 }

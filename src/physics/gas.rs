@@ -1,19 +1,19 @@
-//! Gas in pores: how much of it they hold, and how it moves.
+//! Gas in pores: storage and Darcy's law.
 //!
-//! An ideal gas by Darcy's law with Klinkenberg's slip, per area of layup and upwards, to the hot face:
+//! Ideal gas with Klinkenberg slip, per area of layup, positive upwards to the hot face:
 //!
 //! ```text
 //! G = (M/RT) (K/μ) (p + b) dp/dx,    b = slip T
 //! ```
 //!
-//! With one mobility on both sides G is the difference of (p + b)²/2, which the mean pressure on a face
-//! gives exactly. Forchheimer's inertia divides it by `(1 + √(1 + 4 β ρ K² |dp/dx|/μ²))/2`, the root of
-//! `−dp/dx = μ q/K + β ρ q²`.
+//! With equal mobility on both sides G is the difference of (p + b)²/2, which the mean pressure on a face gives
+//! exactly. Forchheimer's inertia divides it by `(1 + √(1 + 4 β ρ K² |dp/dx|/μ²))/2`, the root of `−dp/dx = μ q/K + β ρ
+//! q²`.
 
 use super::Real;
 use super::compensated::{Pair, difference};
 
-/// Gas in the pores of a cell and the ease with which it moves through them.
+/// Storage and mobility of the gas in a cell's pores.
 #[derive(Clone, Copy)]
 pub struct Porous<R> {
     /// Mass over pressure, `w ε M/RT`, kg/m²/Pa.
@@ -22,11 +22,11 @@ pub struct Porous<R> {
     pub mobility_s: R,
     /// Klinkenberg's b, Pa.
     pub slip_pa: R,
-    /// `4 β K² M/(R T μ²)`, m/Pa²: over this the inertia begins to matter where it times `p dp/dx` nears one.
+    /// `4 β K² M/(R T μ²)`, m/Pa². Inertia matters where this times `p dp/dx` is near one.
     pub inertia_m_pa2: R,
 }
 
-/// Gas flux up through a face, kg/m²/s, and its slopes by the pressures above (less) and below it, kg/m²/s/Pa.
+/// Upward mass flux through a face (kg/m²/s) and its slopes by the pressures above (negated) and below (kg/m²/s/Pa).
 #[derive(Clone, Copy)]
 pub struct GasFlux<R> {
     pub flux: R,
@@ -34,13 +34,13 @@ pub struct GasFlux<R> {
     pub below: R,
 }
 
-/// Share of the pressure's way through the levels of the tables.
+/// Coordinate of a pressure on the uniform pressure levels of the tables, zero to one.
 #[inline(always)]
 pub fn level<R: Real>(pressure_pa: R, middle_pa: R) -> R {
     pressure_pa / (pressure_pa + middle_pa)
 }
 
-/// Pores midway between the start and the end of a step.
+/// Mean of the pores at the start and at the end of a step.
 #[inline(always)]
 pub fn midway<R: Real>(start: Porous<R>, end: Porous<R>) -> Porous<R> {
     let half = R::constant(0.5);
@@ -52,7 +52,7 @@ pub fn midway<R: Real>(start: Porous<R>, end: Porous<R>) -> Porous<R> {
     }
 }
 
-/// Flux through the face between two cells, half a cell of each in series.
+/// Mass flux through the face between two cells: half a cell of each in series.
 #[inline(always)]
 pub fn gas_flux<R: Real>(
     upper: Porous<R>,
@@ -63,21 +63,21 @@ pub fn gas_flux<R: Real>(
     lower_pa: Pair<R>,
 ) -> GasFlux<R> {
     let tiny = R::constant(1e-30);
-    // What a stage has risen may lie in the low words, and moves gas more easily too.
+    // The increment of a stage lies in the low words.
     let mean_pa = R::constant(0.5) * ((upper_pa.high + upper_pa.low) + (lower_pa.high + lower_pa.low));
     let drop_pa = difference(lower_pa, upper_pa);
     let gradient = drop_pa.max(-drop_pa) / (upper_m + lower_m);
     let inertia = R::constant(0.5) * (upper.inertia_m_pa2 + lower.inertia_m_pa2);
-    let hindered = R::constant(1.0) + (R::constant(1.0) + inertia * mean_pa * gradient).sqrt();
-    let ease = R::constant(2.0) / hindered;
+    let inertia_root = R::constant(1.0) + (R::constant(1.0) + inertia * mean_pa * gradient).sqrt();
+    let inertia_factor = R::constant(2.0) / inertia_root;
     let above_pa = mean_pa + upper.slip_pa;
     let below_pa = mean_pa + lower.slip_pa;
     let above = upper.mobility_s * above_pa;
     let below = lower.mobility_s * below_pa;
-    // Mobilities of sealed plies vanish, and with them the flux.
+    // Mobilities of sealed plies are zero, and so is the flux.
     let resistance = upper_m * below + lower_m * above;
-    let conductance = ease * above * (below / resistance.max(tiny));
-    // How the conductance gains by the mean pressure.
+    let conductance = inertia_factor * above * (below / resistance.max(tiny));
+    // Relative slope of the conductance by the mean pressure, 1/Pa.
     let gain = (upper_m * below / above_pa + lower_m * above / below_pa) / resistance.max(tiny);
     let half = R::constant(0.5) * conductance * gain * drop_pa;
     let zero = R::constant(0.0);

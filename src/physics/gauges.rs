@@ -1,4 +1,4 @@
-//! What is told of a member as a whole at an instant.
+//! Readings of the whole layup at an instant.
 
 use super::Real;
 use super::exponential::logarithm;
@@ -7,15 +7,15 @@ use super::mixing::converted;
 use crate::plan::GasPath;
 use crate::plan::layout::GAUGES;
 
-/// Conversion at the fronts of virgin and of char, and its log-odds ln(c/(1 − c)).
+/// Degree of conversion at the virgin front and at the char front, and its log-odds ln(c/(1 − c)).
 pub(super) const VIRGIN_LOST: f64 = 0.02;
 pub(super) const CHAR_LOST: f64 = 0.98;
 pub(super) const VIRGIN_LOG_ODDS: f64 = -3.891_820_298_110_626_5;
 pub(super) const CHAR_LOG_ODDS: f64 = 3.891_820_298_110_626_5;
-/// Log-odds are taken of conversions no nearer than this to none and to all.
+/// Conversions are clamped to this distance from zero and one before taking log-odds.
 pub(super) const CONVERSION_LEAST: f64 = 1e-6;
 
-/// Two neighbouring depths between which conversion falls below a mark: at the upper one it is not below it.
+/// Two neighbouring depths between which conversion falls below a threshold: at the upper one it is not below it.
 #[derive(Clone, Copy)]
 struct Crossing<R> {
     upper: R,
@@ -25,8 +25,8 @@ struct Crossing<R> {
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// Gas out of the hot face (kg/m²/s), solid lost (kg/m²), depth of the virgin and of the char front in the virgin
-    /// layup (m), largest pressure and that at the back (Pa).
+    /// Mass flux out of the hot face (kg/m²/s), solid mass lost (kg/m²), depths of the virgin and of the char front in
+    /// the virgin layup (m), largest pressure and that at the back (Pa).
     #[inline(always)]
     pub fn gauges(&self, step: usize) -> [R; GAUGES] {
         let zero = R::constant(0.0);
@@ -47,7 +47,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 lost = lost + self.scales.plies[p].mass_kg_m3 * width_m * (R::constant(1.0) - density);
                 let here = converted(density, self.scales.plies[p]);
                 let node_m = depth_m + R::of(self.rows.cells[i].above_m);
-                // Conversion jumps from material to material: a front between their nodes lies on the interface.
+                // Conversion jumps between materials: a front between their nodes lies on the interface.
                 let jumps = i == ply.first_cell as usize && (p == 0 || ply.table != self.plan.plies[p - 1].table);
                 let [upper_m, lower_m] = if jumps { [depth_m, depth_m] } else { [before_m, node_m] };
                 let fall = Crossing { upper: before, upper_m, lower: here, lower_m };
@@ -72,17 +72,17 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             }
             back = self.darcy.pressures[last].high;
         }
-        // Fluxes are means of steps: those of the last two, continued to the instant.
+        // Linear extrapolation of the mean fluxes of the last two steps to the instant.
         let flux = R::constant(1.5) * self.gas.recent[1] - R::constant(0.5) * self.gas.recent[0];
         [flux, lost, virgin_m, char_m, peak, back]
     }
 }
 
-/// The deeper of a crossing of a mark and of what may be one below it.
+/// `next` if it crosses `threshold`, else `crossing`.
 #[inline(always)]
-fn deeper<R: Real>(crossing: Crossing<R>, next: Crossing<R>, mark: R) -> Crossing<R> {
+fn deeper<R: Real>(crossing: Crossing<R>, next: Crossing<R>, threshold: R) -> Crossing<R> {
     let one = R::constant(1.0);
-    let falls = next.upper.reached(mark) * (one - next.lower.reached(mark));
+    let falls = next.upper.reached(threshold) * (one - next.lower.reached(threshold));
     let stays = one - falls;
     Crossing {
         upper: stays * crossing.upper + falls * next.upper,
@@ -92,16 +92,17 @@ fn deeper<R: Real>(crossing: Crossing<R>, next: Crossing<R>, mark: R) -> Crossin
     }
 }
 
-/// The depth at which conversion has the log-odds of a mark, m, its log-odds being linear between the two depths of a crossing.
+/// Depth at which conversion has the log-odds of the threshold, m: log-odds are interpolated linearly between the two
+/// depths.
 ///
-/// Ahead of a reaction front conversion falls off exponentially with depth (Arrhenius' law over a nearly linear temperature); interpolated
-/// linearly, the front would jump by half a cell as it passes from node to node.
+/// Ahead of a reaction front conversion falls exponentially with depth (Arrhenius rate, nearly linear temperature).
+/// Interpolated linearly, the front would jump by half a cell as it passes a node.
 #[inline(always)]
 fn front_m<R: Real>(crossing: Crossing<R>, mark_log_odds: R) -> R {
     let upper = log_odds(crossing.upper);
     let lower = log_odds(crossing.lower);
-    let way = (upper - mark_log_odds) / (upper - lower).max(R::constant(1e-9));
-    crossing.upper_m + way * (crossing.lower_m - crossing.upper_m)
+    let fraction = (upper - mark_log_odds) / (upper - lower).max(R::constant(1e-9));
+    crossing.upper_m + fraction * (crossing.lower_m - crossing.upper_m)
 }
 
 /// ln(c/(1 − c)) of a conversion.

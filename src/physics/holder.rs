@@ -1,9 +1,9 @@
-//! Heat that every cell exchanges sideways with a holder around the layup.
+//! Lateral heat exchange of every cell with the specimen holder.
 //!
-//! `q = g w (T_h − T)` into a cell of width w, implicit in its temperature. The scheme's γr, by how much the
-//! holder's schedule raises q over a step, enters through the temperature that either stage sees: it is
-//! ahead of the schedule by γ of the rise at the first and behind it by as much at the second, so that it
-//! cancels in the heat. What a held cell loses its face makes good.
+//! `q = g w (T_h − T)` into a cell of width w, implicit in its temperature. The scheme's γr, the change of q over a
+//! step by the holder's schedule, enters through the holder temperature of each stage: ahead of the schedule by γ of
+//! the rise at the first stage, behind it by the same at the second, so that it cancels in the heat. Lateral heat from
+//! a held cell is made up by its face.
 
 use super::GAMMA;
 use super::Real;
@@ -17,7 +17,7 @@ pub fn flux_sideways<R: Real>(conductance_w_m2_k: R, holder_k: R, cell: Pair<R>)
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// The holder's temperature as a stage sees it, K.
+    /// Holder temperature of a stage, K.
     #[inline(always)]
     fn holder_k(&self, step: usize, stage: usize) -> R {
         let start = R::of(self.rows.drives[4 * step].holder_k);
@@ -26,20 +26,21 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         if stage == 0 { start + foreseen } else { end - foreseen }
     }
 
-    /// Conductance from the holder to a cell of a ply, W/m²/K.
+    /// Conductance between the holder and a cell of a ply, W/m²/K.
     #[inline(always)]
     pub(super) fn conductance_sideways(&self, ply: usize, cell: usize) -> R {
         self.scales.plies[ply].holder_w_m3_k * R::still(self.rows.cells[cell].width_m)
     }
 
-    /// What a cell takes up from the holder at a stage, W/m².
+    /// Heat flux from the holder into a cell at a stage, W/m².
     #[inline(always)]
     pub(super) fn sideways(&self, ply: usize, cell: usize, step: usize, stage: usize) -> R {
         let conductance_w_m2_k = self.conductance_sideways(ply, cell);
         flux_sideways(conductance_w_m2_k, self.holder_k(step, stage), self.staged(cell, stage))
     }
 
-    /// Add the heat from the holder over a step, whose increments are in the system: the stages' mean, and the scheme's own implicit part.
+    /// Adds the heat from the holder over a step to the balance: mean of both stages, and the implicit part of the
+    /// scheme.
     #[inline(always)]
     pub(super) fn account_sideways(&mut self, step: usize, start: R, end: R) {
         let mut taken = R::constant(0.0);
@@ -49,8 +50,8 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
                 taken = taken + self.conductance_sideways(p, i) * self.thermal.system[i].second;
             }
         }
-        let half_length = R::constant(0.5) * R::of(self.rows.lengths_s[step]);
-        let amount = half_length * (start + end - R::constant(GAMMA) * taken);
+        let half_step_s = R::constant(0.5) * R::of(self.rows.lengths_s[step]);
+        let amount = half_step_s * (start + end - R::constant(GAMMA) * taken);
         let zero = R::constant(0.0);
         self.accounts.heat[4] = advanced(self.accounts.heat[4], amount.max(zero));
         self.accounts.heat[5] = advanced(self.accounts.heat[5], (-amount).max(zero));

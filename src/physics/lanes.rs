@@ -1,7 +1,7 @@
-//! Several members side by side in one number, for the processor's vector units.
+//! Several members in the lanes of one SIMD vector.
 //!
-//! Every lane rounds exactly as the scalar does: no fused multiplications, the same choices. What a vector unit
-//! has no instruction for goes through an array, a lane at a time.
+//! Every lane rounds exactly as the scalar does: no fused multiply-add, the same branches. Operations without a vector
+//! instruction go through an array, lane by lane.
 
 mod abreast;
 
@@ -13,8 +13,12 @@ use simdeez::prelude::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 macro_rules! lanes {
-    ($(#[$about:meta])* $lanes:ident, $real:ty, $vector:ident, $most:literal, $places:ident, $four:ident, $any:ident, $settles:expr, $whole:expr, $bias:expr, $digits:expr, $bits:ident, $unbits:ident) => {
-        $(#[$about])*
+    (
+        $(#[$doc:meta])* $lanes:ident, $real:ty, $vector:ident, $max_lanes:literal,
+        $row_offsets:ident, $column_group:ident, $any_nonzero:ident,
+        $flushes:expr, $rounding_magic:expr, $bias:expr, $mantissa_bits:expr, $bits:ident, $unbits:ident
+    ) => {
+        $(#[$doc])*
         pub struct $lanes<S: Abreast>(S::$vector);
 
         impl<S: Abreast> Clone for $lanes<S> {
@@ -61,11 +65,11 @@ macro_rules! lanes {
         impl<S: Abreast> Real for $lanes<S> {
             type Scalar = $real;
             type Still = Self;
-            type Place = Places<$most>;
-            type Rows<'p, 'a> = Rows<'p, 'a, $real, $most>;
-            type Row<'a> = Row<'a, $real, $most>;
+            type Place = Places<$max_lanes>;
+            type Rows<'p, 'a> = Rows<'p, 'a, $real, $max_lanes>;
+            type Row<'a> = Row<'a, $real, $max_lanes>;
             const LANES: usize = S::$vector::WIDTH;
-            const DIGITS: u32 = $digits;
+            const DIGITS: u32 = $mantissa_bits;
 
             #[inline(always)]
             fn scalar(value: f64) -> $real {
@@ -92,34 +96,42 @@ macro_rules! lanes {
                 Self(self.0.min(other.0))
             }
             #[inline(always)]
-            fn settled(self, least: Self) -> Self {
-                // What is no number is not less, and stays.
-                if $settles { Self(self.0.abs().cmp_lt(least.0).blendv(self.0, S::$vector::zeroes())) } else { self }
+            fn settled(self, threshold: Self) -> Self {
+                // NaN compares false and stays.
+                if $flushes {
+                    Self(self.0.abs().cmp_lt(threshold.0).blendv(self.0, S::$vector::zeroes()))
+                } else {
+                    self
+                }
             }
             #[inline(always)]
-            fn less_times(self, by: Self, before: Self, least: Self) -> Self {
-                let less = self - by * before;
-                if $settles { Self(before.0.abs().cmp_lt(least.0).blendv(less.0, self.0)) } else { less }
+            fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self {
+                let difference = self - factor * before;
+                if $flushes {
+                    Self(before.0.abs().cmp_lt(threshold.0).blendv(difference.0, self.0))
+                } else {
+                    difference
+                }
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
                 Self(self.0.sqrt())
             }
             #[inline(always)]
-            fn reached(self, mark: Self) -> Self {
-                Self(self.0.cmp_gte(mark.0) & S::$vector::set1(1.0))
+            fn reached(self, threshold: Self) -> Self {
+                Self(self.0.cmp_gte(threshold.0) & S::$vector::set1(1.0))
             }
             #[inline(always)]
             fn any(self) -> bool {
-                S::$any(self.0)
+                S::$any_nonzero(self.0)
             }
             #[inline(always)]
             fn nearest(self) -> Self {
-                Self((self.0 + S::$vector::set1($whole)) - S::$vector::set1($whole))
+                Self((self.0 + S::$vector::set1($rounding_magic)) - S::$vector::set1($rounding_magic))
             }
             #[inline(always)]
             fn two_to(self) -> Self {
-                Self(((self.0 + S::$vector::set1($whole + $bias)).$bits() << $digits).$unbits())
+                Self(((self.0 + S::$vector::set1($rounding_magic + $bias)).$bits() << $mantissa_bits).$unbits())
             }
             #[inline(always)]
             fn twos(self) -> Self {
@@ -132,22 +144,22 @@ macro_rules! lanes {
                 Self::gathered(|lane| Real::mantissa(array[lane]))
             }
             #[inline(always)]
-            fn floor(self, most: u32) -> Self {
-                Self(self.0.max(S::$vector::zeroes()).min(S::$vector::set1(most as $real)).floor())
+            fn floor(self, max: u32) -> Self {
+                Self(self.0.max(S::$vector::zeroes()).min(S::$vector::set1(max as $real)).floor())
             }
             #[inline(always)]
             fn rows<'p, 'a>(
-                places: &'p mut [Places<$most>],
+                offsets: &'p mut [Places<$max_lanes>],
                 table: &'a [$real],
                 columns: usize,
-                mut row: impl FnMut(usize) -> Self,
+                mut row_number: impl FnMut(usize) -> Self,
             ) -> Self::Rows<'p, 'a> {
                 Rows::new(
-                    places,
+                    offsets,
                     table,
                     columns,
                     #[inline(always)]
-                    |i| S::$places(row(i).0, columns),
+                    |i| S::$row_offsets(row_number(i).0, columns),
                 )
             }
             #[inline(always)]
@@ -155,15 +167,15 @@ macro_rules! lanes {
                 rows.row(i, Self::LANES)
             }
             #[inline(always)]
-            fn four(row: Self::Row<'_>, four: usize) -> [Self; ABREAST] {
-                S::$four(row, four).map(Self)
+            fn four(row: Self::Row<'_>, group: usize) -> [Self; ABREAST] {
+                S::$column_group(row, group).map(Self)
             }
             #[inline(always)]
-            fn within(self, span: f32, mut stray: impl FnMut(usize)) {
+            fn within(self, span: f32, mut outside: impl FnMut(usize)) {
                 let inside = self.0.cmp_gte(S::$vector::zeroes()) & self.0.cmp_lte(S::$vector::set1(span.into()));
                 if (inside & S::$vector::set1(1.0)).horizontal_add() != Self::LANES as $real {
                     let array = self.array();
-                    (0..Self::LANES).for_each(|lane| Real::within(array[lane], span, |_| stray(lane)));
+                    (0..Self::LANES).for_each(|lane| Real::within(array[lane], span, |_| outside(lane)));
                 }
             }
         }
@@ -181,9 +193,11 @@ macro_rules! lanes {
 
 lanes!(
     /// Members in f64.
-    Doubles, f64, Vf64, 8, places_f64, four_f64, any_f64, false, 6_755_399_441_055_744.0, 1023.0, 52, bitcast_i64, bitcast_f64
+    Doubles, f64, Vf64, 8, places_f64, four_f64, any_f64,
+    false, 6_755_399_441_055_744.0, 1023.0, 52, bitcast_i64, bitcast_f64
 );
 lanes!(
     /// Members in f32.
-    Singles, f32, Vf32, 16, places_f32, four_f32, any_f32, true, 12_582_912.0, 127.0, 23, bitcast_i32, bitcast_f32
+    Singles, f32, Vf32, 16, places_f32, four_f32, any_f32,
+    true, 12_582_912.0, 127.0, 23, bitcast_i32, bitcast_f32
 );

@@ -1,34 +1,34 @@
-//! Properties of a ply as one member scales them, and conductance from node to node.
+//! Properties of a ply scaled by one member's factors, and conductance between nodes.
 
 use super::Real;
 use super::compensated::keep;
 use super::table::{Segment, Spot, value};
 use crate::plan::layout::{Bulk, Conduction, Ply, Substance, TABLE_NODES};
 
-/// What one member's factors make of a ply. A thickness factor f stretches the ply; on the unstretched
-/// grid that is conductivity over f and heat capacity times f.
+/// Factors of one member on a ply. A thickness factor f stretches the ply; on the unstretched grid that is conductivity
+/// over f and heat capacity times f.
 #[derive(Clone, Copy)]
 pub struct PlyScale<R> {
-    /// Bulk density times the factors of all that stores, kg/m³.
+    /// Bulk density times the factors on density, heat capacity and thickness, kg/m³.
     pub density_kg_m3: R,
-    /// Heat capacity, and mass of the virgin material in a volume as drawn, kg/m³.
+    /// Factor on heat capacity, and mass of virgin material per unstretched volume, kg/m³.
     pub heat_capacity: R,
     pub mass_kg_m3: R,
     pub thickness: R,
-    /// Rate constants, activation energies and heats of the reactions.
+    /// Factors on rate constants, activation energies and heats of reaction.
     pub kinetics: R,
     pub activation: R,
     pub pyrolysis_heat: R,
-    /// Of what is lost, so that the char is as much more as its yield.
+    /// Factor on the mass lost, such that the char yield is scaled by its own factor.
     pub loss: R,
-    /// One over the share of the mass that is lost when all has reacted.
+    /// Reciprocal of the mass fraction lost at full conversion.
     pub per_loss: R,
     pub permeability: R,
-    /// Conductance to the holder in a volume of the unstretched grid, W/m³/K.
+    /// Conductance to the holder per unstretched volume, W/m³/K.
     pub holder_w_m3_k: R,
 }
 
-/// Scales of the parts of a conductivity.
+/// Factors on the parts of a conductivity.
 #[derive(Clone, Copy)]
 pub struct Parts<R> {
     pub solid: R,
@@ -37,54 +37,54 @@ pub struct Parts<R> {
 }
 
 impl<R: Real> Parts<R> {
-    /// So many times as much, of a number of parts; of others what it was.
+    /// Multiplies the first `parts` parts; the others stay.
     #[inline(always)]
-    pub fn times(self, many: R, parts: usize) -> Self {
-        let mut product = Self { solid: many * self.solid, ..self };
+    pub fn times(self, factor: R, parts: usize) -> Self {
+        let mut product = Self { solid: factor * self.solid, ..self };
         if parts > 1 {
-            product.radiative = many * self.radiative;
+            product.radiative = factor * self.radiative;
             if parts == 3 {
-                product.gas = many * self.gas;
+                product.gas = factor * self.gas;
             }
         }
         product
     }
 
-    /// The sum, of a number of parts; of others what it was.
+    /// Adds the first `parts` parts; the others stay.
     #[inline(always)]
-    pub fn plus(self, more: Self, parts: usize) -> Self {
-        let mut sum = Self { solid: self.solid + more.solid, ..self };
+    pub fn plus(self, other: Self, parts: usize) -> Self {
+        let mut sum = Self { solid: self.solid + other.solid, ..self };
         if parts > 1 {
-            sum.radiative = self.radiative + more.radiative;
+            sum.radiative = self.radiative + other.radiative;
             if parts == 3 {
-                sum.gas = self.gas + more.gas;
+                sum.gas = self.gas + other.gas;
             }
         }
         sum
     }
 }
 
-/// What they make of a state of the ply, of which a mixture has so much by volume.
+/// Factors of one member on a state of a ply, per volume of that state in a mixture.
 #[derive(Clone, Copy)]
 pub struct StateScale<R> {
-    /// As it adds to the conductivity of a mixture: where its properties weigh by mass, times what remains. Where extinction is stated by
-    /// mass, a factor on density divides the radiative part.
+    /// Contribution to the conductivity of a mixture; times the mass ratio where properties mix by mass. If extinction
+    /// follows density, the factor on density divides the radiative part.
     pub conductivity: Parts<R>,
-    /// Mass where it has replaced all the virgin material, over the mass of that.
+    /// Mass ratio to the virgin material, at full replacement.
     pub remains: R,
-    /// Its enthalpy over that mass of the virgin material, by that of the rows it is read from, and where those begin, J/kg.
+    /// Enthalpy per virgin mass over that of the table rows read, and formation enthalpy, J/kg.
     pub stores: R,
     pub formation_j_kg: R,
 }
 
-/// Where a pressure falls among the levels of the tables: the level under it, and the share of the way to the next.
+/// Position of a pressure among the table levels: the level below and the fraction towards the next.
 #[derive(Clone, Copy)]
 pub struct Level<R: Real> {
     pub under: R::Still,
     pub share: R,
 }
 
-/// The scales of a ply from a member's columns.
+/// The factors on a ply from a member's columns.
 #[inline(always)]
 pub fn ply_scale<R: Real>(
     ply: &Ply<u32>,
@@ -96,7 +96,7 @@ pub fn ply_scale<R: Real>(
     let density = R::of(bulk.density_kg_m3) * column(ply.density);
     let one = R::constant(1.0);
     let remains = R::of(char.remains);
-    // Of an inert ply nothing is lost, and its factor divides nothing by nothing.
+    // Inert plies lose no mass: avoids 0/0.
     let least = R::constant(1e-6);
     let loss = (one - column(ply.char_yield) * remains) / (one - remains).max(least);
     PlyScale {
@@ -114,7 +114,7 @@ pub fn ply_scale<R: Real>(
     }
 }
 
-/// The scales of a state of a ply from a member's columns.
+/// The factors on a state of a ply from a member's columns.
 #[inline(always)]
 pub fn state_scale<R: Real>(
     row: &Conduction<u32>,
@@ -139,16 +139,16 @@ pub fn state_scale<R: Real>(
     }
 }
 
-/// The spot in the rows of the level under a pressure, and in those of the next.
+/// The table index in the rows of the pressure level below, and of the next level.
 #[inline(always)]
-pub fn levelled<R: Real>(spot: Spot<R>, level: Level<R>) -> [Spot<R>; 2] {
+pub fn levelled<R: Real>(at: Spot<R>, pressure: Level<R>) -> [Spot<R>; 2] {
     let nodes = R::fixed(TABLE_NODES as f64);
-    let under = level.under * nodes + spot.row;
-    [Spot { row: under, share: spot.share }, Spot { row: under + nodes, share: spot.share }]
+    let under = pressure.under * nodes + at.row;
+    [Spot { row: under, share: at.share }, Spot { row: under + nodes, share: at.share }]
 }
 
-/// What a state of a ply is like at a temperature: conductivity (W/m/K) and its slope (W/m/K²), as
-/// scaled, and heat capacity (J/kg/K).
+/// Scaled properties of a state of a ply at a temperature: conductivity (W/m/K), its slope (W/m/K²), and heat capacity
+/// (J/kg/K).
 #[derive(Clone, Copy)]
 pub struct Solid<R> {
     pub conductivity: R,
@@ -156,7 +156,7 @@ pub struct Solid<R> {
     pub heat_capacity: R,
 }
 
-/// A state of a ply by its properties in tables and the scales of its conductivity; the slope on demand, and else nothing.
+/// Properties of a state from its table row and its conductivity factors; the slope is zero unless asked for.
 #[inline(always)]
 pub fn solid<R: Real>(here: Segment<'_, R>, parts: usize, scale: Parts<R>, with_slope: bool) -> Solid<R> {
     let mut conductivity = scale.solid * value(here, 0);
@@ -181,15 +181,14 @@ pub fn solid<R: Real>(here: Segment<'_, R>, parts: usize, scale: Parts<R>, with_
 
 /// Conductance between neighbouring nodes of one ply, W/m²/K.
 ///
-/// The arithmetic mean makes a conductivity that is linear in temperature exact, and lets a front run into
-/// cold material whose conductivity vanishes; the harmonic mean would stall it.
+/// The arithmetic mean is exact for a conductivity linear in temperature, and lets a front enter cold material of
+/// vanishing conductivity, where the harmonic mean would stall it.
 #[inline(always)]
 pub fn conductance_within<R: Real>(conductivity: R, next: R, half_over_next_1_m: R::Still) -> R {
     (conductivity + next) * half_over_next_1_m
 }
 
-/// Conductance between nodes on the two sides of an interface, W/m²/K: two half cells and the contact in
-/// series.
+/// Conductance between nodes on both sides of an interface, W/m²/K: two half cells and the contact in series.
 #[inline(always)]
 pub fn conductance_across<R: Real>(
     conductivity: R,
@@ -202,19 +201,20 @@ pub fn conductance_across<R: Real>(
     both / (next * below_m + conductivity * above_m + contact_m2_k_w * both)
 }
 
-/// What the conductance across an interface gains by a node's conductivity, 1/m: its half cell's share of the
-/// resistance, `G² l/k²`. Within a ply the gain is half over the distance.
+/// Slope of the conductance across an interface by a node's conductivity, 1/m: `G² l/k²`. Within a ply it is half over
+/// the distance.
 #[inline(always)]
 pub fn gain_across<R: Real>(conductance: R, conductivity: R, length_m: R::Still) -> R {
     let share = conductance / conductivity;
     share * share * length_m
 }
 
-/// Slopes of the flux from a node to its neighbour by the node's temperature and, less, by the neighbour's, W/m²/K, with what the flux gains by
-/// either as conductivities have slopes of their own, less what gas carries up: without that a step is second order only while cells are coarse
-/// (1.5 beyond), and jumps of temperature on fine cells run away. Never negative, so that no pivot vanishes.
+/// Slopes of the flux from a node to its neighbour by the node's temperature and, negated, by the neighbour's, W/m²/K.
+/// `conductivity_slopes`: slopes from changing conductivities less those of advection; without them a step is second
+/// order on coarse cells only (1.5 on fine ones), and temperature jumps on fine cells diverge. Never negative, so that
+/// no pivot vanishes.
 #[inline(always)]
-pub fn flux_slopes<R: Real>(conductance: R, gained: [R; 2]) -> [R; 2] {
+pub fn flux_slopes<R: Real>(conductance: R, conductivity_slopes: [R; 2]) -> [R; 2] {
     let zero = R::constant(0.0);
-    [(conductance + gained[0]).max(zero), (conductance - gained[1]).max(zero)]
+    [(conductance + conductivity_slopes[0]).max(zero), (conductance - conductivity_slopes[1]).max(zero)]
 }

@@ -1,4 +1,4 @@
-//! A member: the factors that scale it, its state, and what a march reads of it at the end.
+//! A member: its factors, its state, and its results.
 
 use super::Real;
 use super::compensated::{Pair, raised};
@@ -8,8 +8,8 @@ use super::state::{Accounts, DarcyState, GasState, Reactions, Scales, Sensing, T
 use crate::plan::layout::{HEATS, Ply};
 use crate::plan::{Plan, layout::Rows};
 
-/// One member, or several in lanes. Whether gas flows is a constant: without gas the march is a function of its own,
-/// for which the processor has registers enough.
+/// One member, or several in SIMD lanes. `GAS` is a constant: marches without gas are compiled apart, with enough
+/// registers.
 pub struct Member<'a, R: Real, const GAS: bool> {
     pub(super) plan: &'a Plan,
     pub(super) rows: &'a Rows<R::Scalar>,
@@ -23,7 +23,7 @@ pub struct Member<'a, R: Real, const GAS: bool> {
 }
 
 impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
-    /// What the factors of a member make of what they scale.
+    /// Evaluates all scales from a member's factors.
     #[inline(always)]
     fn scale(plan: &Plan, rows: &Rows<R::Scalar>, column: impl Fn(u32) -> R + Copy) -> Scales<R> {
         let char = |ply: &Ply<u32>| rows.substances[(ply.first_state + ply.states) as usize - 1];
@@ -65,7 +65,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         }
     }
 
-    /// Put the cells of held faces on their schedules, which may jump between steps.
+    /// Sets the cells of held faces to their schedules, which may jump between steps.
     #[inline(always)]
     pub(super) fn hold(&mut self, step: usize) {
         let last = self.thermal.temperatures.len() - 1;
@@ -78,31 +78,31 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         }
     }
 
-    /// How far a cell has moved at a stage, K.
+    /// Increment of a cell's temperature at a stage, K.
     #[inline(always)]
     pub(super) fn moved(&self, cell: usize, stage: usize) -> R {
         if stage == 0 { R::constant(0.0) } else { self.thermal.first[cell] }
     }
 
-    /// A cell's temperature at `T + Δ₁`.
+    /// Temperature of a cell at a stage.
     #[inline(always)]
     pub(super) fn staged(&self, cell: usize, stage: usize) -> Pair<R> {
         raised(self.thermal.temperatures[cell], self.moved(cell, stage))
     }
 
-    /// Length of a step, s. After the last step one more is assembled and not solved: as long as the last.
+    /// Length of a step, s. The step assembled after the last one, for its readings, is as long as the last.
     #[inline(always)]
     pub(super) fn length_s(&self, step: usize) -> R::Still {
         R::still(self.rows.lengths_s[step.min(self.plan.steps() - 1)])
     }
 
-    /// What a sensor's bead shows in one lane, K.
+    /// Temperature of a sensor's bead in one lane, K.
     #[inline(always)]
     pub fn shown_k(&self, sensor: usize, lane: usize) -> f64 {
         self.sensors.beads[sensor].lane(lane)
     }
 
-    /// Heat through the faces and from and to the holder in one lane, in the order of the sums of heat, J/m².
+    /// Heat through the faces and from and to the holder in one lane, in the order of `HEATS`, J/m².
     pub fn heat_j_m2(&self, lane: usize) -> [f64; HEATS] {
         self.accounts.heat.map(|pair| pair.lane(lane))
     }
@@ -112,7 +112,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         self.accounts.stored_j_m2.lane(lane)
     }
 
-    /// What gas took along in one lane: see [`Balance::and_gas`](crate::traces::Balance::and_gas).
+    /// Gas balance of one lane: see [`Balance::and_gas`](crate::traces::Balance::and_gas).
     pub fn gone(&self, lane: usize) -> [f64; 6] {
         let [lost_kg_m2, stored_kg_m2] = self.accounts.lost_and_stored.map(|sum| sum.lane(lane));
         let [in_kg_m2, out_kg_m2, heat_j_m2, gain_j_m2] =
@@ -121,12 +121,12 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         [in_kg_m2, out_kg_m2, heat_j_m2, gain_j_m2, lost_kg_m2, stored_kg_m2]
     }
 
-    /// Coldest and hottest temperature that a ply met in one lane, K.
+    /// Coldest and hottest temperature of a ply in one lane, K.
     pub fn extremes_k(&self, ply: usize, lane: usize) -> (f64, f64) {
         (self.accounts.extremes_k[ply].0.lane(lane), self.accounts.extremes_k[ply].1.lane(lane))
     }
 
-    /// The step on which one lane left all that is known, if it did.
+    /// Step on which a lane diverged, if it did.
     pub fn strayed(&self, lane: usize) -> Option<usize> {
         self.accounts.strayed[lane]
     }

@@ -1,4 +1,4 @@
-//! What a member's cells are made of, and what that is like.
+//! Mixture rules: composition of a cell and its properties.
 
 use super::Real;
 use super::compensated::keep;
@@ -10,27 +10,27 @@ use crate::plan::GasPath;
 use crate::plan::layout::{AIR_PROPERTIES, Bulk, FACE_COLUMNS, Path, STATES_MAX};
 
 impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
-    /// What a member's factors make of a state of a ply.
+    /// Factors of the member on a state of a ply.
     #[inline(always)]
     fn scale_of(&self, ply: usize, state: usize) -> &StateScale<R> {
         &self.scales.states[self.plan.plies[ply].first_state as usize + state]
     }
 
-    /// Volume of a cell in each state of its ply where its reactions stand. Here and below loops run over all states that there
-    /// may be, not over those that there are: then each has a place that is known beforehand, and stays in a register.
+    /// Volume fraction of each state in a cell, from the current advancements. Here and below, loops run over
+    /// `STATES_MAX` states, not over those present: a constant bound keeps the fractions in registers.
     #[inline(always)]
     pub(super) fn phases_of(&self, ply: usize, cell: usize) -> [R; STATES_MAX] {
         let row = &self.plan.plies[ply];
         let mut phases = Self::virgin();
         for j in row.first_reaction as usize..row.end_reaction as usize {
             let place = cell * self.plan.reactions + j - row.first_reaction as usize;
-            let moved = self.reactions.advancements[place].high * R::still(self.rows.reactions[j].share);
-            phases = transferred(phases, self.plan.paths[j], moved);
+            let moved_fraction = self.reactions.advancements[place].high * R::still(self.rows.reactions[j].share);
+            phases = transferred(phases, self.plan.paths[j], moved_fraction);
         }
         phases
     }
 
-    /// The same as a stage sees it.
+    /// Volume fractions at a stage.
     #[expect(clippy::needless_range_loop, reason = "see above")]
     #[inline(always)]
     pub(super) fn phases_at(&self, ply: usize, cell: usize, stage: usize) -> [R; STATES_MAX] {
@@ -43,7 +43,7 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         phases
     }
 
-    /// All of it as it was made.
+    /// Volume fractions of the virgin material.
     #[inline(always)]
     pub(super) fn virgin() -> [R; STATES_MAX] {
         let mut phases = [R::constant(0.0); STATES_MAX];
@@ -51,8 +51,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         phases
     }
 
-    /// Mass of a cell over that of the virgin material.
-    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
+    /// Mass of a cell over its virgin mass.
+    #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
     #[inline(always)]
     pub(super) fn mass_left(&self, ply: usize, phases: [R; STATES_MAX]) -> R {
         let mut density = phases[0];
@@ -64,8 +64,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         keep(density)
     }
 
-    /// Emissivity of the ply behind a face.
-    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
+    /// Emissivity of the ply at a face.
+    #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
     #[inline(always)]
     pub(super) fn face_emissivity(&self, face: usize, ply: usize, cell: usize, at: Spot<R>, stage: usize) -> R {
         let phases = self.phases_at(ply, cell, stage);
@@ -82,34 +82,34 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         if by_volume { sum } else { sum / self.mass_left(ply, phases) }
     }
 
-    /// The row of a ply's tables under a spot.
+    /// Row of a ply's tables at a table index.
     #[inline(always)]
     pub(super) fn row_of(&self, ply: usize, at: Spot<R>) -> Segment<'a, R> {
         let (rows, ply) = (self.rows, &self.plan.plies[ply]);
         segment(&rows.tables, at, ply.columns as usize, ply.table as usize)
     }
 
-    /// Of such a row what it says of a state.
+    /// Columns of a state in a row.
     #[inline(always)]
     pub(super) fn state_of(&self, state: usize, row: Segment<'a, R>) -> Segment<'a, R> {
         beyond(row, state * self.plan.properties())
     }
 
-    /// Of such a row what it says of the gas: its enthalpy, the slope of that, molar mass and viscosity.
+    /// Columns of the gas in a row: enthalpy, its slope, molar mass and viscosity.
     #[inline(always)]
     pub(super) fn gas_of(&self, ply: usize, row: Segment<'a, R>) -> Segment<'a, R> {
         self.state_of(self.plan.plies[ply].rows as usize, row)
     }
 
-    /// Absolute enthalpy of a state of a ply once that of the rows it is read from has risen by so much, J/kg over the mass that was there
-    /// as virgin material.
+    /// Absolute enthalpy of a state of a ply, J per kg of the replaced virgin mass. `risen_j_kg`: integral of the heat
+    /// capacity in the table row.
     #[inline(always)]
     pub(super) fn enthalpy_of(&self, ply: usize, state: usize, risen_j_kg: R) -> R {
         let own = self.scale_of(ply, state);
         own.stores * risen_j_kg + own.formation_j_kg
     }
 
-    /// How much enthalpy has risen in a cell and how fast it rises, of all states of its ply that have rows.
+    /// Stores the enthalpy rise of a cell (J/kg) and its heat capacity (J/kg/K) for all states with table rows.
     #[inline(always)]
     pub(super) fn rise_at(&mut self, p: usize, i: usize, row: Segment<'a, R>) {
         for state in 0..STATES_MAX {
@@ -120,15 +120,15 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         }
     }
 
-    /// What such a cell is like with so much of its volume in each state, by the row of the level under its pressure: its heat
-    /// capacity in a volume as drawn, J/m³/K.
+    /// Properties of a cell with given volume fractions, from the row of the pressure level below; heat capacity per
+    /// unstretched volume, J/m³/K.
     #[inline(always)]
     pub(super) fn mixture(
         &self,
         p: usize,
         at: Spot<R>,
         row: Segment<'a, R>,
-        level: Level<R>,
+        pressure: Level<R>,
         phases: [R; STATES_MAX],
         with_slope: bool,
     ) -> Solid<R> {
@@ -136,16 +136,16 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         let per_left = R::constant(1.0) / left;
         let mut here = self.of_states(p, row, phases, with_slope);
         if self.plan.levels > 1 {
-            let over = self.of_states(p, self.row_of(p, levelled(at, level)[1]), phases, with_slope);
-            here.conductivity = here.conductivity + level.share * (over.conductivity - here.conductivity);
-            here.slope = here.slope + level.share * (over.slope - here.slope);
+            let over = self.of_states(p, self.row_of(p, levelled(at, pressure)[1]), phases, with_slope);
+            here.conductivity = here.conductivity + pressure.share * (over.conductivity - here.conductivity);
+            here.slope = here.slope + pressure.share * (over.slope - here.slope);
         }
         Solid { conductivity: here.conductivity * per_left, slope: here.slope * per_left, ..here }
     }
 
-    /// What the states of such a cell add up to, by a row of their tables. Those that are so many times the virgin one are added before the row
-    /// is read, which takes longer than all that is done with it.
-    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
+    /// Sums over the states of a cell at one pressure level. States that are multiples of the virgin one are summed
+    /// before the row is read, as the read costs more than the sums.
+    #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
     #[inline(always)]
     fn of_states(&self, p: usize, row: Segment<'a, R>, phases: [R; STATES_MAX], with_slope: bool) -> Solid<R> {
         let (mass_kg_m3, ply) = (self.scales.plies[p].mass_kg_m3, self.plan.plies[p]);
@@ -166,8 +166,8 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
         sum
     }
 
-    /// Conductivity of a cell with the composition of the instant at hand, W/m/K. Stages see that of another one, by which
-    /// what a sensor beside the cell reads would be off by the first order of a step.
+    /// Conductivity of a cell with its current composition, W/m/K. Stages use the composition at another time, which
+    /// would give a sensor next to the cell an error of first order in the step.
     #[inline(always)]
     pub(super) fn conductivity_now(&self, p: usize, i: usize, step: usize) -> R {
         let ply = self.plan.plies[p];
@@ -175,12 +175,12 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             return self.thermal.matter[i].conductivity;
         }
         let at = spot(self.thermal.temperatures[i].high);
-        let level = self.level_of(i, step, 0);
-        let row = self.row_of(p, levelled(at, level)[0]);
-        self.mixture(p, at, row, level, self.phases_of(p, i), false).conductivity
+        let pressure = self.level_of(i, step, 0);
+        let row = self.row_of(p, levelled(at, pressure)[0]);
+        self.mixture(p, at, row, pressure, self.phases_of(p, i), false).conductivity
     }
 
-    /// Where the pressure of a cell falls among the levels of the tables.
+    /// Position of a cell's pressure among the table levels.
     #[inline(always)]
     pub(super) fn level_of(&self, i: usize, step: usize, stage: usize) -> Level<R> {
         let zero = R::constant(0.0);
@@ -192,13 +192,13 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
             pressure_pa = self.darcy.pressures[i].high;
         }
         let last = self.plan.levels - 2;
-        let way = level(pressure_pa, R::constant(self.plan.middle_pa)) * R::fixed((last + 1) as f64);
-        let under = way.floor(last as u32);
-        Level { under, share: way - under }
+        let position = level(pressure_pa, R::constant(self.plan.middle_pa)) * R::fixed((last + 1) as f64);
+        let under = position.floor(last as u32);
+        Level { under, share: position - under }
     }
 
-    /// Enthalpy of a cell over its virgin mass, J/kg.
-    #[expect(clippy::needless_range_loop, reason = "the twin in WGSL runs over the same indices")]
+    /// Enthalpy of a cell per virgin mass, J/kg.
+    #[expect(clippy::needless_range_loop, reason = "the WGSL twin has the same loop")]
     #[inline(always)]
     pub(super) fn solid_enthalpy(&self, ply: usize, phases: [R; STATES_MAX], here: Segment<'a, R>) -> R {
         let mut risen_j_kg = integral(here, 1);
@@ -215,14 +215,14 @@ impl<'a, R: Real, const GAS: bool> Member<'a, R, GAS> {
     }
 }
 
-/// What some states of a cell add up to by their volumes: see [`StateScale`].
+/// Volume-weighted sums over the states of a cell: see [`StateScale`].
 pub(super) struct Together<R> {
     pub conductivity: Parts<R>,
     pub stores: R,
     pub remains: R,
 }
 
-/// The sum over as many states as there are volumes.
+/// The sums over as many states as there are volume fractions.
 #[inline(always)]
 pub(super) fn together<R: Real>(phases: &[R], own: &[StateScale<R>], parts: usize) -> Together<R> {
     let mut conductivity = own[0].conductivity.times(phases[0], parts);
@@ -236,35 +236,35 @@ pub(super) fn together<R: Real>(phases: &[R], own: &[StateScale<R>], parts: usiz
     Together { conductivity, stores, remains }
 }
 
-/// What the conductivity that the states of a cell add up to is divided by: parts weigh by their volume in what is left of the thickness, or by
-/// their mass in what is left of that too.
+/// Divisor of the summed conductivities: the thickness ratio where parts mix by volume, times the mass ratio where they
+/// mix by mass.
 #[inline(always)]
 pub(super) fn left_of<R: Real>(density: R, ply: PlyScale<R>, bulk: Bulk<R::Scalar>) -> R {
     let stretch = stretch_of(density, ply, bulk);
     if bulk.by_volume == R::scalar(1.0) { stretch } else { density * stretch }
 }
 
-/// Share lost of all that a ply can lose.
+/// Degree of conversion: mass lost over the mass lost at full conversion.
 #[inline(always)]
 pub(super) fn converted<R: Real>(density: R, ply: PlyScale<R>) -> R {
     (R::constant(1.0) - density) * ply.per_loss
 }
 
-/// Thickness of a cell over that of the virgin one.
+/// Thickness of a cell over its virgin thickness.
 #[inline(always)]
 pub(super) fn stretch_of<R: Real>(density: R, ply: PlyScale<R>, bulk: Bulk<R::Scalar>) -> R {
     R::constant(1.0) - converted(density, ply) * R::still(bulk.shrinkage)
 }
 
-/// Volumes once so much of the whole has gone over from one state to another.
+/// Volume fractions after a transfer of `moved` from one state to another.
 #[inline(always)]
-pub(super) fn transferred<R: Real>(mut phases: [R; STATES_MAX], path: Path<u32>, moved: R) -> [R; STATES_MAX] {
+pub(super) fn transferred<R: Real>(mut phases: [R; STATES_MAX], path: Path<u32>, moved_fraction: R) -> [R; STATES_MAX] {
     for (state, phase) in phases.iter_mut().enumerate() {
         if path.source as usize == state {
-            *phase = *phase - moved;
+            *phase = *phase - moved_fraction;
         }
         if path.product as usize == state {
-            *phase = *phase + moved;
+            *phase = *phase + moved_fraction;
         }
     }
     phases

@@ -1,8 +1,8 @@
-//! How one member moves: one text, generic over [`Real`], with a WGSL twin for each file in `shaders/`.
+//! The physics of one member, written once and generic over [`Real`]; each file has a WGSL twin in `shaders/`.
 //!
-//! `C(T) dT/dt = F_above − F_below` on finite volumes, heat flux positive towards the back face. The twins
-//! hold the same functions in the same order and do the same operations in the same order, which is why
-//! loops here run over indices: likeness to the shader is worth more than idiom.
+//! `C(T) dT/dt = F_above − F_below` on finite volumes, heat flux positive towards the back face. Both twins hold the
+//! same functions in the same order and do the same operations in the same order. Loops therefore run over indices, as
+//! in the shader.
 
 mod carrying;
 pub mod compensated;
@@ -69,33 +69,33 @@ pub(crate) fn constants() -> Vec<(String, f64)> {
         ("LN_2", std::f64::consts::LN_2),
         ("LN_2_HIGH", exponential::LN_2_HIGH),
         ("LN_2_LOW", exponential::LN_2_LOW),
-        ("LARGEST", exponential::LARGEST),
+        ("EXP_ARGUMENT_MAX", exponential::LARGEST),
         ("STEFAN_BOLTZMANN", faces::STEFAN_BOLTZMANN),
-        ("LEAST", tridiagonal::LEAST),
-        ("EASE", reacting::EASE),
-        ("LEAST_LEFT", reacting::LEAST_LEFT),
+        ("FLUSH_THRESHOLD", tridiagonal::LEAST),
+        ("DAMPING_SHARE", reacting::EASE),
+        ("REACTANT_MIN", reacting::LEAST_LEFT),
         ("PRESSURE_GAMMA", flowing::PRESSURE_GAMMA),
-        ("LEAST_PASSING", flowing::LEAST_PASSING),
-        ("VIRGIN_LOST", gauges::VIRGIN_LOST),
-        ("CHAR_LOST", gauges::CHAR_LOST),
+        ("CONDUCTANCE_MIN", flowing::LEAST_PASSING),
+        ("VIRGIN_CONVERSION", gauges::VIRGIN_LOST),
+        ("CHAR_CONVERSION", gauges::CHAR_LOST),
         ("VIRGIN_LOG_ODDS", gauges::VIRGIN_LOG_ODDS),
         ("CHAR_LOG_ODDS", gauges::CHAR_LOG_ODDS),
-        ("CONVERSION_LEAST", gauges::CONVERSION_LEAST),
+        ("CONVERSION_MIN", gauges::CONVERSION_LEAST),
         ("GAMMA", GAMMA),
-        ("STRAY_MARGIN_K", f64::from(step::STRAY_MARGIN_K)),
-        ("STRAY_SPAN_K", f64::from(step::STRAY_SPAN_K)),
+        ("DIVERGENCE_MARGIN_K", f64::from(step::STRAY_MARGIN_K)),
+        ("DIVERGENCE_SPAN_K", f64::from(step::STRAY_SPAN_K)),
     ];
-    let of_series = |name: &str, series: &[f64]| {
+    let coefficients = |name: &str, series: &[f64]| {
         let named = series.iter().enumerate().map(|(power, &term)| (format!("{name}_{power}"), term));
         named.collect::<Vec<_>>()
     };
     let mut all: Vec<_> = named.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    all.extend(of_series("SERIES", &exponential::SERIES));
-    all.extend(of_series("SHORT", &exponential::SHORT_SERIES));
+    all.extend(coefficients("SERIES_F64", &exponential::SERIES));
+    all.extend(coefficients("SERIES_F32", &exponential::SHORT_SERIES));
     all
 }
 
-/// A number a march is made of: `f64` the truth, `f32` the shader's twin, or lanes of members of either.
+/// The number type of a march: `f64`, `f32` (bit for bit the shader's arithmetic), or SIMD lanes of either.
 pub trait Real:
     Copy
     + Send
@@ -109,20 +109,20 @@ pub trait Real:
     + Sub<<Self as Real>::Still, Output = Self>
     + Mul<<Self as Real>::Still, Output = Self>
 {
-    /// What the rows of a plan hold.
+    /// The scalar of a plan's rows.
     type Scalar: Copy + PartialEq + Send + Sync;
-    /// A number that no factor changes, as those of rows and tables: what a dual number is multiplied by for half the work. Other numbers
-    /// are their own.
+    /// A number that no factor changes, such as those of rows and tables. Multiplying a dual number by one costs half a
+    /// product of two dual numbers. Other number types are their own `Constant`.
     type Still: Real<Scalar = Self::Scalar, Still = Self::Still>;
-    /// Where the row of a table begins, one a lane.
+    /// Offset of the table row of each lane.
     type Place: Copy + Default + Send + Sync;
-    /// The rows of a table at some places.
+    /// Table rows at given offsets.
     type Rows<'p, 'a>: Copy;
-    /// A row of a table, one a lane.
+    /// One table row a lane.
     type Row<'a>: Copy;
-    /// Lanes, that is members carried at once.
+    /// Members marched at once.
     const LANES: usize;
-    /// Binary digits behind the first.
+    /// Mantissa bits, without the leading one.
     const DIGITS: u32;
 
     fn scalar(value: f64) -> Self::Scalar;
@@ -142,42 +142,42 @@ pub trait Real:
     fn lane(self, lane: usize) -> f64;
     fn max(self, other: Self) -> Self;
     fn min(self, other: Self) -> Self;
-    /// Zero where it is nearer zero than `least` in f32; in f64 what it is.
-    fn settled(self, least: Self) -> Self;
-    /// It less `by` times what [`settled`](Self::settled) makes of `before`.
-    fn less_times(self, by: Self, before: Self, least: Self) -> Self;
+    /// Zero if |self| < `threshold` in f32; the value itself in f64.
+    fn settled(self, threshold: Self) -> Self;
+    /// `self − factor × before`, with `before` flushed as by [`flush_tiny`](Self::flush_tiny).
+    fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self;
     fn sqrt(self) -> Self;
-    /// One where it is not below `mark`, else zero.
-    fn reached(self, mark: Self) -> Self;
+    /// One if self ≥ `threshold`, else zero.
+    fn reached(self, threshold: Self) -> Self;
     /// Whether any lane is not zero.
     fn any(self) -> bool;
-    /// The whole number nearest, of two as near the even one.
+    /// Rounds to the nearest integer, ties to even.
     fn nearest(self) -> Self;
-    /// Two to the power of a whole number within ±126.
+    /// 2ⁿ of an integer n within ±126.
     fn two_to(self) -> Self;
-    /// The whole power of two under a positive number, as f32 holds it.
+    /// Binary exponent of a positive number, in f32.
     fn twos(self) -> Self;
-    /// The number over that power of two: one to two.
+    /// Mantissa of a positive number, in f32: from one to two.
     fn mantissa(self) -> Self;
-    /// The whole number under it, from zero to `most`.
-    fn floor(self, most: u32) -> Self::Still;
-    /// The rows of a table of so many columns that whole numbers count to; where they begin is kept in as many places.
+    /// Largest integer not above the value, clamped to 0…`max`.
+    fn floor(self, max: u32) -> Self::Still;
+    /// Rows of a table with `columns` columns, by the row number of each; stores their offsets in `offsets`.
     fn rows<'p, 'a>(
-        places: &'p mut [Self::Place],
+        offsets: &'p mut [Self::Place],
         table: &'a [Self::Scalar],
         columns: usize,
-        row: impl FnMut(usize) -> Self::Still,
+        row_number: impl FnMut(usize) -> Self::Still,
     ) -> Self::Rows<'p, 'a>;
-    /// One of them.
+    /// Row `i`.
     fn row<'a>(rows: Self::Rows<'_, 'a>, i: usize) -> Self::Row<'a>;
-    /// One four of the columns of a row.
-    fn four(row: Self::Row<'_>, four: usize) -> [Self::Still; ABREAST];
-    /// Whether each lane lies in zero to `span`; by its bits, which also tells what is no number.
-    fn within(self, span: f32, lane: impl FnMut(usize));
+    /// One group of `COLUMNS_PER_LOAD` columns of a row.
+    fn four(row: Self::Row<'_>, group: usize) -> [Self::Still; ABREAST];
+    /// Calls `outside` for each lane outside 0…`span`. Compares bits, so that NaN is outside.
+    fn within(self, span: f32, outside: impl FnMut(usize));
 }
 
 macro_rules! scalar {
-    ($real:ty, $settles:expr, $whole:expr, $bias:expr, $digits:expr) => {
+    ($real:ty, $flushes:expr, $rounding_magic:expr, $bias:expr, $mantissa_bits:expr) => {
         impl Real for $real {
             type Scalar = $real;
             type Still = $real;
@@ -185,7 +185,7 @@ macro_rules! scalar {
             type Rows<'p, 'a> = (&'p [usize], &'a [$real], usize);
             type Row<'a> = &'a [$real];
             const LANES: usize = 1;
-            const DIGITS: u32 = $digits;
+            const DIGITS: u32 = $mantissa_bits;
 
             #[inline(always)]
             fn scalar(value: f64) -> $real {
@@ -212,20 +212,20 @@ macro_rules! scalar {
                 if self < other { self } else { other }
             }
             #[inline(always)]
-            fn settled(self, least: Self) -> Self {
-                if $settles && self.abs() < least { 0.0 } else { self }
+            fn settled(self, threshold: Self) -> Self {
+                if $flushes && self.abs() < threshold { 0.0 } else { self }
             }
             #[inline(always)]
-            fn less_times(self, by: Self, before: Self, least: Self) -> Self {
-                if $settles && before.abs() < least { self } else { self - by * before }
+            fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self {
+                if $flushes && before.abs() < threshold { self } else { self - factor * before }
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
                 <$real>::sqrt(self)
             }
             #[inline(always)]
-            fn reached(self, mark: Self) -> Self {
-                if self >= mark { 1.0 } else { 0.0 }
+            fn reached(self, threshold: Self) -> Self {
+                if self >= threshold { 1.0 } else { 0.0 }
             }
             #[inline(always)]
             fn any(self) -> bool {
@@ -233,12 +233,12 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn nearest(self) -> Self {
-                (self + $whole) - $whole
+                (self + $rounding_magic) - $rounding_magic
             }
             #[inline(always)]
             fn two_to(self) -> Self {
-                // The last bits of the sum are the exponent.
-                <$real>::from_bits((self + ($whole + $bias)).to_bits() << $digits)
+                // The low bits of the sum are the biased exponent.
+                <$real>::from_bits((self + ($rounding_magic + $bias)).to_bits() << $mantissa_bits)
             }
             #[inline(always)]
             fn twos(self) -> Self {
@@ -249,43 +249,44 @@ macro_rules! scalar {
                 f32::from_bits((self as f32).to_bits() & 0x007f_ffff | 0x3f80_0000).into()
             }
             #[inline(always)]
-            fn floor(self, most: u32) -> Self {
-                // What is no number counts as none. By way of an integer takes longer than all else that is done to a spot.
-                let inside = Real::min(Real::max(self, 0.0), most as $real);
+            fn floor(self, max: u32) -> Self {
+                // NaN becomes zero. A conversion to an integer and back would take longer than the rest of the table
+                // look-up.
+                let inside = Real::min(Real::max(self, 0.0), max as $real);
                 let nearest = inside.nearest();
                 if nearest > inside { nearest - 1.0 } else { nearest }
             }
             #[inline(always)]
             fn rows<'p, 'a>(
-                places: &'p mut [usize],
+                offsets: &'p mut [usize],
                 table: &'a [$real],
                 columns: usize,
-                mut row: impl FnMut(usize) -> $real,
+                mut row_number: impl FnMut(usize) -> $real,
             ) -> Self::Rows<'p, 'a> {
-                for (i, place) in places.iter_mut().enumerate() {
-                    // The last 22 bits of the sum are the number.
-                    *place = columns * ((row(i) + $whole).to_bits() as usize & 0x003f_ffff);
+                for (i, offset) in offsets.iter_mut().enumerate() {
+                    // The low 22 bits of the sum are the integer.
+                    *offset = columns * ((row_number(i) + $rounding_magic).to_bits() as usize & 0x003f_ffff);
                 }
-                (places, table, columns)
+                (offsets, table, columns)
             }
             #[inline(always)]
-            fn row<'a>((places, table, columns): Self::Rows<'_, 'a>, i: usize) -> &'a [$real] {
-                &table[places[i]..places[i] + columns]
+            fn row<'a>((offsets, table, columns): Self::Rows<'_, 'a>, i: usize) -> &'a [$real] {
+                &table[offsets[i]..offsets[i] + columns]
             }
             #[inline(always)]
-            fn four(row: &[$real], four: usize) -> [Self; ABREAST] {
-                row.as_chunks().0[four]
+            fn four(row: &[$real], group: usize) -> [Self; ABREAST] {
+                row.as_chunks().0[group]
             }
             #[inline(always)]
-            fn within(self, span: f32, mut stray: impl FnMut(usize)) {
+            fn within(self, span: f32, mut outside: impl FnMut(usize)) {
                 if (self as f32).to_bits() > span.to_bits() {
-                    stray(0);
+                    outside(0);
                 }
             }
         }
     };
 }
 
-// So large that the next number is one more: adding it rounds to a whole number, halves to the even one.
+// 1.5 × 2^(mantissa bits): the spacing there is one, so adding it rounds to an integer, ties to even.
 scalar!(f32, true, 12_582_912.0, 127.0, 23);
 scalar!(f64, false, 6_755_399_441_055_744.0, 1023.0, 52);

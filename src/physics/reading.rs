@@ -1,13 +1,13 @@
-//! What a thermocouple reads.
+//! Thermocouple readings.
 
 use super::Real;
 use super::compensated::{Pair, advanced, difference, raised};
 use crate::plan::layout::{Bead, Sensor};
 
-/// Temperature on the face between two nodes, as the sensor weighs its upper and lower side.
+/// Temperature on the face between two nodes, weighted between its upper and its lower side.
 ///
-/// The flux from node to node, carried back over half a cell, gives either side to second order, and keeps
-/// the jump across a contact that the mean of the nodes would smear.
+/// The flux between the nodes, extrapolated over half a cell, gives either side to second order, and keeps the jump
+/// across a contact, which the mean of the nodes would smear.
 #[inline(always)]
 pub fn reading<R: Real>(
     upper: Pair<R>,
@@ -25,11 +25,10 @@ pub fn reading<R: Real>(
     raised(upper, -fall)
 }
 
-/// Part of a stretch that a shift covers, m: of the stretch that begins at `start_m` and is `length_m` long. Without a
-/// shift the parts of the two stretches beside a sensor grow by half each with the shift, so that the derivative of its
-/// reading is the mean of the two slopes. A stretch that is extended backwards has a negative part where the shift
-/// points away from it: a sensor on an outer face has no stretch on its other side, and the derivative of its reading
-/// is the slope into the layup.
+/// Part of a stretch that a depth shift covers, m. The stretch begins at `start_m` and is `length_m` long. Without a
+/// shift, the parts of the two stretches next to a sensor each have half the derivative, so that the derivative of the
+/// reading is the mean of both slopes. An extended stretch may have a negative part: a sensor on an outer face has one
+/// stretch only, and the derivative of its reading is the slope into the layup.
 #[inline(always)]
 pub fn covered<R: Real>(shift_m: R, start_m: R, length_m: R, is_extended: bool) -> R {
     let part_m = shift_m - start_m;
@@ -39,7 +38,7 @@ pub fn covered<R: Real>(shift_m: R, start_m: R, length_m: R, is_extended: bool) 
     part_m.max(R::constant(0.0)).min(length_m)
 }
 
-/// The bead after a step over which the layup went from one reading to another.
+/// Bead temperature after a step between two readings.
 #[inline(always)]
 pub fn followed<R: Real>(bead: Pair<R>, before: Pair<R>, now: Pair<R>, weights: Bead<R::Scalar>) -> Pair<R> {
     let start = R::of(weights.start) * difference(before, bead);

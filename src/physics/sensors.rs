@@ -1,4 +1,4 @@
-//! The sensors of a member: temperatures between nodes, and thermocouple beads that lag behind them.
+//! Sensors of a member: temperatures between nodes, and the lag of thermocouple beads.
 
 use super::Real;
 use super::compensated::{Pair, difference, raised};
@@ -7,14 +7,14 @@ use super::member::Member;
 use super::reading::{covered, followed, reading};
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// The temperature at a sensor's place.
+    /// Temperature at a sensor's nominal or shifted depth.
     #[inline(always)]
     pub(super) fn read_sensor(&self, sensor: usize, step: usize) -> Pair<R> {
-        let (place, cells) = (self.plan.places[sensor], &self.rows.cells);
-        let (i, ply) = (place.cell as usize, place.ply_above as usize);
+        let (location, cells) = (self.plan.places[sensor], &self.rows.cells);
+        let (i, ply) = (location.cell as usize, location.ply_above as usize);
         let conductivity = self.conductivity_now(ply, i, step);
-        let next = self.conductivity_now(place.ply_below as usize, i + 1, step);
-        let conductance = if place.ply_above == place.ply_below {
+        let next = self.conductivity_now(location.ply_below as usize, i + 1, step);
+        let conductance = if location.ply_above == location.ply_below {
             conductance_within(conductivity, next, R::still(cells[i].half_over_next_1_m))
         } else {
             let (below_m, above_m) = (R::still(cells[i].below_m), R::still(cells[i + 1].above_m));
@@ -30,34 +30,33 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         nominal
     }
 
-    /// What a sensor reads more as it lies deeper than nominal, K: along straight lines from its face to the nearest
-    /// node, given how much temperature falls there over and under the face (K/m), and on from node to node, on the side that it
-    /// is shifted to.
+    /// Change of a sensor's reading by its depth shift, K: along straight lines from its face to the nearest node, with
+    /// the temperature falls above and below the face (K/m), then from node to node in the direction of the shift.
     #[inline(always)]
     fn displaced(&self, sensor: usize, fall_above_k_m: R, fall_below_k_m: R) -> R {
-        let (place, row, cells) = (self.plan.places[sensor], self.rows.sensors[sensor], &self.rows.cells);
+        let (location, sensor_row, cells) = (self.plan.places[sensor], self.rows.sensors[sensor], &self.rows.cells);
         let zero = R::constant(0.0);
         let shift_m = self.scales.shifts_m[sensor];
-        // On an outer face the node is on the face, and there are nodes on one side only.
-        let is_inside = place.node_above < place.node_below;
-        let mut start_m = R::of(row.below_m);
+        // On an outer face the node lies on the face, and all other nodes on one side.
+        let is_inside = location.node_above < location.node_below;
+        let mut start_m = R::of(sensor_row.below_m);
         let mut rise = zero;
         if is_inside {
             rise = -(fall_below_k_m * covered(shift_m, zero, start_m, false));
         }
-        for step in 0..place.steps_below as usize {
-            let j = place.node_below as usize + step;
+        for step in 0..location.steps_below as usize {
+            let j = location.node_below as usize + step;
             let length_m = R::of(cells[j].below_m) + R::of(cells[j + 1].above_m);
             let gain = difference(self.thermal.temperatures[j + 1], self.thermal.temperatures[j]) / length_m;
             rise = rise + gain * covered(shift_m, start_m, length_m, !is_inside && step == 0);
             start_m = start_m + length_m;
         }
-        start_m = R::of(row.above_m);
+        start_m = R::of(sensor_row.above_m);
         if is_inside {
             rise = rise + fall_above_k_m * covered(-shift_m, zero, start_m, false);
         }
-        for step in 0..place.steps_above as usize {
-            let j = place.node_above as usize - step;
+        for step in 0..location.steps_above as usize {
+            let j = location.node_above as usize - step;
             let length_m = R::of(cells[j - 1].below_m) + R::of(cells[j].above_m);
             let gain = difference(self.thermal.temperatures[j - 1], self.thermal.temperatures[j]) / length_m;
             rise = rise + gain * covered(-shift_m, start_m, length_m, !is_inside && step == 0);
@@ -66,7 +65,7 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         rise
     }
 
-    /// Read the sensors at the start of a step, and let the beads follow over the step before.
+    /// Reads the sensors at the start of a step, and lets the beads follow over the step before.
     #[inline(always)]
     pub(super) fn look(&mut self, step: usize) {
         let sensors = self.sensors.beads.len();

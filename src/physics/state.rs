@@ -1,4 +1,4 @@
-//! The state of a member, or of several in lanes: one struct for each part of the physics.
+//! The state of one or several members: one struct for each part of the physics.
 
 use super::Real;
 use super::compensated::Pair;
@@ -8,7 +8,7 @@ use super::material::{PlyScale, StateScale};
 use crate::plan::layout::{Drive, HEATS};
 use crate::plan::{GasPath, Plan, layout::Rows};
 
-/// What the member's factors make of plies, contacts, faces and sensors; constant through a march.
+/// Factors of the member on plies, contacts, faces and sensors; constant over a march.
 pub(super) struct Scales<R: Real> {
     pub(super) plies: Vec<PlyScale<R>>,
     /// Ply × state.
@@ -31,23 +31,23 @@ pub(super) struct Matter<R> {
     pub(super) capacity: R,
 }
 
-/// What a face adds to the matrix row of its cell.
+/// Contribution of a face to the matrix row of its cell.
 #[derive(Clone, Copy)]
 pub(super) struct Edge<R: Real> {
-    /// One where the face follows its schedule, and the rise of that over the step, K.
+    /// One if the face is held at its schedule, else zero; and the rise of the schedule over the step, K.
     pub(super) held: R::Still,
     pub(super) rise_k: R::Still,
-    /// Heat flux from outside at this stage; γr, W/m²; γ times the slope of the heat flux, W/m²/K.
+    /// Heat flux from outside at this stage and γr, W/m²; γ times the slope of the heat flux, W/m²/K.
     pub(super) flux: R,
     pub(super) driven: R,
     pub(super) slope: R,
 }
 
-/// A cell's matrix row after elimination: the ratio below the diagonal, the reciprocal of the pivot, the ratio above
-/// the diagonal; the heat capacity of the cell at the first stage, J/m²/K, which the second stage reads; and the
-/// right-hand side of the stage, W/m², replaced after the second stage by the sum of both increments, K.
+/// A cell's matrix row after elimination: lower ratio, reciprocal pivot and upper ratio; heat capacity of the cell at
+/// the first stage, J/m²/K, for the second stage; and the right-hand side of the stage, W/m², replaced after the second
+/// stage by the sum of both increments, K.
 ///
-/// The fields of a cell lie side by side: separate columns need more base addresses than a processor has registers.
+/// One struct a cell: separate columns need more base addresses than a processor has registers.
 #[derive(Clone, Copy)]
 pub(super) struct Eliminated<R> {
     pub(super) under: R,
@@ -62,11 +62,11 @@ pub(super) struct Thermal<R: Real> {
     /// Of each cell at the start of the step, K.
     pub(super) temperatures: Vec<Pair<R>>,
     pub(super) edges: [Edge<R>; 2],
-    /// Heat that the cells of both faces conduct onwards at this stage, W/m², and −γ times its slopes: by the cell's
-    /// temperature and, with the opposite sign, by that of its neighbour, W/m²/K.
+    /// Heat conducted onwards by the cells of both faces at this stage, W/m², and −γ times its slopes by the cell's
+    /// temperature and, negated, by that of its neighbour, W/m²/K.
     pub(super) passed: [R; 2],
     pub(super) passed_slopes: [[R; 2]; 2],
-    /// Where the table rows of the cells of the current ply begin, and the fractions of the way to the next rows.
+    /// Table row offsets of the cells of the current ply, and the fractions towards the next rows.
     pub(super) row_places: Vec<R::Place>,
     pub(super) row_shares: Vec<R>,
     /// Of each cell at the stage last evaluated.
@@ -76,49 +76,48 @@ pub(super) struct Thermal<R: Real> {
     pub(super) first: Vec<R>,
 }
 
-/// Sensor readings at the end of the last step, and the thermocouple beads that lag behind them, K.
+/// Sensor readings at the end of the last step, and temperatures of the lagging thermocouple beads, K.
 pub(super) struct Sensing<R> {
     pub(super) readings: Vec<Pair<R>>,
     pub(super) beads: Vec<Pair<R>>,
 }
 
-/// Advancement of the reactions and what they release.
+/// Advancements of the reactions and their sources of gas and heat.
 pub(super) struct Reactions<R> {
     /// Cell × reaction.
     pub(super) advancements: Vec<Pair<R>>,
-    /// Stage; cell × state: its share of the volume.
+    /// Stage; cell × state: volume fraction.
     pub(super) phases: [Vec<R>; 2],
-    /// Cell × state that has table rows: the rise of its enthalpy at the first stage (J/kg) and its heat capacity
-    /// (J/kg/K).
+    /// Cell × state with table rows: enthalpy rise at the first stage (J/kg) and heat capacity (J/kg/K).
     pub(super) risen: Vec<[R; 2]>,
-    /// Gas that a cell makes (kg/m²/s) and heat that its reactions absorb (W/m²): at the second stage, and the mean of
-    /// the last step.
+    /// Gas source of a cell (kg/m²/s) and heat absorbed by its reactions (W/m²): at the second stage, and mean of the
+    /// last step.
     pub(super) made: Vec<R>,
     pub(super) absorbed: Vec<R>,
     pub(super) made_mean: Vec<R>,
     pub(super) absorbed_mean: Vec<R>,
-    /// Slope of the heat that the reactions of a cell absorb, by its temperature, W/m²/K.
+    /// Slope of the heat absorbed by a cell's reactions, by its temperature, W/m²/K.
     pub(super) restraints: Vec<R>,
-    /// Heat that reactions release beyond the enthalpies they consume, at a stage: in all, and in the end cells, W/m².
+    /// Heat released by reactions beyond the enthalpies they consume, at a stage: in total, and in the end cells, W/m².
     pub(super) given: R,
     pub(super) given_ends: [R; 2],
 }
 
-/// Pyrolysis gas, whatever drives it.
+/// Pyrolysis gas, for every flow model.
 pub(super) struct GasState<R> {
     /// Enthalpy of the gas in a cell (J/kg) and its slope (J/kg/K).
     pub(super) gas_j_kg: Vec<R>,
     pub(super) gas_rises: Vec<R>,
-    /// Flux up through the face under each cell at a stage, and out of the hot face at either stage, kg/m²/s.
+    /// Upward mass flux under each cell at a stage, and out of the hot face at each stage, kg/m²/s.
     pub(super) flows: Vec<R>,
     pub(super) leaving: [R; 2],
     pub(super) back_leaving: R,
-    /// Out of the hot face at this stage; means of the last two steps.
+    /// Outflow through the hot face at this stage; means of the last two steps, kg/m²/s.
     pub(super) outflow: R,
     pub(super) recent: [R; 2],
 }
 
-/// Gas driven by Darcy's law: pressures and the linear system of their step.
+/// Darcy flow: pressures and the linear system of their step.
 pub(super) struct DarcyState<R> {
     /// Pa, and their rates, Pa/s.
     pub(super) pressures: Vec<Pair<R>>,
@@ -130,7 +129,7 @@ pub(super) struct DarcyState<R> {
     pub(super) mean_flows: Vec<R>,
     pub(super) mean_leaving: R,
     pub(super) supply: Vec<R>,
-    /// By how much the supply of the first stage exceeds the mean, and that of the second falls short of it.
+    /// Excess of the gas supply at the first stage over the mean; subtracted at the second.
     pub(super) surges: Vec<R>,
     pub(super) first_flows: Vec<R>,
     pub(super) slopes_above: Vec<R>,
@@ -142,7 +141,7 @@ pub(super) struct DarcyState<R> {
     pub(super) pressure_upper: Vec<R>,
 }
 
-/// Sums over the march: heat, gas, extremes.
+/// Sums over the march: heat, gas, temperature extremes.
 pub(super) struct Accounts<R> {
     /// Hot in, hot out, back in, back out, from the holder, to the holder, J/m².
     pub(super) heat: [Pair<R>; HEATS],
@@ -151,12 +150,12 @@ pub(super) struct Accounts<R> {
     pub(super) extremes_k: Vec<(R, R)>,
     /// The step on which each lane diverged.
     pub(super) strayed: Vec<Option<usize>>,
-    /// Gas through the faces, kg/m²; heat that it took along and that reactions released beyond enthalpies, J/m².
+    /// Gas through the faces, kg/m²; heat that left with it and heat released by reactions beyond enthalpies, J/m².
     pub(super) gas_in: Pair<R>,
     pub(super) gas_out: Pair<R>,
     pub(super) gas_heat: Pair<R>,
     pub(super) reaction_gain: Pair<R>,
-    /// Heat that gas takes out at the first stage, W/m².
+    /// Heat that leaves with the gas at the first stage, W/m².
     pub(super) stage_heat: R,
     /// Solid lost and gas stored since the start, kg/m².
     pub(super) lost_and_stored: [R; 2],
@@ -194,7 +193,7 @@ impl<R: Real> Sensing<R> {
 }
 
 impl<R: Real> Reactions<R> {
-    /// Of so many cells that hold gas.
+    /// For this many cells with gas.
     #[inline(always)]
     pub(super) fn start(plan: &Plan, cells: usize) -> Self {
         let zero = R::constant(0.0);
@@ -215,7 +214,7 @@ impl<R: Real> Reactions<R> {
 }
 
 impl<R: Real> GasState<R> {
-    /// Of so many cells that hold gas.
+    /// For this many cells with gas.
     #[inline(always)]
     pub(super) fn start(cells: usize) -> Self {
         let zero = R::constant(0.0);
@@ -232,7 +231,7 @@ impl<R: Real> GasState<R> {
 }
 
 impl<R: Real> DarcyState<R> {
-    /// At the pressure outside; of no cells where no gas flows by Darcy's law.
+    /// At the pressure outside; empty without Darcy flow.
     #[inline(always)]
     pub(super) fn start(plan: &Plan, outside: &Drive<R::Scalar>) -> Self {
         let zero = R::constant(0.0);

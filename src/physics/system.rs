@@ -1,8 +1,8 @@
-//! The system of a step, made and eliminated on the way down over the cells.
+//! Assembly and forward elimination of the linear system of a step.
 //!
-//! Both stages have the same matrix: see `step`. All is done in one go, as to write a column and to read it again takes longer than most of what
-//! is done to it: what flows from cell to cell, the row that this makes, and its elimination. A row is known once the node under it is,
-//! so that it is made on the way over the link between them.
+//! Both stages have the same matrix: see `step`. One pass computes the fluxes, the matrix row and its elimination, as
+//! storing and reloading columns would take longer than the arithmetic. A row is complete once the node below is known,
+//! so it is assembled with the face between them.
 
 use super::GAMMA;
 use super::Real;
@@ -13,7 +13,7 @@ use super::state::{Edge, Eliminated};
 use super::tridiagonal::{descended, eliminated, settled};
 use crate::plan::GasPath;
 
-/// A cell's row of the system on its way into it.
+/// Matrix row of a cell before elimination.
 #[derive(Clone, Copy)]
 struct Row<R> {
     lower: R,
@@ -22,25 +22,27 @@ struct Row<R> {
     side: R,
 }
 
-/// What the way down has with it from cell to cell.
+/// State carried by the forward elimination from cell to cell.
 struct Way<R> {
-    /// Heat that flows into the cell by conduction, what gas brings it, and what all cells before took from the holder, W/m².
+    /// Conducted heat that flows into the cell, its gain by advection, and the heat that all cells above took from the
+    /// holder, W/m².
     conducted: R,
     gained: R,
     taken: R,
-    /// −γ times the slopes of what is conducted, by the temperature of the cell above and, less, by the cell's, W/m²/K.
+    /// −γ times the slopes of the conducted heat, by the temperature of the cell above and, negated, by the cell's,
+    /// W/m²/K.
     slopes: [R; 2],
-    /// Of the row above the reciprocal of its pivot, its upper coefficient and its right-hand side, not settled yet.
+    /// Reciprocal pivot, upper coefficient and right-hand side (not flushed) of the row above.
     reciprocal: R,
     upper: R,
     side: R,
-    /// Of the cells of both faces what they conduct on, W/m², and −γ times the slopes of that, by their temperatures and, less, by those of
-    /// their neighbours.
+    /// Heat conducted onwards by the cells of both faces, W/m², and −γ times its slopes by their temperatures and,
+    /// negated, by those of their neighbours.
     passed: [R; 2],
     passed_slopes: [[R; 2]; 2],
 }
 
-/// Where a cell lies: in its ply, among all, and at a face or at none.
+/// Position of a cell: ply, cell, and face if it lies at one.
 #[derive(Clone, Copy)]
 struct Position {
     ply: usize,
@@ -48,13 +50,13 @@ struct Position {
     face: Option<usize>,
 }
 
-/// That of a cell that has another one under it.
+/// Position of a cell that is not the last.
 #[inline(always)]
 fn position(ply: usize, cell: usize) -> Position {
     Position { ply, cell, face: (cell == 0).then_some(0) }
 }
 
-/// At the hot face.
+/// State at the hot face.
 #[inline(always)]
 fn way<R: Real>() -> Way<R> {
     let zero = R::constant(0.0);
@@ -72,35 +74,35 @@ fn way<R: Real>() -> Way<R> {
 }
 
 impl<R: Real> Edge<R> {
-    /// The row with what the face does to it, and with the slope of the heat that gas takes out.
+    /// The matrix row with the boundary condition, and with the slope of the heat that leaves with the gas.
     #[inline(always)]
-    fn bounds(self, row: Row<R>, let_out: R) -> Row<R> {
+    fn bounds(self, row: Row<R>, outflow_slope: R) -> Row<R> {
         let free = R::fixed(1.0) - self.held;
         Row {
             lower: row.lower * free,
-            diagonal: (row.diagonal + let_out - self.slope) * free + self.held,
+            diagonal: (row.diagonal + outflow_slope - self.slope) * free + self.held,
             upper: row.upper * free,
             side: (row.side + self.driven) * free + self.held * self.rise_k,
         }
     }
 
-    /// The right-hand side of the second stage.
+    /// The right-hand side of the second stage with the boundary condition.
     #[inline(always)]
-    fn corrects(self, side: R) -> R {
-        (side - self.driven) * (R::fixed(1.0) - self.held) - self.held * self.rise_k
+    fn corrects(self, rhs: R) -> R {
+        (rhs - self.driven) * (R::fixed(1.0) - self.held) - self.held * self.rise_k
     }
 }
 
 impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
-    /// The rise of a held face over a step, K.
+    /// Rise of a held face's temperature over a step, K.
     #[inline(always)]
     fn rise(&self, face: usize, step: usize) -> R::Still {
-        let drives = &self.rows.drives;
-        R::still(drives[4 * step + 2 * face + 1].held_k) - R::still(drives[4 * step + 2 * face].held_k)
+        let forcing = &self.rows.drives;
+        R::still(forcing[4 * step + 2 * face + 1].held_k) - R::still(forcing[4 * step + 2 * face].held_k)
     }
 
-    /// What a face does to the row of its cell at a stage; γr is told at the first: by how much the schedules raise the flux through the face
-    /// over the step.
+    /// Boundary row of a face at a stage. The first stage evaluates γr: the change of the flux over the step by the
+    /// schedules.
     #[inline(always)]
     pub(super) fn edge(&self, face: usize, cell: usize, step: usize, stage: usize) -> Edge<R> {
         let start = 4 * step + 2 * face;
@@ -119,109 +121,112 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
         }
     }
 
-    /// The net heat flux into a cell at a stage, given the link under it and what comes from the holder, W/m².
+    /// Net heat flux into a cell at a stage, from the fluxes at the face below and from the holder, W/m².
     #[inline(always)]
-    fn net(&self, at: Position, link: Link<R>, from_holder: R, stage: usize, way: &Way<R>) -> R {
-        let mut net = way.conducted - link.conducted;
+    fn net(&self, at: Position, below: Link<R>, from_holder: R, stage: usize, sweep: &Way<R>) -> R {
+        let mut flux = sweep.conducted - below.conducted;
         if GAS {
-            net = ((way.conducted + way.gained) - (link.conducted - link.gained)) - self.absorbed_at(at.cell, stage);
+            flux = ((sweep.conducted + sweep.gained) - (below.conducted - below.gained))
+                - self.absorbed_at(at.cell, stage);
         }
         if let Some(face) = at.face {
-            net = net + self.thermal.edges[face].flux;
+            flux = flux + self.thermal.edges[face].flux;
         }
         if GAS && self.plan.gas == Some(GasPath::Darcy) {
-            net = net + self.swept(at.ply, at.cell, stage);
+            flux = flux + self.swept(at.ply, at.cell, stage);
         }
         if self.plan.has_holder {
-            net = net + from_holder;
+            flux = flux + from_holder;
         }
-        net
+        flux
     }
 
-    /// Over the link under a cell, which makes its row of the system of both stages with the right-hand side of the first.
+    /// Eliminates the row of a cell, with the right-hand side of the first stage.
     #[inline(always)]
     fn row(
         &self,
-        way: &mut Way<R>,
+        sweep: &mut Way<R>,
         at: Position,
         node: Node<R>,
-        link: Link<R>,
-        per_length: R::Still,
+        below: Link<R>,
+        inverse_step_1_s: R::Still,
         step: usize,
     ) -> Eliminated<R> {
         let less = R::fixed(-GAMMA);
-        let (leaving, below) = (link.slopes[0] * less, link.slopes[1] * less);
+        let (own_slope, next_slope) = (below.slopes[0] * less, below.slopes[1] * less);
         let mut from_holder = R::constant(0.0);
         if self.plan.has_holder {
             from_holder = self.sideways(at.ply, at.cell, step, 0);
-            way.taken = way.taken + from_holder;
+            sweep.taken = sweep.taken + from_holder;
         }
         let mut row = Row {
-            lower: way.slopes[0],
-            diagonal: node.matter.capacity * per_length - (way.slopes[1] + leaving),
-            upper: below,
-            side: self.net(at, link, from_holder, 0, way),
+            lower: sweep.slopes[0],
+            diagonal: node.matter.capacity * inverse_step_1_s - (sweep.slopes[1] + own_slope),
+            upper: next_slope,
+            side: self.net(at, below, from_holder, 0, sweep),
         };
         if self.plan.has_holder {
             row.diagonal = row.diagonal + self.conductance_sideways(at.ply, at.cell) * R::fixed(GAMMA);
         }
         if GAS && self.plan.plies[at.ply].end_reaction > self.plan.plies[at.ply].first_reaction {
-            let eased = per_length * R::fixed(EASE);
-            row.diagonal = row.diagonal + restraint(self.reactions.restraints[at.cell], node.matter.capacity, eased);
+            let damping_rate_1_s = inverse_step_1_s * R::fixed(EASE);
+            row.diagonal =
+                row.diagonal + restraint(self.reactions.restraints[at.cell], node.matter.capacity, damping_rate_1_s);
         }
         if let Some(face) = at.face {
             let (passed, slopes) =
-                [(link.conducted, [leaving, below]), (-way.conducted, [way.slopes[1], way.slopes[0]])][face];
-            way.passed[face] = passed;
-            way.passed_slopes[face] = slopes;
-            let let_out = if GAS { self.let_out_heat(face, at.cell) } else { R::constant(0.0) };
-            row = self.thermal.edges[face].bounds(row, let_out);
+                [(below.conducted, [own_slope, next_slope]), (-sweep.conducted, [sweep.slopes[1], sweep.slopes[0]])]
+                    [face];
+            sweep.passed[face] = passed;
+            sweep.passed_slopes[face] = slopes;
+            let outflow_slope = if GAS { self.let_out_heat(face, at.cell) } else { R::constant(0.0) };
+            row = self.thermal.edges[face].bounds(row, outflow_slope);
         }
-        let [under, reciprocal] = eliminated(row.lower, row.diagonal, way.reciprocal, way.upper);
-        way.side = descended(row.side, under, way.side);
-        way.slopes = [leaving, below];
-        (way.reciprocal, way.upper) = (reciprocal, row.upper);
-        (way.conducted, way.gained) = (link.conducted, link.gained);
+        let [under, reciprocal] = eliminated(row.lower, row.diagonal, sweep.reciprocal, sweep.upper);
+        sweep.side = descended(row.side, under, sweep.side);
+        sweep.slopes = [own_slope, next_slope];
+        (sweep.reciprocal, sweep.upper) = (reciprocal, row.upper);
+        (sweep.conducted, sweep.gained) = (below.conducted, below.gained);
         let (over, capacity) = (row.upper * reciprocal, node.matter.capacity);
-        Eliminated { under, reciprocal, over, capacity, second: settled(way.side) }
+        Eliminated { under, reciprocal, over, capacity, second: settled(sweep.side) }
     }
 
-    /// Over the link under a cell, which makes the right-hand side of the second stage in its row.
+    /// Eliminates the right-hand side of the second stage in a cell's row.
     #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "the twin in WGSL has its columns at hand")]
+    #[expect(clippy::too_many_arguments, reason = "the WGSL twin reads columns instead")]
     fn side(
         &self,
-        way: &mut Way<R>,
+        sweep: &mut Way<R>,
         at: Position,
         node: Node<R>,
-        link: Link<R>,
+        below: Link<R>,
         row: Eliminated<R>,
-        twice_per_length: R::Still,
+        twice_inverse_step_1_s: R::Still,
         step: usize,
     ) -> R {
         let mut from_holder = R::constant(0.0);
         if self.plan.has_holder {
             from_holder = self.sideways(at.ply, at.cell, step, 1);
-            way.taken = way.taken + from_holder;
+            sweep.taken = sweep.taken + from_holder;
         }
-        let net = self.net(at, link, from_holder, 1, way);
-        let mut side = row.capacity / node.matter.capacity * net - row.capacity * twice_per_length * node.moved;
+        let net = self.net(at, below, from_holder, 1, sweep);
+        let mut rhs = row.capacity / node.matter.capacity * net - row.capacity * twice_inverse_step_1_s * node.moved;
         if let Some(face) = at.face {
-            way.passed[face] = [link.conducted, -way.conducted][face];
-            side = self.thermal.edges[face].corrects(side);
+            sweep.passed[face] = [below.conducted, -sweep.conducted][face];
+            rhs = self.thermal.edges[face].corrects(rhs);
         }
-        way.side = descended(side, row.under, way.side);
-        (way.conducted, way.gained) = (link.conducted, link.gained);
-        settled(way.side)
+        sweep.side = descended(rhs, row.under, sweep.side);
+        (sweep.conducted, sweep.gained) = (below.conducted, below.gained);
+        settled(sweep.side)
     }
 
-    /// The system of both stages, factored, and on the way down the right-hand side of the first; what all cells take from the holder, W/m². What
-    /// leaves one cell enters the next, so the columns of K sum to nothing.
+    /// Assembles and factors the system of both stages, and eliminates the right-hand side of the first. Returns the
+    /// heat that all cells take from the holder, W/m².
     #[inline(always)]
     pub(super) fn assemble(&mut self, step: usize) -> R {
         let last = self.thermal.temperatures.len() - 1;
-        let per_length = R::fixed(1.0) / self.length_s(step);
-        let mut way = way();
+        let inverse_step_1_s = R::fixed(1.0) / self.length_s(step);
+        let mut sweep = way();
         let mut system = std::mem::take(&mut self.thermal.system);
         for p in 0..self.scales.plies.len() {
             let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
@@ -229,42 +234,41 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             if p > 0 {
                 let i = cells.start - 1;
                 let above = self.nodes(i..cells.start).node::<GAS>(0, 0);
-                let link = self.link_across(p, above, nodes.node::<GAS>(0, 0), 0);
-                system[i] = self.row(&mut way, position(p - 1, i), above, link, per_length, step);
+                let below = self.link_across(p, above, nodes.node::<GAS>(0, 0), 0);
+                system[i] = self.row(&mut sweep, position(p - 1, i), above, below, inverse_step_1_s, step);
             }
             let links = cells.len() - 1;
             let system = &mut system[cells.clone()][..links];
-            // The cell at the hot face goes before the others, which then need not be asked whether they are at it. Both nodes are read
-            // anew in each turn: one carried on from the turn before takes the registers in which the pivot is waited for, which then is
-            // written to memory and read again between one cell and the next.
-            let faced = links.min(usize::from(p == 0));
-            if faced > 0 {
+            // The cell at the hot face comes first, so that the loop needs no test for it. Both nodes are read anew in
+            // each turn: carrying one over would spill the registers of the pivot, which is the critical path.
+            let first_links = links.min(usize::from(p == 0));
+            if first_links > 0 {
                 let (here, next) = (nodes.node::<GAS>(0, 0), nodes.node::<GAS>(1, 0));
-                let link = self.link_within(0, here, next, R::still(nodes.cells[0].half_over_next_1_m), 0);
-                system[0] = self.row(&mut way, position(0, 0), here, link, per_length, step);
+                let below = self.link_within(0, here, next, R::still(nodes.cells[0].half_over_next_1_m), 0);
+                system[0] = self.row(&mut sweep, position(0, 0), here, below, inverse_step_1_s, step);
             }
-            for (i, row) in (faced..).zip(&mut system[faced..]) {
+            for (i, row) in (first_links..).zip(&mut system[first_links..]) {
                 let cell = cells.start + i;
                 let (here, next) = (nodes.node::<GAS>(i, 0), nodes.node::<GAS>(i + 1, 0));
-                let link = self.link_within(cell, here, next, R::still(nodes.cells[i].half_over_next_1_m), 0);
+                let below = self.link_within(cell, here, next, R::still(nodes.cells[i].half_over_next_1_m), 0);
                 let at = Position { ply: p, cell, face: None };
-                *row = self.row(&mut way, at, here, link, per_length, step);
+                *row = self.row(&mut sweep, at, here, below, inverse_step_1_s, step);
             }
         }
         let at_back = Position { ply: self.scales.plies.len() - 1, cell: last, face: Some(1) };
         let here = self.nodes(last..last + 1).node::<GAS>(0, 0);
-        system[last] = self.row(&mut way, at_back, here, no_link(), per_length, step);
+        system[last] = self.row(&mut sweep, at_back, here, no_link(), inverse_step_1_s, step);
         self.thermal.system = system;
-        (self.thermal.passed, self.thermal.passed_slopes) = (way.passed, way.passed_slopes);
-        way.taken
+        (self.thermal.passed, self.thermal.passed_slopes) = (sweep.passed, sweep.passed_slopes);
+        sweep.taken
     }
 
-    /// The right-hand side of the second stage, on the way down; what all cells take from the holder, W/m².
+    /// Eliminates the right-hand side of the second stage. Returns the heat that all cells take from the holder, W/m².
     #[inline(always)]
     pub(super) fn correct(&mut self, step: usize) -> R {
         let last = self.thermal.temperatures.len() - 1;
-        let twice_per_length = R::fixed(2.0) / self.length_s(step);
-        let mut way = way();
+        let twice_inverse_step_1_s = R::fixed(2.0) / self.length_s(step);
+        let mut sweep = way();
         let mut system = std::mem::take(&mut self.thermal.system);
         for p in 0..self.scales.plies.len() {
             let cells = self.plan.plies[p].first_cell as usize..self.plan.plies[p].end_cell as usize;
@@ -272,33 +276,35 @@ impl<R: Real, const GAS: bool> Member<'_, R, GAS> {
             if p > 0 {
                 let i = cells.start - 1;
                 let above = self.nodes(i..cells.start).node::<GAS>(0, 1);
-                let link = self.link_across(p, above, nodes.node::<GAS>(0, 1), 1);
+                let below = self.link_across(p, above, nodes.node::<GAS>(0, 1), 1);
                 let row = system[i];
-                system[i].second = self.side(&mut way, position(p - 1, i), above, link, row, twice_per_length, step);
+                system[i].second =
+                    self.side(&mut sweep, position(p - 1, i), above, below, row, twice_inverse_step_1_s, step);
             }
             let links = cells.len() - 1;
             let system = &mut system[cells.clone()][..links];
-            let faced = links.min(usize::from(p == 0));
-            if faced > 0 {
+            let first_links = links.min(usize::from(p == 0));
+            if first_links > 0 {
                 let (here, next) = (nodes.node::<GAS>(0, 1), nodes.node::<GAS>(1, 1));
-                let link = self.link_within(0, here, next, R::still(nodes.cells[0].half_over_next_1_m), 1);
+                let below = self.link_within(0, here, next, R::still(nodes.cells[0].half_over_next_1_m), 1);
                 let row = system[0];
-                system[0].second = self.side(&mut way, position(0, 0), here, link, row, twice_per_length, step);
+                system[0].second =
+                    self.side(&mut sweep, position(0, 0), here, below, row, twice_inverse_step_1_s, step);
             }
-            for (i, row) in (faced..).zip(&mut system[faced..]) {
+            for (i, row) in (first_links..).zip(&mut system[first_links..]) {
                 let cell = cells.start + i;
                 let (here, next) = (nodes.node::<GAS>(i, 1), nodes.node::<GAS>(i + 1, 1));
-                let link = self.link_within(cell, here, next, R::still(nodes.cells[i].half_over_next_1_m), 1);
+                let below = self.link_within(cell, here, next, R::still(nodes.cells[i].half_over_next_1_m), 1);
                 let at = Position { ply: p, cell, face: None };
-                row.second = self.side(&mut way, at, here, link, *row, twice_per_length, step);
+                row.second = self.side(&mut sweep, at, here, below, *row, twice_inverse_step_1_s, step);
             }
         }
         let at_back = Position { ply: self.scales.plies.len() - 1, cell: last, face: Some(1) };
         let here = self.nodes(last..last + 1).node::<GAS>(0, 1);
         let row = system[last];
-        system[last].second = self.side(&mut way, at_back, here, no_link(), row, twice_per_length, step);
+        system[last].second = self.side(&mut sweep, at_back, here, no_link(), row, twice_inverse_step_1_s, step);
         self.thermal.system = system;
-        self.thermal.passed = way.passed;
-        way.taken
+        self.thermal.passed = sweep.passed;
+        sweep.taken
     }
 }

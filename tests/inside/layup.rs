@@ -1,5 +1,4 @@
-//! What a layup has beside its plies: a holder around it, density that shades, contacts that differ, beads on a side
-//! of them and at depths in doubt.
+//! Holder, density with extinction, contact factors, sensor sides and depth factors.
 
 use crate::support::differing;
 use crate::support::{BALANCE, ROUNDING_K, SINGLE_K, Scratch, adapter, changed, coarse, drawn, schedule, with_factor};
@@ -14,8 +13,8 @@ use bondline::study::sensitivity::sensitivity;
 use bondline::traces::Traces;
 use std::sync::Arc;
 
-/// The layup of every day in a holder that warms, which takes a good part of the heat.
-fn held_sideways() -> Case {
+/// The layup of `coarse` with a warming holder that takes a good part of the heat.
+fn with_holder() -> Case {
     let case = changed(&coarse(), |case| {
         let temperature_k = schedule(&[0.0, 30.0, 200.0], &[300.0, 340.0, 310.0]);
         case.exposure.holder = Some(Holder { conductance_w_m3_k: 20e3, temperature_k });
@@ -25,56 +24,56 @@ fn held_sideways() -> Case {
     more.into_iter().fold(case, |case, (group, property)| with_factor(&case, group, property))
 }
 
-/// The same under a held face.
-pub(crate) fn held_above_too() -> Case {
-    changed(&held_sideways(), |case| {
+/// The same with a held hot face.
+pub(crate) fn with_holder_and_held_face() -> Case {
+    changed(&with_holder(), |case| {
         case.factors.retain(|factor| ![Property::Heating, Property::Emissivity].contains(&factor.property));
         case.estimate.factors.clear();
         case.exposure.hot_face = Face::Held(schedule(&[0.0, 40.0, 200.0], &[300.0, 1500.0, 500.0]));
     })
 }
 
-fn carried(march: &mut dyn March, case: &Case) -> Traces {
+fn traces_of(march: &mut dyn March, case: &Case) -> Traces {
     let ensemble = drawn(case, 5);
     march.march(&Plan::new(case), &ensemble, 0..ensemble.len()).expect("the march does not fail")
 }
 
-/// The largest difference of temperature, K.
-fn apart_k(one: &Traces, other: &Traces) -> f64 {
+/// Largest difference of temperatures, K.
+fn largest_difference_k(one: &Traces, other: &Traces) -> f64 {
     let pairs = one.temperatures_k.iter().zip(&other.temperatures_k);
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 #[test]
-fn a_layup_with_all_of_it_marches_on_the_device_as_on_the_processor() {
+fn holder_side_and_depth_factors_are_bit_identical_on_gpu_and_processor() {
     let device = Device::open(adapter(), false).expect("the device opens");
     let mut gpu = Gpu::new(device, Precision::F32).expect("the device passes its self-tests");
-    for case in [held_sideways(), held_above_too()] {
-        let on_device = carried(&mut gpu, &case);
-        let single = carried(&mut Cpu::new(Precision::F32), &case);
+    for case in [with_holder(), with_holder_and_held_face()] {
+        let on_device = traces_of(&mut gpu, &case);
+        let single = traces_of(&mut Cpu::new(Precision::F32), &case);
         assert_eq!(differing(&on_device, &single), 0);
         let warmer = changed(&case, |case| {
             let holder = case.exposure.holder.as_mut().expect("there is one");
             holder.temperature_k = schedule(&[0.0, 30.0, 200.0], &[300.0, 340.001, 310.0]);
         });
-        assert_ne!(differing(&on_device, &carried(&mut Cpu::new(Precision::F32), &warmer)), 0, "spoiled");
-        let off_k = apart_k(&single, &carried(&mut Cpu::new(Precision::F64), &case));
+        assert_ne!(differing(&on_device, &traces_of(&mut Cpu::new(Precision::F32), &warmer)), 0, "negative control");
+        let off_k = largest_difference_k(&single, &traces_of(&mut Cpu::new(Precision::F64), &case));
         assert!(off_k <= SINGLE_K, "{off_k:.1e} K");
     }
 }
 
 #[test]
-fn heat_lost_to_a_holder_is_in_the_balance_which_closes_at_second_order() {
-    for case in [held_sideways(), held_above_too()] {
+fn the_energy_balance_includes_the_holder_and_closes_at_second_order() {
+    for case in [with_holder(), with_holder_and_held_face()] {
         let residuals = [1, 2].map(|cuts| {
             let ensemble = drawn(&case, 1);
             let traces = Cpu::new(Precision::F64).march(&Plan::finer(&case, 1, cuts), &ensemble, 0..1);
             let balance = traces.expect("the processor does not fail").balances[0];
             assert!(balance.holder_out_j_m2 > 0.1 * balance.hot_in_j_m2, "{balance:?}");
             assert!(balance.holder_in_j_m2 > 0.0, "the holder warms the back at first: {balance:?}");
-            let mut forgotten = balance;
-            forgotten.holder_out_j_m2 = 0.0;
-            assert!(forgotten.residual().abs() > BALANCE, "heat to nowhere passed");
+            let mut incomplete = balance;
+            incomplete.holder_out_j_m2 = 0.0;
+            assert!(incomplete.residual().abs() > BALANCE, "a missing heat loss passed");
             balance.residual().abs()
         });
         let order = (residuals[0] / residuals[1]).log2();
@@ -84,12 +83,12 @@ fn heat_lost_to_a_holder_is_in_the_balance_which_closes_at_second_order() {
 }
 
 #[test]
-fn a_holder_that_takes_twice_as_much_leaves_every_peak_lower() {
+fn a_higher_holder_conductance_lowers_every_peak() {
     let peaks = [0.5, 1.0, 2.0].map(|scale| {
-        let case = changed(&held_sideways(), |case| {
+        let case = changed(&with_holder(), |case| {
             case.exposure.holder.as_mut().expect("there is one").conductance_w_m3_k *= scale;
         });
-        let traces = carried(&mut Cpu::new(Precision::F64), &case);
+        let traces = traces_of(&mut Cpu::new(Precision::F64), &case);
         (0..traces.sensors).map(|s| traces.trace(0, s).iter().copied().fold(0.0, f64::max)).collect::<Vec<_>>()
     });
     for pair in peaks.windows(2) {
@@ -99,8 +98,9 @@ fn a_holder_that_takes_twice_as_much_leaves_every_peak_lower() {
     }
 }
 
-/// The layup of every day, of whose insulation heat capacity and density alone may vary; its extinction by mass or fixed.
-fn shaded(by_mass: bool) -> Case {
+/// The layup of `coarse` with factors on heat capacity and density of its insulation only; extinction by mass or
+/// constant.
+fn with_extinction(by_mass: bool) -> Case {
     let kept = [Property::HeatCapacity, Property::Density];
     let case = changed(&coarse(), |case| {
         case.factors.retain(|factor| factor.group == "INS" && kept.contains(&factor.property));
@@ -117,14 +117,14 @@ fn shaded(by_mass: bool) -> Case {
 }
 
 #[test]
-fn density_tells_itself_from_heat_capacity_where_it_shades_and_only_there() {
+fn density_is_identifiable_apart_from_heat_capacity_only_if_extinction_follows_it() {
     let [by_mass, fixed] = [true, false].map(|by_mass| {
-        let case = shaded(by_mass);
+        let case = with_extinction(by_mass);
         let plan = Plan::new(&case);
-        assert_eq!(plan.parts, 1 + usize::from(by_mass), "nothing is spent where nothing follows");
+        assert_eq!(plan.parts, 1 + usize::from(by_mass), "no extra column where extinction is constant");
         for (ply, row) in case.layup().plies.iter().zip(&plan.plies) {
             let parts = 1 + u32::from(by_mass && ply.group == "INS");
-            assert_eq!(row.parts, parts, "{}: nor in a ply where nothing does", ply.name);
+            assert_eq!(row.parts, parts, "{}: no extra column where extinction is constant", ply.name);
         }
         let found = sensitivity(&case, &plan, &mut Cpu::new(Precision::F64), Some(1e-5));
         found.expect("the processor does not fail").all
@@ -135,8 +135,8 @@ fn density_tells_itself_from_heat_capacity_where_it_shades_and_only_there() {
 }
 
 #[test]
-fn a_denser_felt_is_one_of_more_extinction() {
-    let denser = shaded(true);
+fn a_density_factor_equals_a_denser_and_more_opaque_material() {
+    let denser = with_extinction(true);
     let opaquer = changed(&denser, |case| {
         for ply in case.layup.plies.iter_mut().filter(|ply| ply.group == "INS") {
             let material = Arc::make_mut(&mut ply.material);
@@ -145,24 +145,24 @@ fn a_denser_felt_is_one_of_more_extinction() {
             parts.extinction_1_m = parts.extinction_1_m.map(|extinction| 1.1 * extinction);
         }
     });
-    let of = |case: &Case, density: f64, shades: bool| {
+    let of = |case: &Case, density: f64, extinction_follows: bool| {
         let place = case.factors().iter().position(|factor| factor.property == Property::Density).expect("it may vary");
         let row = (0..2).map(|factor| if factor == place { density } else { 1.0 }).collect();
-        // The grid is that of the factors at one, which those of the plan do not move.
+        // The grid of nominal factors, which the changed rows do not move.
         let mut plan = Plan::new(&denser);
         plan.rows.bulks = Plan::new(case).rows.bulks;
         plan.rows.tables = Plan::new(case).rows.tables;
-        plan.conductions.iter_mut().filter(|_| !shades).for_each(|conduction| conduction.extinction = 0);
+        plan.conductions.iter_mut().filter(|_| !extinction_follows).for_each(|conduction| conduction.extinction = 0);
         Cpu::new(Precision::F64).march(&plan, &Ensemble::at(2, row), 0..1).expect("the processor does not fail")
     };
     let (scaled, stated) = (of(&denser, 1.1, true), of(&opaquer, 1.0, true));
-    assert!(apart_k(&scaled, &stated) < 1e-6, "{} K", apart_k(&scaled, &stated));
-    assert!(apart_k(&scaled, &of(&denser, 1.0, true)) > 1.0, "a tenth more density changed nothing");
-    assert!(apart_k(&scaled, &of(&denser, 1.1, false)) > 0.1, "a tenth more extinction changed nothing");
+    assert!(largest_difference_k(&scaled, &stated) < 1e-6, "{} K", largest_difference_k(&scaled, &stated));
+    assert!(largest_difference_k(&scaled, &of(&denser, 1.0, true)) > 1.0, "a tenth more density changed nothing");
+    assert!(largest_difference_k(&scaled, &of(&denser, 1.1, false)) > 0.1, "a tenth more extinction changed nothing");
 }
 
 #[test]
-fn a_contact_factor_with_a_group_scales_the_interfaces_under_its_plies_alone() {
+fn a_contact_factor_of_a_group_scales_only_the_interfaces_below_its_plies() {
     let bare = changed(&coarse(), |case| (case.factors, case.estimate) = (Vec::new(), Estimate::default()));
     let alone = |case: &Case, values: &[f64]| {
         let ensemble = Ensemble::at(values.len(), values.to_vec());
@@ -177,9 +177,9 @@ fn a_contact_factor_with_a_group_scales_the_interfaces_under_its_plies_alone() {
             }
         });
         let (scaled, nominal) = (alone(&scaled, &[0.5]), alone(&scaled, &[1.0]));
-        let off_k = apart_k(&scaled, &alone(&stated, &[]));
+        let off_k = largest_difference_k(&scaled, &alone(&stated, &[]));
         assert!(off_k <= ROUNDING_K, "{group:?}: {off_k} K");
-        assert!(apart_k(&scaled, &nominal) > 1.0, "{group:?}: half the conductance changed nothing");
+        assert!(largest_difference_k(&scaled, &nominal) > 1.0, "{group:?}: half the conductance changed nothing");
     }
 }
 
@@ -195,7 +195,7 @@ fn a_contact_factor_that_scales_nothing_or_what_another_scales_is_refused() {
     refused(&(factor("f_h", top) + &factor("f_all", "")), "\"f_all\" scales what factor \"f_h\" scales already");
 }
 
-/// The two plies of [`written`] at rest between two held faces, read on a side of their contact.
+/// The two plies of [`written`] in steady state between two held faces; the sensor reads a side of their contact.
 fn at_rest(side: Side) -> Case {
     let constant = |conductivity_w_m_k: f64| {
         let mut material = Material::named("nextel440_bf20").expect("it is built in");
@@ -213,17 +213,17 @@ fn at_rest(side: Side) -> Case {
     with_factor(&case, "TC1", Property::Depth)
 }
 
-/// What the sensor reads at rest where it lies deeper or less deep by a factor, K.
+/// Steady-state reading of the sensor with a factor on its depth, K.
 fn read_k(case: &Case, factor: f64) -> f64 {
     let traces = Cpu::new(Precision::F64).march(&Plan::new(case), &Ensemble::at(1, vec![factor]), 0..1);
     *traces.expect("the processor does not fail").trace(0, 0).last().expect("there are instants")
 }
 
-/// Heat flux at rest through the two plies and the contact between them, W/m².
+/// Steady heat flux through both plies and the contact between them, W/m².
 const FLUX_W_M2: f64 = 600.0 / (0.5e-3 / 0.1 + 1.0 / 500.0 + 3e-3 / 0.04);
 
 #[test]
-fn a_bead_reads_the_side_that_it_touches_or_the_mean_of_both() {
+fn a_sensor_reads_its_side_of_a_contact_or_the_mean_of_both() {
     let jump_k = FLUX_W_M2 / 500.0;
     let above_k = 900.0 - FLUX_W_M2 * 0.5e-3 / 0.1;
     assert!(jump_k > 10.0, "the contact sets the sides {jump_k} K apart");
@@ -236,7 +236,7 @@ fn a_bead_reads_the_side_that_it_touches_or_the_mean_of_both() {
 }
 
 #[test]
-fn a_depth_scaled_moves_the_reading_along_the_profile_of_the_side_it_goes_to() {
+fn a_depth_factor_moves_the_reading_along_the_temperature_profile() {
     for side in [Side::Above, Side::Both, Side::Below] {
         let case = at_rest(side);
         let depth_m = case.sensors()[0].depth_m;
@@ -271,8 +271,8 @@ fn a_depth_scaled_within_a_ply_reads_what_a_sensor_there_reads() {
     };
     let (nominal, shifted) = (at(2e-3, 1.0), at(2e-3, 1.2));
     let there = at(2.4e-3, 1.0);
-    assert!(apart_k(&shifted, &there) < 0.5, "{} K", apart_k(&shifted, &there));
-    assert!(apart_k(&nominal, &there) > 20.0, "{} K", apart_k(&nominal, &there));
+    assert!(largest_difference_k(&shifted, &there) < 0.5, "{} K", largest_difference_k(&shifted, &there));
+    assert!(largest_difference_k(&nominal, &there) > 20.0, "{} K", largest_difference_k(&nominal, &there));
 }
 
 #[test]
@@ -294,17 +294,17 @@ fn a_side_where_there_is_none_and_a_depth_off_the_layup_are_refused() {
 }
 
 #[test]
-fn nothing_is_spent_where_no_depth_is_scaled() {
+fn without_a_depth_factor_a_plan_has_no_depth_steps() {
     let plan = Plan::new(&coarse());
     let scaled = Plan::new(&with_factor(&coarse(), "TC2", Property::Depth));
     assert!(!plan.has_depths && scaled.has_depths);
     let steps = |plan: &Plan| plan.places.iter().map(|place| place.steps_above + place.steps_below).sum::<u32>();
     assert_eq!(steps(&plan), 0);
-    assert!(steps(&scaled) > 4, "the bounds take it past nodes of either ply");
+    assert!(steps(&scaled) > 4, "its bounds reach beyond nodes of both plies");
     assert_eq!(scaled.places.iter().filter(|place| place.steps_above + place.steps_below > 0).count(), 1);
 }
 
-/// A case of two plies, as written, with more at its end.
+/// A case file of two plies, with more text at its end.
 fn written(more: &str) -> Result<Case, String> {
     let scratch = Scratch::new(&format!("layup-{:x}", more.len() * 31 + more.bytes().map(usize::from).sum::<usize>()));
     let text = r#"
@@ -340,7 +340,7 @@ fn refused(more: &str, reason: &str) {
 }
 
 #[test]
-fn a_holder_is_read_with_its_units_and_one_that_cannot_be_is_refused() {
+fn a_holder_is_read_with_its_units_and_invalid_ones_are_refused() {
     const HOLDER: &str = "[holder]\nconductance = \"20 kW/m^3/K\"\ntemperature.outside = \"hold\"\n\
          temperature.points = [[\"0 s\", \"300 K\"], [\"9 s\", \"310 K\"]]\n";
     const FACTOR: &str = "[[factor]]\nname = \"f_g\"\nproperty = \"holder\"\nsmall = [0.5, 2.0]\n";

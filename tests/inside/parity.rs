@@ -1,5 +1,5 @@
-//! Whole marches of every shipped case, corner by corner of the triangle: the device in single precision does the very
-//! arithmetic of the processor, single precision suffices, and so does the device in double precision.
+//! Full marches of every shipped case: GPU and CPU are bit-identical in single precision; single precision is accurate
+//! enough; and the GPU in double precision agrees with the CPU.
 
 use crate::support::{
     DOUBLE_K, SINGLE_K, SINGLE_REACTING_K, Scratch, adapter, apart_k, case, cases, changed, differing, drawn,
@@ -21,11 +21,11 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
-/// Members drawn beside the nominal one, and of the two cases marched at length: two workgroups and a ragged end.
+/// Members drawn besides the nominal one; MANY for two cases: two workgroups, the second not full.
 const FEW: usize = 9;
 const MANY: usize = 99;
 
-/// A device opened once: its compiled kernels serve every test.
+/// A device opened once, so that its compiled kernels serve every test.
 struct Shared(LazyLock<Mutex<Gpu>>);
 
 impl Shared {
@@ -43,7 +43,7 @@ static SINGLE: Shared = Shared(LazyLock::new(|| open(Precision::F32, false)));
 static CHECKED: Shared = Shared(LazyLock::new(|| open(Precision::F32, true)));
 static DOUBLE: Shared = Shared(LazyLock::new(|| open(Precision::F64, false)));
 
-/// A case marched on the device in each way.
+/// A case marched on the device in both precisions.
 struct Marched {
     case: Case,
     plan: Plan,
@@ -52,9 +52,9 @@ struct Marched {
     double: Traces,
 }
 
-/// Every shipped case, marched once for all tests; each device in a thread of its own, as compiling takes longest.
+/// Every shipped case, marched once for all tests; one thread for each device, as compiling takes longest.
 static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
-    let asked: Vec<(Case, Plan, Ensemble)> = cases()
+    let inputs: Vec<(Case, Plan, Ensemble)> = cases()
         .into_iter()
         .map(|case| {
             let members = if ["slab", "lcat-2259"].contains(&case.id()) { MANY } else { FEW };
@@ -62,36 +62,36 @@ static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
         })
         .collect();
     let on = |shared: &'static Shared| {
-        asked.iter().map(|(_, plan, ensemble)| carried(&mut *shared.gpu(), plan, ensemble)).collect::<Vec<_>>()
+        inputs.iter().map(|(_, plan, ensemble)| traces_of(&mut *shared.gpu(), plan, ensemble)).collect::<Vec<_>>()
     };
     let (single, double) = thread::scope(|scope| {
         let double = scope.spawn(move || on(&DOUBLE));
-        (on(&SINGLE), double.join().expect("the device carries every case"))
+        (on(&SINGLE), double.join().expect("the device marches every case"))
     });
     let with = |((case, plan, ensemble), (single, double))| Marched { case, plan, ensemble, single, double };
-    asked.into_iter().zip(single.into_iter().zip(double)).map(with).collect()
+    inputs.into_iter().zip(single.into_iter().zip(double)).map(with).collect()
 });
 
-fn carried(march: &mut dyn March, plan: &Plan, ensemble: &Ensemble) -> Traces {
+fn traces_of(march: &mut dyn March, plan: &Plan, ensemble: &Ensemble) -> Traces {
     march.march(plan, ensemble, 0..ensemble.len()).expect("the march does not fail")
 }
 
 fn on_cpu(precision: Precision, plan: &Plan, ensemble: &Ensemble) -> Traces {
-    carried(&mut Cpu::new(precision), plan, ensemble)
+    traces_of(&mut Cpu::new(precision), plan, ensemble)
 }
 
-/// A plan with every conductivity off by a share of itself.
-pub(crate) fn spoiled(plan: &Plan, share: f64) -> Plan {
+/// A plan with every conductivity changed by a relative amount.
+pub(crate) fn with_scaled_conductivities(plan: &Plan, share: f64) -> Plan {
     let mut plan = plan.clone();
     let columns = 2 * plan.properties();
-    // Plies of one material share their tables, which come one after the other.
+    // Plies of one material share their tables, which follow each other.
     let mut plies: Vec<_> = plan.plies.iter().map(|ply| (ply.table as usize, ply.columns as usize, ply.rows)).collect();
     plies.dedup();
     for (table, width, rows) in plies {
         let end = table + plan.levels * TABLE_NODES * width;
         for row in Arc::make_mut(&mut plan.rows.tables)[table..end].chunks_exact_mut(width) {
             for state in row[..columns * rows as usize].chunks_exact_mut(columns) {
-                // Solid, radiative and of gas, each with its rise.
+                // Solid, radiative and gas conductivity, each with its rise.
                 for place in [0, 1, 8, 9, 12, 13].into_iter().filter(|&place| place < columns) {
                     state[place] *= 1.0 + share;
                 }
@@ -101,9 +101,9 @@ pub(crate) fn spoiled(plan: &Plan, share: f64) -> Plan {
     plan
 }
 
-/// A plan with one number of it one f32 away (one a level of pressure): the conductivity of the first ply at the node
-/// under a temperature.
-fn spoiled_in_the_last_bit(plan: &Plan, temperature_k: f64) -> Plan {
+/// A plan with one table value changed by one ulp of f32 (one at each pressure level): the conductivity of the first
+/// ply at the node below a temperature.
+fn with_one_ulp_changed(plan: &Plan, temperature_k: f64) -> Plan {
     let mut plan = plan.clone();
     let node = (temperature_k / TABLE_STEP_K) as usize;
     for level in 0..plan.levels {
@@ -115,39 +115,43 @@ fn spoiled_in_the_last_bit(plan: &Plan, temperature_k: f64) -> Plan {
 }
 
 #[test]
-fn the_device_in_single_precision_equals_the_processor_bit_for_bit() {
+fn gpu_and_processor_are_bit_identical_in_single_precision() {
     for marched in MARCHED.iter() {
         let cpu = on_cpu(Precision::F32, &marched.plan, &marched.ensemble);
-        assert!(cpu.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{}: not all arrive", marched.case.id());
+        assert!(
+            cpu.arrivals.iter().all(|arrival| *arrival == Arrival::Done),
+            "{}: not all members complete",
+            marched.case.id()
+        );
         let count = differing(&marched.single, &cpu);
         assert_eq!(count, 0, "{}: numbers that differ, of {}", marched.case.id(), cpu.temperatures_k.len());
     }
 }
 
-/// The kernel is that of the finer plan, and has room to spare.
+/// The coarse plan runs in the kernel of the fine one, whose columns are longer.
 #[test]
-fn a_coarser_plan_in_the_kernel_of_a_finer_one_equals_the_processor_bit_for_bit() {
+fn a_coarse_plan_in_the_kernel_of_the_fine_one_is_bit_identical_to_the_processor() {
     for marched in MARCHED.iter() {
         let coarse = marched.plan.coarse.as_deref().expect("a plan has both resolutions");
-        let single = carried(&mut *SINGLE.gpu(), coarse, &marched.ensemble);
+        let single = traces_of(&mut *SINGLE.gpu(), coarse, &marched.ensemble);
         let count = differing(&single, &on_cpu(Precision::F32, coarse, &marched.ensemble));
         assert_eq!(count, 0, "{}: numbers that differ, of {}", marched.case.id(), single.temperatures_k.len());
-        assert_ne!(differing(&single, &marched.single), 0, "{}: the finer plan marched again", marched.case.id());
+        assert_ne!(differing(&single, &marched.single), 0, "{}: the fine plan was marched again", marched.case.id());
     }
 }
 
 #[test]
-fn a_table_one_bit_off_in_one_place_is_caught() {
+fn a_table_value_changed_by_one_ulp_is_detected() {
     for marched in MARCHED.iter() {
         let (coldest_k, hottest_k) = marched.single.extremes_k[0];
-        let spoiled = spoiled_in_the_last_bit(&marched.plan, 0.5 * (coldest_k + hottest_k));
-        let cpu = on_cpu(Precision::F32, &spoiled, &marched.ensemble);
+        let perturbed = with_one_ulp_changed(&marched.plan, 0.5 * (coldest_k + hottest_k));
+        let cpu = on_cpu(Precision::F32, &perturbed, &marched.ensemble);
         assert_ne!(differing(&marched.single, &cpu), 0, "{}", marched.case.id());
     }
 }
 
 #[test]
-fn single_precision_on_the_device_suffices_at_every_sensor_and_instant() {
+fn single_precision_on_the_gpu_is_accurate_at_every_sensor_and_instant() {
     for marched in MARCHED.iter() {
         let off_k = apart_k(&marched.single, &on_cpu(Precision::F64, &marched.plan, &marched.ensemble));
         let decomposes = marched.case.layup().plies.iter().any(|ply| ply.material.decomposition.is_some());
@@ -157,15 +161,18 @@ fn single_precision_on_the_device_suffices_at_every_sensor_and_instant() {
 }
 
 #[test]
-fn a_conductivity_off_by_one_in_a_thousand_is_caught_in_single_precision() {
+fn a_conductivity_changed_by_1e_3_is_detected_in_single_precision() {
     for marched in MARCHED.iter() {
-        let off_k = apart_k(&marched.single, &on_cpu(Precision::F64, &spoiled(&marched.plan, 1e-3), &marched.ensemble));
+        let off_k = apart_k(
+            &marched.single,
+            &on_cpu(Precision::F64, &with_scaled_conductivities(&marched.plan, 1e-3), &marched.ensemble),
+        );
         assert!(off_k > SINGLE_REACTING_K, "{}: {off_k:.1e} K", marched.case.id());
     }
 }
 
 #[test]
-fn the_device_in_double_precision_equals_the_processor_to_a_millionth_of_a_kelvin() {
+fn gpu_and_processor_agree_within_a_microkelvin_in_double_precision() {
     for marched in MARCHED.iter() {
         let off_k = apart_k(&marched.double, &on_cpu(Precision::F64, &marched.plan, &marched.ensemble));
         assert!(off_k <= DOUBLE_K, "{}: {off_k:.1e} K", marched.case.id());
@@ -173,36 +180,39 @@ fn the_device_in_double_precision_equals_the_processor_to_a_millionth_of_a_kelvi
 }
 
 #[test]
-fn a_conductivity_off_by_one_in_a_million_is_caught_in_double_precision() {
+fn a_conductivity_changed_by_1e_6_is_detected_in_double_precision() {
     for marched in MARCHED.iter() {
-        let off_k = apart_k(&marched.double, &on_cpu(Precision::F64, &spoiled(&marched.plan, 1e-6), &marched.ensemble));
+        let off_k = apart_k(
+            &marched.double,
+            &on_cpu(Precision::F64, &with_scaled_conductivities(&marched.plan, 1e-6), &marched.ensemble),
+        );
         assert!(off_k > DOUBLE_K, "{}: {off_k:.1e} K", marched.case.id());
     }
 }
 
 #[test]
-fn members_in_lanes_march_as_one_at_a_time() {
+fn simd_lanes_are_bit_identical_to_one_member_at_a_time() {
     for marched in MARCHED.iter() {
         for precision in [Precision::F32, Precision::F64] {
             let few = Ensemble::at(marched.ensemble.factors(), rows(&marched.ensemble, 0..FEW + 1));
-            let alone = carried(&mut Reference(precision), &marched.plan, &few);
+            let alone = traces_of(&mut Reference(precision), &marched.plan, &few);
             let count = differing(&on_cpu(precision, &marched.plan, &few), &alone);
             assert_eq!(count, 0, "{} in {precision:?}", marched.case.id());
-            let spoiled = on_cpu(precision, &spoiled(&marched.plan, 1e-6), &few);
-            assert_ne!(differing(&spoiled, &alone), 0, "{} in {precision:?}: spoiled", marched.case.id());
+            let perturbed = on_cpu(precision, &with_scaled_conductivities(&marched.plan, 1e-6), &few);
+            assert_ne!(differing(&perturbed, &alone), 0, "{} in {precision:?}: perturbed", marched.case.id());
         }
     }
 }
 
-/// On few cells, as with checks every one of them is set to zero in a store of its own, which compiles for minutes; on more
-/// than 32, as drivers unroll shorter loops, and may then add in another order.
+/// On few cells: with checks, each cell is cleared by a store of its own, which compiles for minutes. On more than 32,
+/// as drivers unroll shorter loops and may then add in another order.
 #[test]
-fn runtime_checks_change_no_bit_whether_gas_flows_or_not() {
+fn runtime_checks_change_no_bit_with_and_without_gas() {
     for id in ["slab", "lcat-2259-pyrolysis", "permeation", "tacot-held"] {
         let case = changed(&case(id), |case| case.resolution.cells = 40);
         let (plan, ensemble) = (Plan::new(&case), drawn(&case, FEW));
-        let [free, checked] = [&SINGLE, &CHECKED].map(|device| carried(&mut *device.gpu(), &plan, &ensemble));
-        assert!(free.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{id}: not all arrive");
+        let [free, checked] = [&SINGLE, &CHECKED].map(|device| traces_of(&mut *device.gpu(), &plan, &ensemble));
+        assert!(free.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{id}: not all members complete");
         assert_eq!(differing(&free, &checked), 0, "{id}");
     }
 }
@@ -211,7 +221,7 @@ fn rows(ensemble: &Ensemble, members: Range<usize>) -> Vec<f64> {
     members.flat_map(|member| ensemble.member(member)).collect()
 }
 
-/// A march that carries so many at once.
+/// A march with a limited capacity.
 struct Cut<'a>(&'a mut dyn March, usize);
 
 impl March for Cut<'_> {
@@ -234,15 +244,15 @@ impl March for Cut<'_> {
     }
 }
 
-/// On a device each batch is begun while the one before it is under way.
+/// A device begins each batch while the one before is running.
 #[test]
-fn an_ensemble_cut_into_other_batches_marches_the_same() {
+fn the_batch_size_changes_no_bit() {
     let marched = MARCHED.iter().find(|marched| marched.case.id() == "lcat-2259").expect("shipped");
     let sampling = Sampling { kind: SamplingKind::Sobol, seed: 7 };
     let ensemble = Ensemble::sample(marched.case.factors(), Bounds::Small, &sampling, 24);
     let mut single = SINGLE.gpu();
     for march in [&mut *single as &mut dyn March, &mut Cpu::new(Precision::F32), &mut Cpu::new(Precision::F64)] {
-        let whole = carried(march, &marched.plan, &ensemble);
+        let whole = traces_of(march, &marched.plan, &ensemble);
         for size in [1, 7, 16] {
             let mut seen = 0;
             march_all(&mut Cut(march, size), &marched.plan, &ensemble, &mut |batch| {
@@ -261,12 +271,12 @@ fn an_ensemble_cut_into_other_batches_marches_the_same() {
 }
 
 #[test]
-fn a_member_of_which_nobody_asks_for_gauges_marches_the_same_and_has_none() {
+fn marches_without_gauges_change_no_other_bit() {
     let marched = MARCHED.iter().find(|marched| marched.case.id() == "lcat-2259-pyrolysis").expect("shipped");
-    let plain = marched.plan.clone().without_gauges();
+    let without_gauges = marched.plan.clone().without_gauges();
     let mut single = SINGLE.gpu();
     for march in [&mut *single as &mut dyn March, &mut Cpu::new(Precision::F64)] {
-        let [mut whole, bare] = [&marched.plan, &plain].map(|plan| carried(march, plan, &marched.ensemble));
+        let [mut whole, bare] = [&marched.plan, &without_gauges].map(|plan| traces_of(march, plan, &marched.ensemble));
         assert!(!whole.gauges.is_empty() && bare.gauges.is_empty());
         whole.gauges.clear();
         assert_eq!(differing(&whole, &bare), 0, "{:?}", march.backend());
@@ -274,45 +284,49 @@ fn a_member_of_which_nobody_asks_for_gauges_marches_the_same_and_has_none() {
 }
 
 #[test]
-fn kernels_kept_damaged_or_not_to_be_kept_march_the_same() {
-    let (scratch, case) = (Scratch::new("kept-kernels"), case("slab"));
+fn cached_damaged_and_uncachable_kernels_change_no_bit() {
+    let (scratch, case) = (Scratch::new("cached-kernels"), case("slab"));
     let (plan, ensemble) = (Plan::new(&case), drawn(&case, FEW));
-    let expected = carried(&mut *SINGLE.gpu(), &plan, &ensemble);
+    let expected = traces_of(&mut *SINGLE.gpu(), &plan, &ensemble);
     let marched = |folder: &Path| {
         let device = Device::open_with(adapter(), false, Some(folder)).expect("the device opens");
         let mut gpu = Gpu::new(device, Precision::F32).expect("the device passes its self-tests");
-        assert_eq!(differing(&carried(&mut gpu, &plan, &ensemble), &expected), 0, "{}", folder.display());
+        assert_eq!(differing(&traces_of(&mut gpu, &plan, &ensemble), &expected), 0, "{}", folder.display());
     };
     let folder = scratch.path().join("kernels");
     marched(&folder);
-    let [file] = &scratch.files()[..] else { panic!("one file is kept, not {:?}", scratch.files()) };
-    let kept = fs::read(scratch.path().join(file)).expect("a file that can be read");
+    let [file] = &scratch.files()[..] else { panic!("expected one cached file, found {:?}", scratch.files()) };
+    let cached = fs::read(scratch.path().join(file)).expect("a file that can be read");
     marched(&folder);
-    scratch.write(&file.to_string_lossy(), &kept[..kept.len() - 1]);
+    scratch.write(&file.to_string_lossy(), &cached[..cached.len() - 1]);
     marched(&folder);
-    assert_eq!(fs::read(scratch.path().join(file)).expect("a file that can be read"), kept, "mended");
-    marched(&scratch.write("no-folder", "a file stands where the folder would be"));
+    assert_eq!(
+        fs::read(scratch.path().join(file)).expect("a file that can be read"),
+        cached,
+        "the cache was not repaired"
+    );
+    marched(&scratch.write("no-folder", "a file in place of the folder"));
 }
 
 #[test]
-fn a_member_driven_to_nonsense_strays_at_the_same_step_everywhere_and_the_others_stand() {
-    strays_everywhere(&with_factor(&case("lcat-2259"), "", Property::Heating), 1e6);
+fn a_member_with_extreme_heating_diverges_at_the_same_step_everywhere_and_leaves_the_others_unchanged() {
+    diverges_everywhere(&with_factor(&case("lcat-2259"), "", Property::Heating), 1e6);
 }
 
-/// The factor belongs to the lowest ply, which hands it up.
+/// The factor acts on the lowest ply; back substitution spreads it upwards.
 #[test]
-fn a_member_of_what_is_no_number_strays_at_the_same_step_everywhere_and_the_others_stand() {
-    strays_everywhere(&with_factor(&case("lcat-2259"), "GB", Property::Density), f64::NAN);
+fn a_member_with_nan_diverges_at_the_same_step_everywhere_and_leaves_the_others_unchanged() {
+    diverges_everywhere(&with_factor(&case("lcat-2259"), "GB", Property::Density), f64::NAN);
 }
 
-/// One of a dozen members has such a last factor.
-fn strays_everywhere(case: &Case, value: f64) {
+/// One of twelve members has this value of the last factor.
+fn diverges_everywhere(case: &Case, value: f64) {
     let plan = Plan::new(case);
     let width = case.factors().len();
-    let sound = rows(&drawn(case, 11), 0..12);
-    let mut driven = sound.clone();
-    driven[4 * width + width - 1] = value;
-    let (sound, driven) = (Ensemble::at(width, sound), Ensemble::at(width, driven));
+    let regular = rows(&drawn(case, 11), 0..12);
+    let mut with_outlier = regular.clone();
+    with_outlier[4 * width + width - 1] = value;
+    let (regular, with_outlier) = (Ensemble::at(width, regular), Ensemble::at(width, with_outlier));
     let (mut single, mut double) = (SINGLE.gpu(), DOUBLE.gpu());
     let marches: [&mut dyn March; 6] = [
         &mut Cpu::new(Precision::F64),
@@ -325,8 +339,8 @@ fn strays_everywhere(case: &Case, value: f64) {
     let mut arrivals = Vec::new();
     for march in marches {
         let backend = march.backend();
-        let (expected, found) = (carried(march, &plan, &sound), carried(march, &plan, &driven));
-        for member in (0..sound.len()).filter(|&member| member != 4) {
+        let (expected, found) = (traces_of(march, &plan, &regular), traces_of(march, &plan, &with_outlier));
+        for member in (0..regular.len()).filter(|&member| member != 4) {
             assert_eq!(found.arrivals[member], Arrival::Done, "{backend:?}: member {member}");
             assert_eq!(found.member(member), expected.member(member), "{backend:?}: member {member}");
         }

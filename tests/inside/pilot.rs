@@ -1,4 +1,4 @@
-//! Cells and steps for an error that was asked for, and what two resolutions say of a third.
+//! Adaptation of grid and time steps to a tolerance, and Richardson extrapolation of two resolutions.
 
 use crate::support::{BALANCE, case, cases, changed, schedule};
 use bondline::case::{Case, Conductivity, Face, Parts, Resolution, Sensor, Side};
@@ -20,39 +20,39 @@ fn marched(plan: &Plan, case: &Case) -> Traces {
     march_both(&mut Cpu::new(Precision::F64), plan, &ensemble, 0..1).expect("the processor does not fail")
 }
 
-/// The largest difference at any sensor and instant, K.
-fn apart_k(one: &Traces, other: &Traces) -> f64 {
+/// Largest difference at any sensor and instant, K.
+fn largest_difference_k(one: &Traces, other: &Traces) -> f64 {
     assert_eq!(one.temperatures_k.len(), other.temperatures_k.len(), "not the same instants");
     let pairs = one.temperatures_k.iter().zip(&other.temperatures_k);
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// A case on many cells, shared as no pilot shares them, and on short steps.
+/// A case on many cells, distributed without adaptation, and on short steps.
 fn fine(case: &Case) -> Plan {
     let density = Density::shared(case, 240.0);
     Plan::cut(case, Discretisation { density, pace: Pace::slowed(&Resolution::default(), 1.0) })
 }
 
 #[test]
-fn what_is_asked_for_is_kept_against_a_march_that_shares_neither_cells_nor_steps() {
+fn an_adapted_plan_meets_its_tolerance_against_an_independent_grid() {
     for id in ["slab", "lcat-2259", "lcat-2330", "stack-saffil-sic"] {
         let case = case(id);
         let plan = pilot(&case).expect("the processor does not fail");
-        let off_k = apart_k(&marched(&plan, &case), &marched(&fine(&case), &case));
+        let off_k = largest_difference_k(&marched(&plan, &case), &marched(&fine(&case), &case));
         assert!(off_k <= 0.05, "{id}: {off_k} K off on {} cells, {} steps", plan.cells(), plan.steps());
     }
 }
 
 #[test]
-fn what_a_pilot_says_is_left_holds_and_falls_with_what_is_asked_for() {
+fn the_reported_error_is_close_to_the_true_one_and_follows_the_tolerance() {
     let case = case("lcat-2259");
     let reference = marched(&fine(&case), &case);
     let mut last = (f64::INFINITY, 0);
     for tolerance_k in [2.0, 0.3, 0.05] {
         let case = changed(&case, |case| case.resolution.tolerance_k = Some(tolerance_k));
         let plan = pilot(&case).expect("the processor does not fail");
-        let reached = plan.reached.as_ref().expect("a pilot says how far it came");
-        let off_k = apart_k(&marched(&plan, &case), &reference);
+        let reached = plan.reached.as_ref().expect("an adapted plan has an estimate");
+        let off_k = largest_difference_k(&marched(&plan, &case), &reference);
         assert!(reached.nominal_k <= tolerance_k, "{reached:?}");
         assert!((0.5..=1.5).contains(&(off_k / reached.nominal_k)), "{reached:?}, but {off_k} K off");
         let work = plan.cells() * plan.steps();
@@ -61,10 +61,10 @@ fn what_a_pilot_says_is_left_holds_and_falls_with_what_is_asked_for() {
     }
 }
 
-/// The felt of the paper's layup 0.3 mm below a face that jumps from 300 to 800 K at the start. The thermocouple next to the face shows
-/// the error of the first steps, which heat that is stored shows too.
+/// Felt 0.3 mm below a face that jumps from 300 to 800 K at the start. The thermocouple next to the face shows the
+/// error of the first steps, as does the stored heat.
 #[test]
-fn a_face_that_jumps_at_the_start_is_marched_within_the_reported_error_and_its_heat_is_accounted_for() {
+fn after_a_temperature_jump_at_the_start_the_reported_error_holds_and_the_energy_balance_closes() {
     let case = changed(&case("lcat-2259-tc3"), |case| {
         case.exposure.hot_face = Face::Held(schedule(&[0.0, 0.0], &[300.0, 800.0]));
         let depth_m = case.layup.origin_m + 0.3e-3;
@@ -74,19 +74,23 @@ fn a_face_that_jumps_at_the_start_is_marched_within_the_reported_error_and_its_h
     let reached = plan.reached.as_ref().expect("an adapted plan has an estimate");
     let pace = Pace { growth: Growth::Graded { coefficient: 2e-3 }, slices: Vec::new() };
     let finer = Plan::cut(&case, Discretisation { density: Density::shared(&case, 400.0), pace });
-    let (given, truth) = (marched(&plan, &case), marched(&finer, &case));
-    let off_k = apart_k(&given, &truth);
+    let (adapted, reference) = (marched(&plan, &case), marched(&finer, &case));
+    let off_k = largest_difference_k(&adapted, &reference);
     assert!(reached.nominal_k <= reached.tolerance_k && off_k <= reached.nominal_k, "{off_k} K off, {reached:?}");
-    let residual = given.balances[0].residual().abs();
-    assert!(residual <= BALANCE, "{residual} of the heat");
-    // Half of the cells and steps, not extrapolated: the jump shows in temperatures.
+    let residual = adapted.balances[0].residual().abs();
+    assert!(residual <= BALANCE, "energy residual {residual}");
+    // Half of the cells and steps, without extrapolation: the jump shows in the temperatures.
     let coarse = marched(plan.coarse.as_deref().expect("a plan has a coarse one"), &case);
-    assert!(apart_k(&coarse, &truth) > 2.0 * reached.nominal_k, "a jump that no step could miss");
+    assert!(
+        largest_difference_k(&coarse, &reference) > 2.0 * reached.nominal_k,
+        "the jump is too weak to test the steps"
+    );
 }
 
-/// A thin felt between two faces that rise by 100 K/s: any step meets its temperatures, and no long one its mass.
+/// A thin felt between two faces that rise by 100 K/s: any step resolves its temperatures, but a long one does not
+/// resolve its mass.
 #[test]
-fn a_sample_that_is_heated_evenly_is_marched_for_its_mass_and_loses_no_more_than_it_can() {
+fn a_uniformly_heated_sample_is_adapted_to_its_mass_loss() {
     let ramp = r#"kind = "held"
 temperature = { points = [["0 s", "300 K"], ["10 s", "1300 K"]], outside = "hold" }"#;
     let toml = format!(
@@ -118,24 +122,24 @@ every = "0.25 s"
     let plan = pilot(&case).expect("the processor does not fail");
     let reached = plan.reached.as_ref().expect("an adapted plan has an estimate");
     assert!(reached.gauges.iter().all(|gauge| gauge.error <= gauge.tolerance), "{reached:?}");
-    let (given, truth) = (marched(&plan, &case), marched(&fine(&case), &case));
+    let (adapted, reference) = (marched(&plan, &case), marched(&fine(&case), &case));
     let lost = |traces: &Traces| traces.gauge(0, Gauge::MassLost).expect("it loses mass").to_vec();
-    let (given, truth) = (lost(&given), lost(&truth));
-    let most = given.iter().copied().fold(0.0, f64::max);
+    let (adapted, reference) = (lost(&adapted), lost(&reference));
+    let most = adapted.iter().copied().fold(0.0, f64::max);
     assert!(most > 0.99 * possible_kg_m2 && most <= 1.001 * possible_kg_m2, "{most} of {possible_kg_m2} kg/m²");
-    let off = given.iter().zip(&truth).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / possible_kg_m2;
+    let off = adapted.iter().zip(&reference).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / possible_kg_m2;
     let error = reached.gauges.iter().find(|gauge| gauge.gauge == Gauge::MassLost).expect("a gauge").error;
     assert!(off <= 2.0 * error, "mass is {off} of its peak off, reported {error}");
-    // A few steps meet the temperatures alone.
+    // A few steps resolve the temperatures only.
     let pace = Pace { growth: Growth::Graded { coefficient: 2.4 }, slices: Vec::new() };
     let few_plan = Plan::cut(&case, Discretisation { density: plan.discretisation.density.clone(), pace });
     let few = lost(&marched(&few_plan, &case));
-    let few_off = few.iter().zip(&truth).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / possible_kg_m2;
-    assert!(few_off > 10.0 * error, "{} steps would do: {few_off}, {error}", few_plan.steps());
+    let few_off = few.iter().zip(&reference).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / possible_kg_m2;
+    assert!(few_off > 10.0 * error, "{} steps are enough: error {few_off}, reported {error}", few_plan.steps());
 }
 
 #[test]
-fn every_shipped_case_keeps_its_tolerance_or_states_its_cells() {
+fn every_shipped_case_meets_its_tolerance_or_states_its_cells() {
     for case in cases() {
         let plan = pilot(&case).expect("the processor does not fail");
         match &plan.reached {
@@ -146,7 +150,7 @@ fn every_shipped_case_keeps_its_tolerance_or_states_its_cells() {
 }
 
 #[test]
-fn cells_and_steps_that_are_stated_are_taken() {
+fn stated_cells_and_steps_are_not_adapted() {
     let case = changed(&case("lcat-2259"), |case| {
         case.resolution = Resolution { tolerance_k: None, cells: 96, ..case.resolution };
     });
@@ -155,7 +159,7 @@ fn cells_and_steps_that_are_stated_are_taken() {
     assert_eq!((piloted.cells(), piloted.steps()), (stated.cells(), stated.steps()));
 }
 
-/// Depths of the nodes of a plan, and of the faces under its cells, m.
+/// Depths of the nodes of a plan, and of the lower faces of its cells, m.
 fn nodes_and_faces_m(plan: &Plan) -> (Vec<f64>, Vec<f64>) {
     let mut top_m = 0.0;
     let lie = plan.rows.cells.iter().map(|cell| {
@@ -171,10 +175,10 @@ fn same(some_m: &[f64], others_m: &[f64]) -> bool {
         && some_m.iter().zip(others_m).all(|(some_m, other_m)| (some_m - other_m).abs() < 1e-12)
 }
 
-/// Without that, two errors would not be in proportion. A ply inside has every other face; one at an outer face, which takes a node, every other node from there to its last cell, which
-/// is wider.
+/// Otherwise the errors of both resolutions would not be proportional. An inner ply has every other face. A ply at an
+/// outer face has a node on the face, and every other node from there to its last, wider cell.
 #[test]
-fn half_of_a_plan_has_every_other_step_and_lies_on_the_same_curve() {
+fn the_coarse_plan_has_every_other_step_and_face_of_the_fine_one() {
     let case = case("lcat-2259");
     let plan = Plan::new(&case);
     let coarse = plan.coarse.as_ref().expect("a plan has a coarse one");
@@ -199,7 +203,7 @@ fn half_of_a_plan_has_every_other_step_and_lies_on_the_same_curve() {
 }
 
 #[test]
-fn cells_of_a_ply_widen_away_from_the_hot_face_and_never_jump() {
+fn cell_widths_grow_smoothly_away_from_the_hot_face() {
     let plan = Plan::new(&case("lcat-2259"));
     let mut widest: f64 = 1.0;
     for ply in &plan.plies[1..plan.plies.len() - 1] {
@@ -214,7 +218,7 @@ fn cells_of_a_ply_widen_away_from_the_hot_face_and_never_jump() {
 }
 
 #[test]
-fn plies_that_do_not_conduct_at_the_start_are_cut_into_cells_all_the_same() {
+fn plies_of_zero_initial_conductivity_are_divided_into_cells() {
     let depth_m = |case: &Case| case.layup().back_m() - case.layup().origin_m;
     let case = case("lcat-2259");
     for insulated in [1..2, 0..case.layup().plies.len()] {
@@ -238,7 +242,7 @@ fn plies_that_do_not_conduct_at_the_start_are_cut_into_cells_all_the_same() {
 }
 
 #[test]
-fn what_is_left_of_two_resolutions_falls_by_more_than_five_as_both_are_halved() {
+fn the_extrapolated_error_falls_by_more_than_five_when_both_resolutions_are_halved() {
     let case = flexible::layup();
     let at = |times: f64| {
         let pace = Pace::slowed(&Resolution::default(), 4.0 / times);
@@ -250,39 +254,42 @@ fn what_is_left_of_two_resolutions_falls_by_more_than_five_as_both_are_halved() 
         let traces = Cpu::new(Precision::F64).march(plan, &Ensemble::nominal(case.factors()), 0..1);
         traces.expect("the processor does not fail")
     });
-    let falls = |of: &[Traces; 3]| apart_k(&of[0], &of[1]) / apart_k(&of[1], &of[2]);
-    assert!((3.0..5.5).contains(&falls(&alone)), "one resolution alone: {}", falls(&alone));
-    // Eight would be the third order; tables have a corner every 5 K.
-    assert!(falls(&both) > 5.0, "both: {}", falls(&both));
-    assert!(apart_k(&both[0], &both[2]) < 0.3 * apart_k(&alone[0], &both[2]), "both are no better than one");
+    let falls = |of: &[Traces; 3]| largest_difference_k(&of[0], &of[1]) / largest_difference_k(&of[1], &of[2]);
+    assert!((3.0..5.5).contains(&falls(&alone)), "without extrapolation: {}", falls(&alone));
+    // Third order would be eight; tables have a corner every 5 K.
+    assert!(falls(&both) > 5.0, "with extrapolation: {}", falls(&both));
+    assert!(
+        largest_difference_k(&both[0], &both[2]) < 0.3 * largest_difference_k(&alone[0], &both[2]),
+        "extrapolation is no better than one resolution"
+    );
 }
 
-/// Random cases that are planned, unless the environment asks for more: the claim was measured on the first 300.
+/// Number of random cases, unless the environment sets it; the claim was measured on the first 300.
 const RANDOM_CASES: u64 = 30;
 
 #[test]
 fn the_reported_discretisation_error_covers_the_true_one_in_95_percent_of_random_cases_and_is_never_less_than_half() {
-    let asked = std::env::var("BONDLINE_RANDOM_CASES").map(|cases| cases.parse().expect("a number of cases"));
+    let count = std::env::var("BONDLINE_RANDOM_CASES").map(|cases| cases.parse().expect("a number of cases"));
     let (mut judged, mut covered, mut caught) = (0, 0, 0);
     let (mut gauges, mut gauges_covered) = (0, 0);
-    for seed in 0..asked.unwrap_or(RANDOM_CASES) {
+    for seed in 0..count.unwrap_or(RANDOM_CASES) {
         let case = random_case(seed).unwrap_or_else(|error| panic!("{error}"));
         let plan = pilot(&case).expect("the processor does not fail");
         let Some(reached) = plan.reached.clone() else { continue };
-        // Six times, as the estimate is made of marches at two and four times: a truth that it has not seen.
+        // Refined six times: the estimate is made of two and four times.
         let finer = plan.recut(&case, plan.discretisation.refined(6));
-        let truth = marched(&finer, &case);
-        if truth.arrivals != [Arrival::Done] {
+        let reference = marched(&finer, &case);
+        if reference.arrivals != [Arrival::Done] {
             continue;
         }
-        let ratios = reached.ratios(&marched(&plan, &case), &truth);
+        let ratios = reached.ratios(&marched(&plan, &case), &reference);
         assert!(ratios.iter().all(|ratio| *ratio <= 2.0), "case {seed}: {ratios:?}, {reached:?}");
         judged += 1;
         covered += u64::from(ratios[0] <= 1.0);
         gauges += ratios.len() - 1;
         gauges_covered += ratios[1..].iter().filter(|ratio| **ratio <= 1.0).count();
         let coarse = plan.coarse.as_deref().expect("a plan has a coarse one");
-        caught += u64::from(apart_k(&marched(coarse, &case), &truth) > reached.nominal_k);
+        caught += u64::from(largest_difference_k(&marched(coarse, &case), &reference) > reached.nominal_k);
     }
     assert!(judged * 10 >= 8 * RANDOM_CASES, "only {judged} cases were marched to their end");
     assert!(covered * 100 >= 95 * judged, "{covered} of {judged}");

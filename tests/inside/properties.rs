@@ -1,4 +1,4 @@
-//! Truths of heat that no case may break, and what a seed promises.
+//! Physical properties that hold in every case, and reproducibility of seeds.
 
 use crate::support::{
     BALANCE, BALANCE_FAR, IDLE_K, INDEX, MASS, MASS_SINGLE, ROUNDING_K, case, cases, changed, coarse, drawn,
@@ -27,7 +27,7 @@ fn marched(case: &Case, ensemble: &Ensemble, precision: Precision) -> Traces {
     traces
 }
 
-/// Members at the nominal factors but for one of them, by its place.
+/// Members with nominal factors but for the one at index `factor`.
 fn varied(case: &Case, factor: usize, values: &[f64]) -> Ensemble {
     let nominal: Vec<f64> = case.factors().iter().map(|factor| factor.nominal).collect();
     let rows = values.iter().flat_map(|&value| {
@@ -38,7 +38,7 @@ fn varied(case: &Case, factor: usize, values: &[f64]) -> Ensemble {
     Ensemble::at(nominal.len(), rows.collect())
 }
 
-/// The case without reactions and gas, and without the factors that scale either.
+/// The case without reactions and gas, and without their factors.
 fn inert(case: Case) -> Case {
     const REACTING: [Property; 5] = [
         Property::Kinetics,
@@ -61,7 +61,7 @@ fn inert(case: Case) -> Case {
     })
 }
 
-/// A case at one temperature, between faces whose surroundings have it too, in a gas.
+/// A case at one temperature, between faces with surroundings at that temperature, in a gas.
 fn at_rest(case: Case, temperature_k: f64, gas_k: f64) -> Case {
     let face = OpenFace {
         film_w_m2_k: 50.0,
@@ -77,26 +77,26 @@ fn at_rest(case: Case, temperature_k: f64, gas_k: f64) -> Case {
     })
 }
 
-/// The largest departure from a temperature, K.
+/// Largest deviation from a temperature, K.
 fn departure_k(traces: &Traces, temperature_k: f64) -> f64 {
     traces.temperatures_k.iter().map(|found_k| (found_k - temperature_k).abs()).fold(0.0, f64::max)
 }
 
 #[test]
-fn nothing_happens_in_a_layup_at_the_temperature_of_all_around_it() {
+fn a_layup_in_thermal_equilibrium_stays_at_its_temperature() {
     for case in cases() {
         for precision in PRECISIONS {
             let ensemble = drawn(&case, 3);
-            let still = marched(&at_rest(case.clone(), 700.0, 700.0), &ensemble, precision);
-            assert_eq!(departure_k(&still, 700.0), 0.0, "{} in {precision:?}", case.id());
-            let stirred = marched(&at_rest(case.clone(), 700.0, 699.0), &ensemble, precision);
-            assert!(departure_k(&stirred, 700.0) > 0.0, "{}: gas a kelvin colder changed nothing", case.id());
+            let equilibrium = marched(&at_rest(case.clone(), 700.0, 700.0), &ensemble, precision);
+            assert_eq!(departure_k(&equilibrium, 700.0), 0.0, "{} in {precision:?}", case.id());
+            let cooled = marched(&at_rest(case.clone(), 700.0, 699.0), &ensemble, precision);
+            assert!(departure_k(&cooled, 700.0) > 0.0, "{}: gas one kelvin colder has no effect", case.id());
         }
     }
 }
 
 #[test]
-fn more_heating_is_hotter_everywhere_and_always() {
+fn more_heating_raises_every_temperature() {
     let case = with_factor(&coarse(), "", Property::Heating);
     let ensemble = varied(&case, case.factors().len() - 1, &[0.8, 0.9, 1.0, 1.1, 1.2]);
     let traces = marched(&case, &ensemble, Precision::F64);
@@ -110,7 +110,7 @@ fn more_heating_is_hotter_everywhere_and_always() {
 }
 
 #[test]
-fn between_a_held_face_and_an_insulated_one_no_temperature_is_new() {
+fn temperatures_obey_the_maximum_principle() {
     for case in cases().into_iter().map(inert) {
         let (Face::Held(held), Face::Open(back)) = (&case.exposure().hot_face, &case.exposure().back_face) else {
             continue;
@@ -125,12 +125,16 @@ fn between_a_held_face_and_an_insulated_one_no_temperature_is_new() {
         }
         let span_k = high_k - low_k;
         let hottest_k = traces.extremes_k.iter().map(|ply| ply.1).fold(0.0, f64::max);
-        assert!(hottest_k > low_k + 0.9 * span_k, "{}: the bound is met by idleness", case.id());
+        assert!(
+            hottest_k > low_k + 0.9 * span_k,
+            "{}: temperatures hardly change, so the bound tests nothing",
+            case.id()
+        );
     }
 }
 
 #[test]
-fn heat_capacity_and_density_are_one_and_the_same_where_density_does_not_shade() {
+fn heat_capacity_and_density_factors_are_equivalent_if_extinction_is_constant() {
     let case = with_factor(&coarse(), "OF", Property::Density);
     let of = |property| case.factors().iter().position(|f| f.property == property && f.group == "OF").expect("varied");
     let (capacity, density) = (of(Property::HeatCapacity), of(Property::Density));
@@ -151,7 +155,7 @@ fn heat_capacity_and_density_are_one_and_the_same_where_density_does_not_shade()
 }
 
 #[test]
-fn heat_in_less_heat_out_is_heat_stored_in_every_case() {
+fn the_energy_balance_closes_in_every_case() {
     for case in cases() {
         for precision in PRECISIONS {
             for (member, balance) in marched(&case, &drawn(&case, 7), precision).balances.iter().enumerate() {
@@ -163,7 +167,7 @@ fn heat_in_less_heat_out_is_heat_stored_in_every_case() {
                 assert!(residual <= allowed, "{} in {precision:?}, member {member}: {residual:.1e}", case.id());
                 let mut leaking = *balance;
                 leaking.stored_j_m2 += 5.0 * allowed * (balance.hot_in_j_m2 + balance.back_in_j_m2);
-                assert!(leaking.residual().abs() > allowed, "{}: heat from nowhere passed", case.id());
+                assert!(leaking.residual().abs() > allowed, "{}: an energy imbalance passed", case.id());
             }
         }
     }
@@ -173,9 +177,9 @@ fn decomposes(case: &Case) -> bool {
     case.layup().plies.iter().any(|ply| ply.material.decomposition.is_some())
 }
 
-/// Steps halved twice leave a sixteenth, as what reactions take is of second order.
+/// Second order: a quarter of the step leaves a sixteenth of the error.
 #[test]
-fn heat_that_reactions_lose_between_steps_falls_with_the_square_of_the_steps() {
+fn the_energy_imbalance_of_reactions_is_of_second_order_in_the_step() {
     for case in cases().into_iter().filter(decomposes) {
         let residual = |share: f64| {
             let case = changed(&case, |case| {
@@ -191,7 +195,7 @@ fn heat_that_reactions_lose_between_steps_falls_with_the_square_of_the_steps() {
 }
 
 #[test]
-fn a_reaction_is_left_out_only_where_it_would_come_to_nothing() {
+fn skipping_inactive_reactions_changes_nothing() {
     let case = case("lcat-2259-pyrolysis");
     let (plan, ensemble) = (Plan::new(&case), drawn(&case, 8));
     let colder_by = |steepness: f64| {
@@ -203,15 +207,15 @@ fn a_reaction_is_left_out_only_where_it_would_come_to_nothing() {
         let pairs = one.temperatures_k.iter().zip(&other.temperatures_k);
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     };
-    let (never, told) = (colder_by(f64::INFINITY), colder_by(0.0));
-    assert!(off_k(&told, &never) <= IDLE_K, "{:.1e} K", off_k(&told, &never));
+    let (never_skipped, skipped) = (colder_by(f64::INFINITY), colder_by(0.0));
+    assert!(off_k(&skipped, &never_skipped) <= IDLE_K, "{:.1e} K", off_k(&skipped, &never_skipped));
     // A million times the rate.
-    let spoiled_k = off_k(&colder_by(-1e6_f64.ln()), &never);
-    assert!(spoiled_k > 10.0 * IDLE_K, "reactions left out while they mattered passed: {spoiled_k:.1e} K");
+    let negative_control_k = off_k(&colder_by(-1e6_f64.ln()), &never_skipped);
+    assert!(negative_control_k > 10.0 * IDLE_K, "skipping active reactions passed: {negative_control_k:.1e} K");
 }
 
 #[test]
-fn what_solid_loses_leaves_as_gas_or_stays_in_the_pores_in_every_case() {
+fn the_mass_balance_closes_in_every_case() {
     let mut lost_kg_m2 = 0.0_f64;
     for case in cases() {
         for (precision, allowed) in [(Precision::F64, MASS), (Precision::F32, MASS_SINGLE)] {
@@ -222,17 +226,17 @@ fn what_solid_loses_leaves_as_gas_or_stays_in_the_pores_in_every_case() {
                 let mut leaking = *balance;
                 leaking.gas_out_kg_m2 *= 1.0 + 5.0 * allowed;
                 let moved = balance.gas_out_kg_m2 != 0.0;
-                assert!(!moved || leaking.mass_residual().abs() > allowed, "{}: gas from nowhere passed", case.id());
+                assert!(!moved || leaking.mass_residual().abs() > allowed, "{}: a mass imbalance passed", case.id());
             }
         }
     }
     assert!(lost_kg_m2 > 0.5, "no case loses more than {lost_kg_m2} kg/m2");
 }
 
-/// In double precision alone: at the millions of Pa that this builds up to, a member in single precision strays, and
-/// says so. What a cell holds is there a ten-millionth of what passes it in a step, the last place of a pivot.
+/// In double precision only: at the millions of Pa reached here, a member in single precision diverges, and is
+/// reported. The mass stored in a cell is a ten-millionth of that passing it in a step, the last place of a pivot.
 #[test]
-fn nothing_leaves_a_sealed_layup() {
+fn no_gas_leaves_a_sealed_layup() {
     let of = |permeability_m2| {
         let traces = marched(&covered(permeability_m2), &Ensemble::at(0, vec![]), Precision::F64);
         assert!(traces.gauges.iter().all(|reading| reading.is_finite()));
@@ -242,11 +246,11 @@ fn nothing_leaves_a_sealed_layup() {
     assert_eq!((sealed.gas_out_kg_m2, sealed.gas_in_kg_m2), (0.0, 0.0));
     assert!(sealed.solid_lost_kg_m2 > 0.05, "the felt hardly chars: {sealed:?}");
     assert!(sealed.mass_residual().abs() <= MASS, "{:.1e}", sealed.mass_residual());
-    assert!(of(1e-15).gas_out_kg_m2 > 0.01, "a cover that leaks holds as well");
+    assert!(of(1e-15).gas_out_kg_m2 > 0.01, "a permeable cover holds the gas as well");
 }
 
 #[test]
-fn a_member_that_hardly_lets_gas_through_arrives() {
+fn a_member_of_very_low_permeability_completes() {
     for (precision, allowed) in [(Precision::F64, MASS), (Precision::F32, MASS_SINGLE)] {
         let traces = marched(&smooth(GasPath::Darcy, 1e-17), &Ensemble::at(0, vec![]), precision);
         for gauge in [Gauge::PeakPressure, Gauge::BackPressure] {
@@ -255,14 +259,14 @@ fn a_member_that_hardly_lets_gas_through_arrives() {
             assert!(pressures_pa.iter().all(is_sound), "{precision:?}, {gauge:?}: {pressures_pa:?}");
         }
         let peak_pa = traces.gauge(0, Gauge::PeakPressure).into_iter().flatten().fold(0.0_f64, |most, &p| most.max(p));
-        assert!(peak_pa > 1e6, "{precision:?}: {peak_pa} Pa at most is not what tight pores hold");
+        assert!(peak_pa > 1e6, "{precision:?}: peak pressure of only {peak_pa} Pa");
         let residual = traces.balances[0].mass_residual().abs();
         assert!(residual <= allowed, "{precision:?}: {residual:.1e}");
     }
 }
 
 #[test]
-fn a_slower_bead_peaks_later_and_no_higher() {
+fn a_larger_lag_delays_and_lowers_the_peak() {
     let lags_s = [0.0, 1.0, 2.0, 4.0, 8.0];
     let peaks = lags_s.map(|lag_s| {
         let case = changed(&coarse(), |case| {
@@ -284,7 +288,7 @@ fn a_slower_bead_peaks_later_and_no_higher() {
     }
 }
 
-/// The processor, some members at a time.
+/// The processor with a limited capacity.
 struct Batches(Cpu, usize);
 
 impl March for Batches {
@@ -301,7 +305,7 @@ impl March for Batches {
     }
 }
 
-/// Every figure of an uncertainty study, written so that no bit is lost.
+/// Every result of an uncertainty study, printed without loss of bits.
 fn figures(case: &Case, seed: u64, batch: usize, threads: usize) -> String {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
     pool.install(|| {
@@ -316,7 +320,7 @@ fn figures(case: &Case, seed: u64, batch: usize, threads: usize) -> String {
 }
 
 #[test]
-fn a_seed_gives_the_same_statistics_whatever_the_batch_and_the_threads() {
+fn a_seed_gives_the_same_statistics_for_every_batch_size_and_thread_count() {
     let case = coarse();
     let once = figures(&case, 1, 100, 1);
     assert_eq!(once, figures(&case, 1, 100, 2));
@@ -325,10 +329,10 @@ fn a_seed_gives_the_same_statistics_whatever_the_batch_and_the_threads() {
     assert_ne!(once, figures(&case, 2, 100, 1));
 }
 
-/// Of independent factors what each does alone is no more than its total, and the totals exceed what all do alone by twice
-/// what pairs do together, as each pair counts for both of its factors.
+/// For independent factors a first-order index is at most the total index, and the sum of total indices exceeds that of
+/// first-order indices by twice the pair interactions, as each pair counts for both of its factors.
 #[test]
-fn first_order_and_total_indices_of_run_2259_are_consistent_and_another_draw_lies_within_their_intervals() {
+fn sobol_indices_of_run_2259_are_consistent_and_another_sample_lies_within_their_intervals() {
     let case = case("lcat-2259");
     let found = |seed| {
         let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
@@ -347,8 +351,8 @@ fn first_order_and_total_indices_of_run_2259_are_consistent_and_another_draw_lie
                 causes.total.iter().map(|index| index.value).sum(),
             );
             let pairs = 1.0 - first - causes.rest;
-            // Under the heated face members peak at one instant or at two: a time that stays has no cause, and one that jumps is
-            // no polynomial, so that its rest is large and what chance puts into small parts is cut off at zero.
+            // At the heated face members peak at one of two instants. A constant time has no variance; a time that
+            // jumps is no polynomial, so its residual is large and small indices are clipped at zero.
             if total > 0.0 && causes.rest < 0.01 {
                 assert!(
                     pairs > -INDEX && (total - first - 2.0 * pairs).abs() < INDEX,
@@ -364,15 +368,15 @@ fn first_order_and_total_indices_of_run_2259_are_consistent_and_another_draw_lie
             }
         }
     }
-    assert!(smooth >= 5, "all peaks and the time of the bondline's, not {smooth} of them");
+    assert!(smooth >= 5, "only {smooth} smooth outputs; expected all peaks and the time of the bondline's");
     let bondline = &one.peaks[3].causes;
     assert!(bondline.rest < 1e-4 && bondline.total.iter().all(|index| index.high - index.low < 0.01), "{bondline:?}");
 }
 
 #[test]
-fn the_first_members_of_a_large_ensemble_are_those_of_a_small_one() {
+fn a_larger_ensemble_begins_with_the_members_of_a_smaller_one() {
     let case = coarse();
-    // A Latin hypercube has as many strata as members, so its members depend on their number by definition.
+    // The strata of a Latin hypercube depend on the number of members.
     for kind in [SamplingKind::Normal, SamplingKind::Uniform, SamplingKind::Sobol] {
         let of = |seed, members| Ensemble::sample(case.factors(), Bounds::Small, &Sampling { kind, seed }, members);
         let (few, many, other) = (of(3, 5_000), of(3, 50_000), of(4, 5_000));
@@ -384,14 +388,14 @@ fn the_first_members_of_a_large_ensemble_are_those_of_a_small_one() {
 }
 
 #[test]
-fn a_nominal_member_is_the_case_itself() {
+fn a_member_with_nominal_factors_equals_the_case_without_factors() {
     let case = case("lcat-2259");
     let without = changed(&case, |case| (case.factors, case.estimate) = (Vec::new(), Estimate::default()));
     let (with, without) = (
         marched(&case, &Ensemble::nominal(case.factors()), Precision::F64),
         marched(&without, &Ensemble::at(0, vec![]), Precision::F64),
     );
-    // Not to the last bit: a factor on density tells the radiative part from the rest, and a sum of two is rounded.
+    // Not bit-identical: with a factor on density the radiative part is a separate column, and a sum of two is rounded.
     let apart_k = |other: &Traces| {
         let pairs = with.temperatures_k.iter().zip(&other.temperatures_k);
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)

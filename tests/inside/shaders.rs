@@ -1,5 +1,5 @@
-//! What can be known of the shaders without a device: they compile, their functions are those of their twins, and no dispatch
-//! runs out of loops.
+//! Tests of the shaders without a device: kernels compile, functions match their twins, and no dispatch exceeds the
+//! loop limit.
 
 use crate::support::{LOOPS_ENDED, UNIFORM_BUFFERS, case, cases, changed, text, with_factor};
 use bondline::case::{Case, Property};
@@ -11,7 +11,7 @@ use bondline::plan::Plan;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module};
 
-/// Every shipped case, and one whose factors tell the parts of a conductivity apart.
+/// Every shipped case, and one with factors on the parts of a conductivity.
 pub(crate) fn all() -> Vec<Case> {
     let mut cases = cases();
     cases.push(with_factor(&case("lcat-2259"), "INS", Property::ConductivityGas));
@@ -40,7 +40,7 @@ fn the_kernel_of_every_case_compiles_in_both_precisions() {
         for precision in [Precision::F32, Precision::F64] {
             for lanes in [1, LANES] {
                 if let Err(error) = compiled(&in_lanes(&case, precision, lanes)) {
-                    panic!("{} in {precision:?} on {lanes} lanes: {error}", case.id());
+                    panic!("{} in {precision:?} on {lanes} threads: {error}", case.id());
                 }
             }
         }
@@ -51,9 +51,9 @@ fn the_kernel_of_every_case_compiles_in_both_precisions() {
 #[test]
 fn a_kernel_that_mixes_precisions_is_refused() {
     let text = kernel(&case("slab"), Precision::F64);
-    let spoiled = text.replace("now.flux) * real(GAMMA)", "now.flux) * f32(GAMMA)");
-    assert_ne!(text, spoiled);
-    assert!(compiled(&spoiled).is_err());
+    let invalid = text.replace("now.flux) * real(GAMMA)", "now.flux) * f32(GAMMA)");
+    assert_ne!(text, invalid);
+    assert!(compiled(&invalid).is_err());
 }
 
 fn uniform_buffers(text: &str) -> usize {
@@ -62,48 +62,44 @@ fn uniform_buffers(text: &str) -> usize {
 }
 
 #[test]
-fn no_kernel_binds_more_uniform_buffers_than_a_driver_compiles_without_spoiling_memory() {
+fn no_kernel_binds_more_uniform_buffers_than_lavapipe_compiles_correctly() {
     for case in all() {
         for precision in [Precision::F32, Precision::F64] {
             for lanes in [1, LANES] {
                 let text = in_lanes(&case, precision, lanes);
-                assert!(uniform_buffers(&text) <= UNIFORM_BUFFERS, "{} in {precision:?} on {lanes} lanes", case.id());
+                assert!(uniform_buffers(&text) <= UNIFORM_BUFFERS, "{} in {precision:?} on {lanes} threads", case.id());
                 let more = text.replacen(
                     "var<storage, read> contacts: array<real>",
                     "var<uniform> contacts: array<vec4<real>, 2>",
                     1,
                 );
                 let more = more.replace("contacts[p - 1u]", "contacts[p - 1u].x");
-                assert!(uniform_buffers(&more) > UNIFORM_BUFFERS, "another passed");
+                assert!(uniform_buffers(&more) > UNIFORM_BUFFERS, "one more passed");
             }
         }
     }
 }
 
-/// Functions that only one side of a twin has, and why.
+/// Functions that only one of two twins has, and why.
 const ONE_SIDED: &[(&str, &str, &str)] = &[
-    ("member", "note", "the processor hands readings to its caller, the device writes them to a binding"),
-    ("compensated", "lane", "the host reads a member through it; the device has bindings"),
-    ("member", "shown_k", "the host reads a member through it; the device has bindings"),
-    (
-        "tridiagonal",
-        "factorise",
-        "the device's are beside their one system, as WGSL lends no memory of a workgroup: see flowing",
-    ),
-    ("tridiagonal", "substitute", "the device's are beside their one system: see flowing"),
-    ("flowing", "factorise", "the host's are lent columns: see tridiagonal"),
-    ("flowing", "substitute", "the host's are lent columns: see tridiagonal"),
-    ("table", "read", "the processor places all cells of a ply before it reads any row"),
-    ("system", "edge_of", "the host picks a row by its number; that costs a driver, see there"),
-    ("conducting", "nodes", "the host cuts columns before it reads nodes from them"),
-    ("member", "heat_j_m2", "the host reads a member through it; the device has bindings"),
-    ("member", "stored_j_m2", "the host reads a member through it; the device has bindings"),
-    ("member", "gone", "the host reads a member through it; the device has bindings"),
-    ("member", "extremes_k", "the host reads a member through it; the device has bindings"),
-    ("member", "strayed", "the host reads a member through it; the device has bindings"),
+    ("member", "record", "the processor passes readings to its caller, the device writes them to a buffer"),
+    ("compensated", "lane", "the host reads results with it; the device writes them to buffers"),
+    ("member", "shown_k", "the host reads results with it; the device writes them to buffers"),
+    ("tridiagonal", "factorise", "WGSL does not pass workgroup memory by reference: see the one of darcy_flow"),
+    ("tridiagonal", "substitute", "see the one of darcy_flow"),
+    ("flowing", "factorise", "see the one of tridiagonal"),
+    ("flowing", "substitute", "see the one of tridiagonal"),
+    ("table", "read", "the processor evaluates the offsets of a ply before it reads any row"),
+    ("system", "boundary_row_of", "dynamic indexing is slow to compile in WGSL"),
+    ("conducting", "nodes", "the processor slices columns first, to spare bounds checks"),
+    ("member", "heat_j_m2", "the host reads results with it; the device writes them to buffers"),
+    ("member", "stored_j_m2", "the host reads results with it; the device writes them to buffers"),
+    ("member", "gone", "the host reads results with it; the device writes them to buffers"),
+    ("member", "extremes_k", "the host reads results with it; the device writes them to buffers"),
+    ("member", "strayed", "the host reads results with it; the device writes them to buffers"),
 ];
 
-/// Functions in the order of a text, but for those of one side.
+/// Functions of a text in order, without the one-sided ones.
 fn functions<'a>(twin: &str, text: &'a str) -> Vec<&'a str> {
     let text = text.split("#[cfg(test)]").next().unwrap_or_default();
     text.lines()
@@ -124,7 +120,7 @@ fn twin_files_hold_the_same_functions_in_the_same_order() {
 }
 
 #[test]
-fn every_part_of_the_physics_has_a_twin() {
+fn every_shader_of_the_physics_has_a_twin() {
     let host_only = ["prelude", "layout"];
     let parts: Vec<&str> = shader::PARTS.iter().map(|part| part.0).filter(|name| !host_only.contains(name)).collect();
     assert_eq!(parts, TWINS);
@@ -135,24 +131,25 @@ fn every_part_of_the_physics_has_a_twin() {
     }
 }
 
-/// Functions that lanes have for themselves where there are many.
-const OF_MANY: [&str; 6] = ["summed_pair", "sum_of", "keep_sum", "no_joint", "lengthened", "beside"];
+/// Functions that only the cooperative kernel has.
+const COOPERATIVE_ONLY: [&str; 6] =
+    ["reduce_sum_pair", "get_sum", "set_sum", "empty_block", "append_row", "solve_reduced"];
 
-/// Functions of both texts on lanes, but for those of many.
-fn on_lanes(shared: &str) -> [Vec<String>; 2] {
+/// Functions of the single-thread and of the cooperative text, without those of the latter only.
+fn common_functions(shared: &str) -> [Vec<String>; 2] {
     [&text("shaders/single_thread.wgsl"), shared].map(|text| {
-        let names = functions("lanes", text).into_iter().filter(|name| !OF_MANY.contains(name));
+        let names = functions("lanes", text).into_iter().filter(|name| !COOPERATIVE_ONLY.contains(name));
         names.map(str::to_owned).collect()
     })
 }
 
 #[test]
-fn one_lane_has_the_functions_of_many() {
+fn single_thread_and_cooperative_kernels_have_the_same_functions() {
     let shared = text("shaders/cooperative.wgsl");
-    let [alone, of_both] = on_lanes(&shared);
-    assert_eq!(alone, of_both);
-    let [alone, renamed] = on_lanes(&shared.replacen("fn end_linked(", "fn linked_to(", 1));
-    assert_ne!(alone, renamed);
+    let [single, cooperative] = common_functions(&shared);
+    assert_eq!(single, cooperative);
+    let [single, renamed] = common_functions(&shared.replacen("fn end_halo_cell(", "fn halo_end(", 1));
+    assert_ne!(single, renamed);
 }
 
 #[test]
@@ -176,8 +173,8 @@ fn with_cells(cells: usize) -> Case {
 }
 
 #[test]
-fn a_dispatch_of_any_case_ends_before_the_software_device_ends_its_loops() {
-    // The last has the most cells that a case file may ask for.
+fn no_dispatch_exceeds_the_loop_limit_of_the_software_device() {
+    // The last has the largest number of cells of a case file.
     for case in all().into_iter().chain([with_cells(1024)]) {
         for lanes in [1, LANES] {
             let turns = turns(&Plan::new(&case), lanes);
@@ -187,7 +184,7 @@ fn a_dispatch_of_any_case_ends_before_the_software_device_ends_its_loops() {
 }
 
 #[test]
-fn a_step_too_long_for_any_dispatch_is_caught() {
-    // Eight times the cells that a case may ask for.
+fn a_step_that_exceeds_the_loop_limit_is_caught() {
+    // Eight times the largest number of cells of a case file.
     assert!(turns(&Plan::finer(&with_cells(1024), 8, 1), 1) > LOOPS_ENDED);
 }

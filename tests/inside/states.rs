@@ -1,4 +1,4 @@
-//! Conductivities scaled state by state: as one where all are, each where it is, and sought from temperatures.
+//! Factors on the conductivity of single states, and their estimation from temperatures.
 
 use crate::support::{ANOTHER_CODE_K, DOUBLE_K, case, changed};
 use bondline::case::{Case, Estimate, Factor, Table};
@@ -11,7 +11,7 @@ use bondline::plan::Plan;
 use bondline::study::estimate::{Estimated, Search, estimate};
 use std::sync::Arc;
 
-/// The slab of two states with these factors, marched with these values.
+/// Temperatures of the two-state slab with these factors and values.
 fn marched(factors: Vec<Factor>, values: &[f64]) -> Vec<f64> {
     let case = changed(&case("tacot-conductivity"), |case| {
         (case.factors, case.estimate) = (factors, Estimate::default());
@@ -23,7 +23,7 @@ fn marched(factors: Vec<Factor>, values: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn states_scaled_alike_are_one_conductivity_scaled_and_each_alone_is_another() {
+fn equal_factors_on_all_states_equal_one_factor_and_single_ones_differ() {
     let each = case("tacot-conductivity").factors().to_vec();
     let [solid, radiative] = [0, 1].map(|place| Factor { state: None, ..each[place].clone() });
     let whole = marched(vec![solid, radiative], &[1.3, 0.8]);
@@ -35,17 +35,18 @@ fn states_scaled_alike_are_one_conductivity_scaled_and_each_alone_is_another() {
     }
 }
 
-/// `lcat-2259-pyrolysis` on a coarse plan, the heat capacity of its chars told anew; states that have rows in the tables, and temperatures.
-fn charred(told: impl Fn(f64) -> f64) -> (Vec<u32>, Vec<f64>) {
+/// `lcat-2259-pyrolysis` on a coarse plan with changed char heat capacities: number of states with table rows of each
+/// ply, and temperatures.
+fn with_char(heat_capacity: impl Fn(f64) -> f64) -> (Vec<u32>, Vec<f64>) {
     let case = changed(&case("lcat-2259-pyrolysis"), |case| {
         (case.resolution.cells, case.resolution.largest_step_s) = (60, 2.0);
         for ply in &mut case.layup.plies {
             let decomposition = Arc::make_mut(&mut ply.material).decomposition.iter_mut();
             for char in decomposition.flat_map(|decomposition| &mut decomposition.residues) {
                 let (table, mut values) = (&char.heat_capacity, char.heat_capacity.values().to_vec());
-                values.iter_mut().next_back().into_iter().for_each(|last| *last = told(*last));
+                values.iter_mut().next_back().into_iter().for_each(|last| *last = heat_capacity(*last));
                 char.heat_capacity =
-                    Table::new(table.temperatures_k().to_vec(), values, table.outside()).expect("it still holds");
+                    Table::new(table.temperatures_k().to_vec(), values, table.outside()).expect("a valid table");
             }
         }
     });
@@ -55,19 +56,20 @@ fn charred(told: impl Fn(f64) -> f64) -> (Vec<u32>, Vec<f64>) {
 }
 
 #[test]
-fn a_char_that_is_a_multiple_of_what_it_was_marches_like_one_told_in_full() {
-    let furthest_k = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    let (rows, alike_k) = charred(|value| value);
-    assert_eq!(rows, [1; 5], "every state is so many times the virgin one");
-    let (rows, told_k) = charred(|value| value * (1.0 + 1e-11));
+fn a_char_that_is_a_multiple_of_the_virgin_material_equals_one_with_table_rows() {
+    let largest_difference_k =
+        |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let (rows, alike_k) = with_char(|value| value);
+    assert_eq!(rows, [1; 5], "every state is a multiple of the virgin one");
+    let (rows, tabulated_k) = with_char(|value| value * (1.0 + 1e-11));
     assert_eq!(rows, [1, 1, 2, 2, 2], "a char that is no multiple has rows of its own");
-    let apart_k = furthest_k(&alike_k, &told_k);
+    let apart_k = largest_difference_k(&alike_k, &tabulated_k);
     assert!(apart_k <= DOUBLE_K, "{apart_k} K");
-    let apart_k = furthest_k(&alike_k, &charred(|value| value * 1.01).1);
-    assert!(apart_k > 100.0 * DOUBLE_K, "one that stores more is no warmer or colder by {apart_k} K alone");
+    let apart_k = largest_difference_k(&alike_k, &with_char(|value| value * 1.01).1);
+    assert!(apart_k > 100.0 * DOUBLE_K, "a larger heat capacity changes temperatures by only {apart_k} K");
 }
 
-/// What is estimated of a case as the command does, and the root mean square of all that it leaves, K.
+/// Estimate of a case as the command makes it, and the root mean square of all residuals, K.
 fn estimated(case: &Case) -> (Estimated, f64) {
     let plan = pilot(case).expect("the processor marches");
     let mut march = Extrapolated::new(Box::new(Cpu::new(Precision::F64)));
@@ -77,8 +79,8 @@ fn estimated(case: &Case) -> (Estimated, f64) {
     (found, (sum / count).sqrt())
 }
 
-/// PATO does not tell the coefficients that made its temperatures. All four intervals hold a number of one digit, within 2.5 % of
-/// each estimate and each within what PATO searches: four round numbers are taken for the answer.
+/// PATO does not publish the coefficients behind its temperatures. All four intervals contain a round number, within
+/// 2.5 % of each estimate and within PATO's search bounds: these are taken as the true values.
 #[test]
 fn four_coefficients_of_conductivity_are_found_from_temperatures_of_another_code() {
     let case = case("tacot-conductivity");
@@ -87,9 +89,9 @@ fn four_coefficients_of_conductivity_are_found_from_temperatures_of_another_code
     assert_eq!(found.samples, 480, "a reading a second at each of four depths");
     assert!(left_k <= ANOTHER_CODE_K, "{left_k} K");
     for ((value, (low, high)), round) in found.values.iter().zip(&found.intervals).zip([2.0, 2.0, 1.0, 1.0]) {
-        assert!((low..=high).contains(&&round), "{low} to {high} do not hold {round}");
-        // What the other code leaves follows itself over minutes: 480 readings determine as much as ten independent ones.
-        assert!(high - low < 0.35 * value, "{low} to {high} say little");
+        assert!((low..=high).contains(&&round), "{low} to {high} does not contain {round}");
+        // Residuals of the other code are correlated over minutes: effective sample size 10 of 480.
+        assert!(high - low < 0.35 * value, "{low} to {high} is too wide");
     }
     let alike = changed(&case, |case| {
         case.factors.truncate(2);

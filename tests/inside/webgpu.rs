@@ -1,5 +1,5 @@
-//! Every kernel through a second WGSL compiler: Chromium's, which refuses barriers under control flow that is not uniform
-//! (WGSL, section "Uniformity"), where naga lets them pass.
+//! Compiles every kernel with a second WGSL compiler, Chromium's. It rejects barriers in non-uniform control flow
+//! (WGSL, section "Uniformity"), which naga accepts.
 
 use super::shaders::all;
 use crate::browser::{console, result};
@@ -10,10 +10,10 @@ use bondline::plan::Plan;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// WebGPU on SwiftShader, the software adapter that Chromium ships.
+/// WebGPU on SwiftShader, Chromium's software adapter.
 const FLAGS: [&str; 2] = ["--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"];
 
-/// Compiles each kernel of the list and makes pipelines of those that are marked; reports the errors of each.
+/// Compiles each kernel, creates pipelines for the marked ones, and reports the errors of each.
 const PAGE: &str = r#"<!DOCTYPE html>
 <meta charset="utf-8"><title>kernels</title>
 <script src="kernels.js"></script>
@@ -34,7 +34,8 @@ const PAGE: &str = r#"<!DOCTYPE html>
       const made = performance.now();
       if (pipeline && found.length === 0) {
         const compute = { module, entryPoint: "march" };
-        await device.createComputePipelineAsync({ layout: "auto", compute }).catch((error) => found.push(error.message));
+        await device.createComputePipelineAsync({ layout: "auto", compute })
+          .catch((error) => found.push(error.message));
       }
       const done = performance.now();
       report.kernels.push({ name, errors: found, module_ms: made - began, pipeline_ms: done - made });
@@ -46,15 +47,14 @@ const PAGE: &str = r#"<!DOCTYPE html>
 </script>
 "#;
 
-/// Kernels of which pipelines are made, too, by case and threads of a member: the smallest, and the largest that a
-/// workgroup shares. SwiftShader takes two to seven seconds for each; uniformity is judged as a text is compiled.
+/// Kernels for which a pipeline is created, by case and threads a member: the smallest, and the largest cooperative
+/// one. SwiftShader takes two to seven seconds for each; uniformity is checked when a module is compiled.
 const PIPELINES: [(&str, u32); 3] = [("slab", 1), ("slab", LANES), ("permeation", LANES)];
 
-/// A kernel's text by its name, and whether a pipeline is made of it.
+/// A kernel's text by its name, and whether to create a pipeline.
 type Kernels = BTreeMap<String, (String, bool)>;
 
-/// The kernels in single precision of all cases: WGSL has no `f64`. Differentiated kernels are modules without a text,
-/// made of these.
+/// The kernels of all cases in single precision: WGSL has no `f64`. Differentiated kernels have no text.
 fn kernels() -> Kernels {
     let mut found = Kernels::new();
     for case in all() {
@@ -69,10 +69,11 @@ fn kernels() -> Kernels {
     found
 }
 
-/// The errors of each kernel, by its name.
+/// The errors of each kernel by its name.
 fn errors(kernels: &Kernels) -> BTreeMap<String, Vec<String>> {
     let scratch = Scratch::new("webgpu");
-    let entry = |(name, (text, pipeline)): (&String, &(String, bool))| json!({ "name": name, "text": text, "pipeline": pipeline });
+    let entry =
+        |(name, kernel): (&String, &(String, bool))| json!({ "name": name, "text": kernel.0, "pipeline": kernel.1 });
     let list: Vec<Value> = kernels.iter().map(entry).collect();
     scratch.write("kernels.js", format!("const KERNELS = {};", Value::from(list)));
     let page = scratch.write("page.html", PAGE);
@@ -87,29 +88,29 @@ fn errors(kernels: &Kernels) -> BTreeMap<String, Vec<String>> {
     kernels.iter().map(found).collect()
 }
 
-/// In each of the spoiled kernels a barrier depends on what is not the same in all threads.
+/// Each of the negative controls has a barrier in non-uniform control flow.
 #[test]
-fn chromium_compiles_every_kernel_and_refuses_barriers_that_not_all_threads_reach() {
+fn chromium_compiles_every_kernel_and_rejects_barriers_in_non_uniform_control_flow() {
     let mut kernels = kernels();
-    let sound: Vec<String> = kernels.keys().cloned().collect();
+    let valid: Vec<String> = kernels.keys().cloned().collect();
     let text = kernels.values().map(|(text, _)| text).find(|text| text.contains("workgroupBarrier"));
     let text = text.expect("one has barriers").clone();
     for (name, from, to) in [
-        ("a return that depends on the member", "if carried >= run.members", "if member >= run.members"),
+        ("a return that depends on the member", "if own_member >= run.members", "if member >= run.members"),
         ("a return that depends on the steps of a member", "return workgroupUniformLoad(&done);", "return done;"),
-        ("a barrier in a loop over cells", "        flows[i] = carries * risen;", "        meet();"),
+        ("a barrier in a loop over cells", "        mass_fluxes[i] = carries * upward_flux;", "        synchronize();"),
     ] {
-        let spoiled = text.replacen(from, to, 1);
-        assert_ne!(text, spoiled, "nothing was spoiled: {from}");
-        kernels.insert(name.to_owned(), (spoiled, false));
+        let invalid = text.replacen(from, to, 1);
+        assert_ne!(text, invalid, "nothing was changed: {from}");
+        kernels.insert(name.to_owned(), (invalid, false));
     }
-    let (of_sound, of_spoiled): (Vec<_>, Vec<_>) =
-        errors(&kernels).into_iter().partition(|(name, _)| sound.contains(name));
-    assert_eq!((of_sound.len(), of_spoiled.len()), (sound.len(), 3));
-    for (name, errors) in of_sound {
+    let (valid_errors, invalid_errors): (Vec<_>, Vec<_>) =
+        errors(&kernels).into_iter().partition(|(name, _)| valid.contains(name));
+    assert_eq!((valid_errors.len(), invalid_errors.len()), (valid.len(), 3));
+    for (name, errors) in valid_errors {
         assert_eq!(errors, Vec::<String>::new(), "{name}");
     }
-    for (name, errors) in of_spoiled {
+    for (name, errors) in invalid_errors {
         assert!(errors.iter().any(|error| error.contains("uniform control flow")), "{name} passed: {errors:?}");
     }
 }

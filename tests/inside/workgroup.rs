@@ -1,7 +1,7 @@
-//! Members that a workgroup carries, a block of cells a lane: as the processor carries them, whatever the blocks.
+//! Cooperative kernels, a block of cells a thread, against the processor, for several block sizes.
 
-use super::layup::held_above_too;
-use super::parity::spoiled;
+use super::layup::with_holder_and_held_face;
+use super::parity::with_scaled_conductivities;
 use crate::support::{
     BALANCE, MASS, MASS_SINGLE, ROUNDING_K, SINGLE_K, SINGLE_REACTING_K, adapter, case, cases, changed, drawn,
 };
@@ -17,10 +17,11 @@ use bondline::traces::{Arrival, Balance, Traces};
 use std::sync::LazyLock;
 use std::thread;
 
-/// Lanes that cases have in turn, on some forty cells: blocks of two, of six and not by a power of two, of one cell with lanes that have none, of three.
-const IN_TURN: [u32; 4] = [LANES, 7, 64, 16];
+/// Threads a member, in turn, on some forty cells: blocks of two; of six, with a number of threads that is not a power
+/// of two; of one cell, with idle threads; of three.
+const THREADS_IN_TURN: [u32; 4] = [LANES, 7, 64, 16];
 
-/// A case carried by workgroups.
+/// A case marched by cooperative kernels.
 struct Marched {
     case: Case,
     plan: Plan,
@@ -30,7 +31,7 @@ struct Marched {
     traces: Traces,
 }
 
-/// A case on few cells and long steps, at which one kernel is held against another as well as at any.
+/// A case on few cells and long steps, which compare kernels as well as any.
 fn coarsened(case: Case) -> Case {
     changed(&case, |case| {
         case.resolution.cells = 40;
@@ -39,7 +40,7 @@ fn coarsened(case: Case) -> Case {
     })
 }
 
-/// A case whose gas leaves where it is made.
+/// A case whose gas leaves where it is released.
 fn unhindered() -> Case {
     changed(&coarsened(case("lcat-2259-pyrolysis")), |case| {
         case.gas.as_mut().expect("it has gas").path = GasPath::Unhindered;
@@ -51,38 +52,38 @@ fn gpu(precision: Precision, lanes: u32) -> Gpu {
     Gpu::new(device, precision).expect("the device passes its self-tests").with_lanes(lanes)
 }
 
-fn carried(march: &mut dyn March, plan: &Plan, ensemble: &Ensemble) -> Traces {
+fn traces_of(march: &mut dyn March, plan: &Plan, ensemble: &Ensemble) -> Traces {
     march.march(plan, ensemble, 0..ensemble.len()).expect("the march does not fail")
 }
 
-/// At both resolutions, of which the coarser has room to spare in the kernel of the finer.
+/// At both resolutions; the coarse one runs in the kernel of the fine one, whose columns are longer.
 fn marched(case: &Case, precision: Precision, lanes: u32) -> [Marched; 2] {
     let (plan, ensemble) = (Plan::new(case), drawn(case, 2));
     let mut gpu = gpu(precision, lanes);
-    let carried_by = gpu.lanes(&plan, ensemble.len()).expect("the kernel compiles");
-    assert_eq!(carried_by, lanes, "{}: no room in a workgroup", case.id());
+    let threads = gpu.lanes(&plan, ensemble.len()).expect("the kernel compiles");
+    assert_eq!(threads, lanes, "{}: too large for workgroup memory", case.id());
     let coarse = plan.coarse.as_deref().expect("a plan has both resolutions").clone();
     [plan, coarse].map(|plan| {
-        let traces = carried(&mut gpu, &plan, &ensemble);
+        let traces = traces_of(&mut gpu, &plan, &ensemble);
         Marched { case: case.clone(), plan, ensemble: ensemble.clone(), lanes, precision, traces }
     })
 }
 
-/// Every shipped case in double precision, with what they lack: a holder, a contact and depths in doubt, and gas that leaves where it is made; and
-/// one of each kind in single precision. In two threads, as compiling takes longest.
+/// Every shipped case in double precision, and features that they lack: holder, contact and depth factors, unhindered
+/// gas; and one case of each kind in single precision. In two threads, as compiling takes longest.
 static MARCHED: LazyLock<Vec<Marched>> = LazyLock::new(|| {
-    let every = cases().into_iter().map(coarsened).chain([held_above_too(), unhindered()]);
-    let double = every.zip(IN_TURN.into_iter().cycle()).map(|(case, lanes)| (case, Precision::F64, lanes));
-    let kinds = [held_above_too(), coarsened(case("permeation"))];
-    let asked = double.chain(kinds.map(|case| (case, Precision::F32, LANES)));
-    let (even, odd): (Vec<_>, Vec<_>) = asked.enumerate().partition(|(place, _)| place % 2 == 0);
-    let march = |asked: Vec<(usize, (Case, Precision, u32))>| -> Vec<Marched> {
-        asked.into_iter().flat_map(|(_, (case, precision, lanes))| marched(&case, precision, lanes)).collect()
+    let every = cases().into_iter().map(coarsened).chain([with_holder_and_held_face(), unhindered()]);
+    let double = every.zip(THREADS_IN_TURN.into_iter().cycle()).map(|(case, lanes)| (case, Precision::F64, lanes));
+    let kinds = [with_holder_and_held_face(), coarsened(case("permeation"))];
+    let inputs = double.chain(kinds.map(|case| (case, Precision::F32, LANES)));
+    let (even, odd): (Vec<_>, Vec<_>) = inputs.enumerate().partition(|(place, _)| place % 2 == 0);
+    let march = |inputs: Vec<(usize, (Case, Precision, u32))>| -> Vec<Marched> {
+        inputs.into_iter().flat_map(|(_, (case, precision, lanes))| marched(&case, precision, lanes)).collect()
     };
     thread::scope(|scope| {
         let odd = scope.spawn(move || march(odd));
         let mut all = march(even);
-        all.extend(odd.join().expect("the device carries every case"));
+        all.extend(odd.join().expect("the device marches every case"));
         all
     })
 });
@@ -91,8 +92,8 @@ fn of(precision: Precision) -> impl Iterator<Item = &'static Marched> {
     MARCHED.iter().filter(move |marched| marched.precision == precision)
 }
 
-/// How far all numbers of two marches are apart at most, each as a share of one more than it is: kelvins of temperatures near nothing, shares of heats.
-fn apart(one: &Traces, other: &Traces) -> f64 {
+/// Largest difference of all numbers of two marches, relative to one plus the number.
+fn largest_relative_difference(one: &Traces, other: &Traces) -> f64 {
     if one.arrivals != other.arrivals {
         return f64::INFINITY;
     }
@@ -103,55 +104,66 @@ fn apart(one: &Traces, other: &Traces) -> f64 {
 }
 
 #[test]
-fn a_member_cut_into_blocks_is_the_processors_but_for_rounding_in_every_case_whatever_the_blocks() {
+fn cooperative_kernels_agree_with_the_processor_within_rounding_for_every_block_size() {
     for Marched { case, plan, ensemble, lanes, traces, .. } in of(Precision::F64) {
-        let processor = carried(&mut Cpu::new(Precision::F64), plan, ensemble);
-        assert!(traces.arrivals.iter().all(|arrival| *arrival == Arrival::Done), "{}: not all arrive", case.id());
+        let processor = traces_of(&mut Cpu::new(Precision::F64), plan, ensemble);
+        assert!(
+            traces.arrivals.iter().all(|arrival| *arrival == Arrival::Done),
+            "{}: not all members complete",
+            case.id()
+        );
         let off_k = apart_k(traces, &processor);
-        assert!(off_k <= ROUNDING_K, "{} on {lanes} lanes: {off_k:.1e} K", case.id());
-        let off = apart(traces, &processor);
-        assert!(off <= ROUNDING_K, "{} on {lanes} lanes: {off:.1e} of any number", case.id());
-        let spoiled_k = apart_k(traces, &carried(&mut Cpu::new(Precision::F64), &spoiled(plan, 1e-6), ensemble));
-        assert!(spoiled_k > ROUNDING_K, "{}: a conductivity off by a millionth passed", case.id());
+        assert!(off_k <= ROUNDING_K, "{} on {lanes} threads: {off_k:.1e} K", case.id());
+        let off = largest_relative_difference(traces, &processor);
+        assert!(off <= ROUNDING_K, "{} on {lanes} threads: {off:.1e} of any number", case.id());
+        let perturbed_k = apart_k(
+            traces,
+            &traces_of(&mut Cpu::new(Precision::F64), &with_scaled_conductivities(plan, 1e-6), ensemble),
+        );
+        assert!(perturbed_k > ROUNDING_K, "{}: a conductivity changed by 1e-6 passed", case.id());
     }
 }
 
 #[test]
-fn single_precision_suffices_where_a_workgroup_carries_a_member() {
+fn cooperative_kernels_are_accurate_in_single_precision() {
     for Marched { case, plan, ensemble, lanes, traces, .. } in of(Precision::F32) {
-        let processor = |plan: &Plan| carried(&mut Cpu::new(Precision::F64), plan, ensemble);
+        let processor = |plan: &Plan| traces_of(&mut Cpu::new(Precision::F64), plan, ensemble);
         let allowed_k = if plan.reactions > 0 { SINGLE_REACTING_K } else { SINGLE_K };
         let off_k = apart_k(traces, &processor(plan));
-        assert!(off_k <= allowed_k, "{} on {lanes} lanes: {off_k:.1e} K", case.id());
-        let spoiled_k = apart_k(traces, &processor(&spoiled(plan, 1e-3)));
-        assert!(spoiled_k > allowed_k, "{}: a conductivity off by a thousandth passed", case.id());
+        assert!(off_k <= allowed_k, "{} on {lanes} threads: {off_k:.1e} K", case.id());
+        let perturbed_k = apart_k(traces, &processor(&with_scaled_conductivities(plan, 1e-3)));
+        assert!(perturbed_k > allowed_k, "{}: a conductivity changed by 1e-3 passed", case.id());
     }
 }
 
-/// Heat within what the processor in double precision leaves at steps as long.
+/// Heat: within the imbalance of the processor in double precision at the same steps.
 #[test]
-fn heat_and_mass_are_accounted_for_across_the_lanes() {
+fn cooperative_kernels_close_the_heat_and_mass_balances() {
     for Marched { case, plan, ensemble, traces, precision, .. } in MARCHED.iter() {
         let allowed = if *precision == Precision::F32 { MASS_SINGLE } else { MASS };
-        let processor = carried(&mut Cpu::new(Precision::F64), plan, ensemble);
+        let processor = traces_of(&mut Cpu::new(Precision::F64), plan, ensemble);
         for (balance, expected) in traces.balances.iter().zip(&processor.balances) {
             let mass = balance.mass_residual().abs();
             assert!(mass <= allowed, "{} in {precision:?}: mass {mass:.1e}", case.id());
-            let unlike = |balance: &Balance| (balance.residual() - expected.residual()).abs();
-            assert!(unlike(balance) <= BALANCE, "{} in {precision:?}: heat {:.1e}", case.id(), unlike(balance));
+            let imbalance = |balance: &Balance| (balance.residual() - expected.residual()).abs();
+            assert!(imbalance(balance) <= BALANCE, "{} in {precision:?}: heat {:.1e}", case.id(), imbalance(balance));
             let mut leaking = *balance;
             leaking.stored_j_m2 += 5.0 * BALANCE * balance.hot_in_j_m2;
-            assert!(balance.hot_in_j_m2 == 0.0 || unlike(&leaking) > BALANCE, "{}: heat to nowhere passed", case.id());
+            assert!(
+                balance.hot_in_j_m2 == 0.0 || imbalance(&leaking) > BALANCE,
+                "{}: an energy imbalance passed",
+                case.id()
+            );
         }
     }
 }
 
 #[test]
-fn a_plan_too_large_for_a_workgroup_has_an_invocation_a_member_even_where_more_are_asked_for() {
+fn a_plan_too_large_for_workgroup_memory_takes_one_thread_a_member() {
     let plan = Plan::new(&coarsened(case("slab")));
     let text = shader::kernel(&plan, Precision::F64, false, LANES, shader::MARCH);
     let device = Device::open(adapter(), false).expect("the device opens");
-    let bytes = device.kernel(text).expect("the text is sound").workgroup_bytes();
+    let bytes = device.kernel(text).expect("the kernel compiles").workgroup_bytes();
     for (room_bytes, expected) in [(bytes, LANES), (bytes - 1, 1)] {
         let mut device = device.clone();
         device.limits.max_compute_workgroup_storage_size = room_bytes;
@@ -160,18 +172,20 @@ fn a_plan_too_large_for_a_workgroup_has_an_invocation_a_member_even_where_more_a
     }
 }
 
-/// More sensors make steps longer in loop turns, and dispatches shorter in steps.
+/// More sensors mean more loop turns a step, and fewer steps a dispatch.
 #[test]
-fn a_member_put_down_and_taken_up_at_other_steps_reads_the_same_to_the_bit() {
-    let whole = of(Precision::F32).find(|marched| marched.case.id() == "permeation").expect("it is among the kinds");
+fn cutting_dispatches_at_other_steps_changes_no_bit() {
+    let whole = of(Precision::F32)
+        .find(|marched| marched.case.id() == "permeation")
+        .expect("permeation is marched in single precision");
     let case = changed(&whole.case, |case| {
         let first = case.sensors[0].clone();
         case.sensors.extend((0..40).map(|added| Sensor { name: format!("MORE{added}"), ..first.clone() }));
     });
     let plan = Plan::new(&case);
     let steps = |plan: &Plan| shader::steps_a_dispatch(plan, LANES, true) as usize;
-    assert!(steps(&plan) < steps(&whole.plan) && steps(&plan) < plan.steps(), "dispatches are cut alike");
-    let cut = carried(&mut gpu(Precision::F32, LANES), &plan, &whole.ensemble);
+    assert!(steps(&plan) < steps(&whole.plan) && steps(&plan) < plan.steps(), "dispatches have the same length");
+    let cut = traces_of(&mut gpu(Precision::F32, LANES), &plan, &whole.ensemble);
     for member in 0..whole.ensemble.len() {
         for sensor in 0..whole.case.sensors().len() {
             assert_eq!(

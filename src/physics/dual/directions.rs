@@ -1,23 +1,23 @@
-//! Changes along several directions, side by side: what a dual number asks of the vectors that hold them.
+//! Vectors of tangents of a dual number.
 
 use super::super::Real;
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// Changes of a `V`, one a lane.
+/// Tangents of a `V`, one direction a lane.
 pub trait Directions<V>:
     Copy + Send + Sync + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
-    /// Directions side by side.
+    /// Number of directions.
     const LANES: usize;
 
-    /// The same change along every direction.
+    /// The same tangent in every direction.
     fn of(value: V) -> Self;
     fn from_lanes(lane: impl FnMut(usize) -> f64) -> Self;
     fn lane(self, lane: usize) -> f64;
-    /// As [`Real::settled`].
-    fn settled(self, least: Self) -> Self;
-    /// As [`Real::less_times`].
-    fn less_times(self, by: Self, before: Self, least: Self) -> Self;
+    /// As [`Real::flush_tiny`].
+    fn settled(self, threshold: Self) -> Self;
+    /// As [`Real::sub_mul_flushed`].
+    fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self;
 }
 
 impl<R: Real> Directions<R::Scalar> for R {
@@ -36,17 +36,17 @@ impl<R: Real> Directions<R::Scalar> for R {
         R::lane(self, lane)
     }
     #[inline(always)]
-    fn settled(self, least: Self) -> Self {
-        R::settled(self, least)
+    fn settled(self, threshold: Self) -> Self {
+        R::settled(self, threshold)
     }
     #[inline(always)]
-    fn less_times(self, by: Self, before: Self, least: Self) -> Self {
-        R::less_times(self, by, before, least)
+    fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self {
+        R::less_times(self, factor, before, threshold)
     }
 }
 
-/// Two vectors as one of twice the lanes, so that narrow ones too carry the directions of most layups beside one march of the
-/// member. Written out, as arrays of vectors stay in memory (twice as long in f32).
+/// Two vectors as one of twice the lanes, so that narrow vectors also hold the directions of most layups in one march.
+/// A pair and not an array: arrays of vectors stay in memory (twice the time in f32).
 #[derive(Clone, Copy)]
 pub struct Twofold<D>(D, D);
 
@@ -98,11 +98,11 @@ impl<V: Copy, D: Directions<V>> Directions<V> for Twofold<D> {
         if lane < D::LANES { self.0.lane(lane) } else { self.1.lane(lane - D::LANES) }
     }
     #[inline(always)]
-    fn settled(self, least: Self) -> Self {
-        Self(self.0.settled(least.0), self.1.settled(least.1))
+    fn settled(self, threshold: Self) -> Self {
+        Self(self.0.settled(threshold.0), self.1.settled(threshold.1))
     }
     #[inline(always)]
-    fn less_times(self, by: Self, before: Self, least: Self) -> Self {
-        Self(self.0.less_times(by.0, before.0, least.0), self.1.less_times(by.1, before.1, least.1))
+    fn less_times(self, factor: Self, before: Self, threshold: Self) -> Self {
+        Self(self.0.less_times(factor.0, before.0, threshold.0), self.1.less_times(factor.1, before.1, threshold.1))
     }
 }

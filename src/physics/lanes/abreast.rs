@@ -1,7 +1,6 @@
-//! Rows of tables, one a lane: loaded four numbers at a time as they lie, then turned so that each column is a vector.
+//! Table rows, one a lane: loaded in groups of four columns, then transposed so that each column is a vector.
 //!
-//! Half of a march was once spent on picking the numbers up one by one. Gathering loads are no way out, as processors pick
-//! them up one by one too.
+//! Loading single numbers took half of a march, and gather instructions are no faster.
 
 use super::Doubles;
 use crate::physics::dual::directions::{Directions, Twofold};
@@ -9,13 +8,13 @@ use crate::plan::layout::ABREAST;
 use simdeez::engines::scalar::Scalar;
 use simdeez::prelude::*;
 
-/// Most lanes that a vector has.
+/// Largest number of lanes of a vector.
 pub(super) const WIDEST: usize = 16;
 
-/// Where the row of each lane begins in a table.
+/// Offset of each lane's row in a table.
 pub(super) type Places<const LANES: usize> = [u32; LANES];
 
-/// The rows of a table of so many columns at some places, none of which reaches past its end.
+/// Table rows at given offsets, none of which reaches past the end of the table.
 #[derive(Clone, Copy)]
 pub struct Rows<'p, 'a, T, const LANES: usize> {
     table: &'a [T],
@@ -32,7 +31,7 @@ pub struct Row<'a, T, const LANES: usize> {
 }
 
 impl<'p, 'a, T, const LANES: usize> Rows<'p, 'a, T, LANES> {
-    /// The places are filled here, none beyond the last row: to look at those of a row as it is read is a tenth of what is done with it.
+    /// Stores the offsets, clamped to the last row. Checking them at each read instead takes a tenth of the read.
     #[inline(always)]
     pub(super) fn new(
         places: &'p mut [Places<LANES>],
@@ -41,43 +40,43 @@ impl<'p, 'a, T, const LANES: usize> Rows<'p, 'a, T, LANES> {
         mut place: impl FnMut(usize) -> Places<LANES>,
     ) -> Self {
         let last = table.len().checked_sub(columns).and_then(|last| u32::try_from(last).ok());
-        let last = last.expect("a table has rows, and fewer numbers than a u32 counts");
+        let last = last.expect("a table has at least one row and fewer than 2³² numbers");
         for (i, starts) in places.iter_mut().enumerate() {
             *starts = place(i).map(|start| start.min(last));
         }
         Self { table, columns, places }
     }
 
-    /// One a lane, of so many lanes.
+    /// Row `i` of each lane.
     #[inline(always)]
     pub(super) fn row(self, i: usize, lanes: usize) -> Row<'a, T, LANES> {
         let starts = &self.places[i];
-        // Read from where they lie, a load each: taken for a vector they are pulled out of it one by one, and for want of
-        // registers written to memory again (with AVX-512 11.8 ns a cell-step in f32, 8.1 so). What is read does not depend on it.
-        // Four are not taken for one, and to hide where they lie took a tenth of the march.
+        // Loads each offset from memory: in a vector register they would be extracted one by one and spilled (AVX-512,
+        // f32: 11.8 ns a cell-step against 8.1). The result does not depend on it. Four offsets are not put into a
+        // vector, and `black_box` would cost a tenth of the march.
         let starts = if lanes > 4 { std::hint::black_box(starts) } else { starts };
         Row { table: self.table, columns: self.columns, starts: *starts }
     }
 }
 
 impl<T, const LANES: usize> Row<'_, T, LANES> {
-    /// Where four numbers stand in the first row of the table.
+    /// Start of a column group in the first row of the table.
     #[inline(always)]
-    fn place(&self, four: usize) -> usize {
-        // A copy of the number, as a message that borrowed it would keep all of this in memory.
-        let (place, columns) = (ABREAST * four, self.columns);
-        assert!(place + ABREAST <= columns, "the columns from {place} on, of {columns}");
+    fn place(&self, group: usize) -> usize {
+        // Copies: a panic message that borrows `self` would keep it in memory.
+        let (place, columns) = (ABREAST * group, self.columns);
+        assert!(place + ABREAST <= columns, "columns {place} to {} of {columns}", place + ABREAST);
         place
     }
 }
 
-/// A set of vectors that reads tables.
+/// A SIMD engine that reads tables.
 pub trait Abreast: Simd {
-    /// What holds the changes of a dual number in f64: eight directions at least where there are vectors, so that those of most
-    /// layups go beside one march of their member. With AVX2 7 took 3.3 ms where two marches of four took 4.5.
+    /// Tangents of a dual number in f64: at least eight directions on SIMD engines, so that most layups need one march
+    /// a member (AVX2: 3.3 ms for seven directions, 4.5 ms as two marches of four).
     type Directions: Directions<f64>;
 
-    /// Where the rows of a table of so many columns begin that whole numbers count to.
+    /// Offsets of the rows with these numbers in a table of `columns` columns.
     #[inline(always)]
     fn places_f64(row: Self::Vf64, columns: usize) -> Places<8> {
         let mut rows = [0.0; 8];
@@ -85,10 +84,10 @@ pub trait Abreast: Simd {
         rows.map(|row| row as u32 * columns as u32)
     }
 
-    /// One four of the columns of rows.
+    /// One column group of the rows.
     #[inline(always)]
-    fn four_f64(row: Row<'_, f64, 8>, four: usize) -> [Self::Vf64; ABREAST] {
-        turned(row, four, Self::Vf64::WIDTH).map(|column: [f64; WIDEST]| Self::Vf64::load_from_slice(&column))
+    fn four_f64(row: Row<'_, f64, 8>, group: usize) -> [Self::Vf64; ABREAST] {
+        turned(row, group, Self::Vf64::WIDTH).map(|column: [f64; WIDEST]| Self::Vf64::load_from_slice(&column))
     }
 
     /// Whether any lane is not zero.
@@ -97,7 +96,7 @@ pub trait Abreast: Simd {
         lanes.abs().horizontal_add() != 0.0
     }
 
-    /// The same in f32.
+    /// In f32.
     #[inline(always)]
     fn places_f32(row: Self::Vf32, columns: usize) -> Places<16> {
         let mut rows = [0.0; 16];
@@ -106,8 +105,8 @@ pub trait Abreast: Simd {
     }
 
     #[inline(always)]
-    fn four_f32(row: Row<'_, f32, 16>, four: usize) -> [Self::Vf32; ABREAST] {
-        turned(row, four, Self::Vf32::WIDTH).map(|column: [f32; WIDEST]| Self::Vf32::load_from_slice(&column))
+    fn four_f32(row: Row<'_, f32, 16>, group: usize) -> [Self::Vf32; ABREAST] {
+        turned(row, group, Self::Vf32::WIDTH).map(|column: [f32; WIDEST]| Self::Vf32::load_from_slice(&column))
     }
 
     #[inline(always)]
@@ -116,14 +115,14 @@ pub trait Abreast: Simd {
     }
 }
 
-/// Columns of four numbers a lane, picked up one by one.
+/// Columns of four numbers a lane, loaded one by one.
 #[inline(always)]
 fn turned<T: Copy + Default, const LANES: usize>(
     row: Row<'_, T, LANES>,
-    four: usize,
+    group: usize,
     lanes: usize,
 ) -> [[T; WIDEST]; ABREAST] {
-    let place = row.place(four);
+    let place = row.place(group);
     let mut columns = [[T::default(); WIDEST]; ABREAST];
     for lane in 0..lanes {
         let start = row.starts[lane] as usize + place;
@@ -144,7 +143,7 @@ impl Abreast for simdeez::engines::neon::Neon {
 }
 
 #[cfg(target_arch = "x86_64")]
-#[expect(unsafe_code, reason = "argued at the blocks")]
+#[expect(unsafe_code, reason = "SIMD loads; see the safety comments")]
 mod x86_64 {
     use super::{Abreast, Doubles, Places, Row, Twofold};
     use crate::plan::layout::ABREAST;
@@ -153,9 +152,9 @@ mod x86_64 {
     use simdeez::prelude::SimdBaseIo;
     use std::arch::x86_64::*;
 
-    // Safety, of all blocks: only a processor that has these instructions is given members in such vectors
-    // (`march/cpu.rs`). `Rows::new` sees that no row reaches past the end of its table, and `Row::place` that what is read of
-    // a row is within it.
+    // Safety, of all blocks: members are given such vectors only on processors with these instructions
+    // (`march/cpu.rs`). `TableRows::new` keeps every row within its table, and `TableRow::column_start` every column
+    // group within its row.
 
     impl Abreast for Avx512 {
         type Directions = Doubles<Self>;
@@ -172,8 +171,8 @@ mod x86_64 {
         }
 
         #[inline(always)]
-        fn four_f64(row: Row<'_, f64, 8>, four: usize) -> [F64x8; ABREAST] {
-            let place = row.place(four);
+        fn four_f64(row: Row<'_, f64, 8>, group: usize) -> [F64x8; ABREAST] {
+            let place = row.place(group);
             // SAFETY: see above.
             unsafe {
                 let first = row.table.as_ptr().add(place);
@@ -193,7 +192,7 @@ mod x86_64 {
             }
         }
 
-        /// A comparison, where a sum over lanes would be three of shuffles and sums.
+        /// One comparison; a sum over lanes takes three shuffles and sums.
         #[inline(always)]
         fn any_f64(lanes: F64x8) -> bool {
             // SAFETY: see above.
@@ -218,8 +217,8 @@ mod x86_64 {
         }
 
         #[inline(always)]
-        fn four_f32(row: Row<'_, f32, 16>, four: usize) -> [F32x16; ABREAST] {
-            let place = row.place(four);
+        fn four_f32(row: Row<'_, f32, 16>, group: usize) -> [F32x16; ABREAST] {
+            let place = row.place(group);
             // SAFETY: see above.
             unsafe {
                 let first = row.table.as_ptr().add(place);
@@ -258,12 +257,12 @@ mod x86_64 {
         }
 
         #[inline(always)]
-        fn four_f64(row: Row<'_, f64, 8>, four: usize) -> [F64x4; ABREAST] {
-            let place = row.place(four);
+        fn four_f64(row: Row<'_, f64, 8>, group: usize) -> [F64x4; ABREAST] {
+            let place = row.place(group);
             // SAFETY: see above.
             unsafe {
                 let first = row.table.as_ptr().add(place);
-                // By halves: whole ones would be taken apart again, which is more than to load them twice.
+                // Half loads: a full load would be split again, which costs more than two half loads.
                 let of = |lane: usize, half: usize| _mm_loadu_pd(first.add(row.starts[lane] as usize + half));
                 let (a, b) = (_mm256_set_m128d(of(2, 0), of(0, 0)), _mm256_set_m128d(of(3, 0), of(1, 0)));
                 let (c, d) = (_mm256_set_m128d(of(2, 2), of(0, 2)), _mm256_set_m128d(of(3, 2), of(1, 2)));
@@ -288,8 +287,8 @@ mod x86_64 {
         }
 
         #[inline(always)]
-        fn four_f32(row: Row<'_, f32, 16>, four: usize) -> [F32x8; ABREAST] {
-            let place = row.place(four);
+        fn four_f32(row: Row<'_, f32, 16>, group: usize) -> [F32x8; ABREAST] {
+            let place = row.place(group);
             // SAFETY: see above.
             unsafe {
                 let first = row.table.as_ptr().add(place);
@@ -316,7 +315,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_row_that_would_reach_past_the_end_of_its_table_is_not_read() {
+    fn rows_past_the_end_of_a_table_are_clamped_to_the_last_row() {
         let mut places = [[0; 8]; 2];
         let rows = Rows::new(&mut places, &[0.0; 16], 8, |i| [0, 1, 8, 8, 0, 7 + 2 * i as u32, 3, u32::MAX]);
         assert_eq!(rows.row(0, 8).starts, [0, 1, 8, 8, 0, 7, 3, 8]);

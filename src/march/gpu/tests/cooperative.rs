@@ -1,4 +1,4 @@
-//! Systems cut into blocks, one a thread of a workgroup, against their elimination in one go.
+//! Tridiagonal systems cut into blocks, one a thread, against the Thomas algorithm.
 
 use super::super::device::Device;
 use super::super::layout::{Run, plan_bytes};
@@ -10,29 +10,29 @@ use crate::physics::tridiagonal::{factorise, substitute};
 use crate::plan::Plan;
 use bytemuck::Zeroable;
 
-/// Solutions of whole systems and of systems that are cut, in double precision, of the largest unknown: rounding.
+/// Allowed rounding error in double precision, relative to the largest unknown.
 const ROUNDING: f64 = 1e-9;
 
-/// Systems with one neighbour on each side, four words a cell, and their solutions by elimination in one go.
+/// Tridiagonal systems, four words a cell, and their solutions by the Thomas algorithm.
 fn systems(cells: usize, count: usize) -> (Vec<f64>, Vec<f64>) {
     let mut uniform = Uniform::new(2026);
     let (mut rows, mut solutions) = (vec![], vec![]);
     for _ in 0..count {
-        let coupled: Vec<f64> = (0..=cells).map(|_| 10_f64.powf(uniform.between(-2.0, 3.0))).collect();
-        let inner = |link: usize| if link == 0 || link == cells { 0.0 } else { -coupled[link] };
+        let conductances: Vec<f64> = (0..=cells).map(|_| 10_f64.powf(uniform.between(-2.0, 3.0))).collect();
+        let inner = |face: usize| if face == 0 || face == cells { 0.0 } else { -conductances[face] };
         let mut lower: Vec<f64> = (0..cells).map(inner).collect();
         let mut upper: Vec<f64> = (1..=cells).map(inner).collect();
         let mut diagonal: Vec<f64> = (0..cells).map(|i| uniform.between(0.01, 1.0) - lower[i] - upper[i]).collect();
-        let mut side: Vec<f64> = (0..cells).map(|_| uniform.between(-1.0, 1.0)).collect();
-        rows.extend((0..cells).flat_map(|i| [lower[i], diagonal[i], upper[i], side[i]]));
+        let mut rhs: Vec<f64> = (0..cells).map(|_| uniform.between(-1.0, 1.0)).collect();
+        rows.extend((0..cells).flat_map(|i| [lower[i], diagonal[i], upper[i], rhs[i]]));
         factorise(&mut lower, &mut diagonal, &mut upper);
-        substitute(&lower, &diagonal, &upper, &mut side);
-        solutions.extend(side);
+        substitute(&lower, &diagonal, &upper, &mut rhs);
+        solutions.extend(rhs);
     }
     (rows, solutions)
 }
 
-/// Solves systems by the kernel's own text: those of the pressures.
+/// Solves systems with the kernel's code for pressures.
 const SOLVE: (&str, &str) = (
     "solve",
     "@group(0) @binding(30) var<storage, read> systems: array<real>;
@@ -40,33 +40,33 @@ const SOLVE: (&str, &str) = (
      @compute @workgroup_size(WORKGROUP)
      fn solve(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
          one = real(run.one);
-         stand(thread);
+         assign_block(thread);
          let system = group.x;
          for (var i = first_cell(); i < end_cell(); i++) {
              let place = 4u * (system * CELLS + i);
              pressure_lower[i] = systems[place];
              pressure_diagonal[i] = systems[place + 1u];
              pressure_upper[i] = systems[place + 2u];
-             pressed_second[i] = systems[place + 3u];
+             pressure_unknowns[i] = systems[place + 3u];
          }
          factorise();
          substitute();
          for (var i = first_cell(); i < end_cell(); i++) {
-             solutions[system * CELLS + i] = pressed_second[i];
+             solutions[system * CELLS + i] = pressure_unknowns[i];
          }
      }",
 );
 
-/// How far the solutions of systems cut over so many lanes are from those of whole ones, of the largest of each.
-fn off(device: &Device, plan: &Plan, lanes: u32, spoil: impl Fn(String) -> String) -> f64 {
+/// Largest error of the solutions with so many threads, relative to the largest unknown of each system.
+fn largest_error(device: &Device, plan: &Plan, lanes: u32, change: impl Fn(String) -> String) -> f64 {
     const COUNT: usize = 8;
     let cells = plan.cells();
     let (rows, expected) = systems(cells, COUNT);
-    let text = spoil(shader::kernel(plan, Precision::F64, false, lanes, SOLVE));
-    let kernel = device.kernel(text).expect("the text is sound");
+    let text = change(shader::kernel(plan, Precision::F64, false, lanes, SOLVE));
+    let kernel = device.kernel(text).expect("the kernel compiles");
     let run = Run { one: 1.0, lanes, cells: cells as u32, ..Run::zeroed() };
-    let run = device.uniform("run", &[run]).expect("it is small");
-    let plan = device.uniform("plan", &plan_bytes(plan, &plan.rows)).expect("it is small");
+    let run = device.uniform("run", &[run]).expect("uniform buffer fits");
+    let plan = device.uniform("plan", &plan_bytes(plan, &plan.rows)).expect("uniform buffer fits");
     let (rows, solutions) = (device.upload("systems", &rows), device.upload("solutions", &vec![0.0; COUNT * cells]));
     let bound = [(0, &run), (2, &plan), (30, &rows), (31, &solutions)];
     let bound = bound.map(|(binding, buffer)| (binding, buffer.as_entire_binding()));
@@ -80,27 +80,27 @@ fn off(device: &Device, plan: &Plan, lanes: u32, spoil: impl Fn(String) -> Strin
 }
 
 #[test]
-fn a_system_cut_over_lanes_has_the_solution_of_the_whole_and_not_without_what_they_hand_over() {
+fn a_system_cut_into_blocks_has_the_solution_of_the_thomas_algorithm_and_needs_every_exchanged_term() {
     let device = device(false);
     let mut case = Case::load("cases/permeation".as_ref()).expect("a shipped case");
     case.resolution.cells = 40;
     let plan = Plan::new(&case);
     let cells = plan.cells() as u32;
     for lanes in [7, LANES, cells] {
-        let off = off(&device, &plan, lanes, |text| text);
-        assert!(off <= ROUNDING, "{cells} cells on {lanes} lanes: {off:.1e}");
+        let error = largest_error(&device, &plan, lanes, |text| text);
+        assert!(error <= ROUNDING, "{cells} cells on {lanes} threads: {error:.1e}");
     }
-    let spoils = [
-        ("var carried = around[0];", "var carried = real(0.0);"),
-        ("joint.last_above * scale,", "joint.last_above * scale * select(real(1.0), real(1.000001), lane == 3u),"),
-        ("row.upper * under.side", "row.upper * under.side * select(real(1.0), real(1.000001), lane == 3u)"),
-        ("next.upper * lasts[lane + 1u]", "real(0.0)"),
+    let changes = [
+        ("var coupling = around[0];", "var coupling = real(0.0);"),
+        ("block.last_above * scale,", "block.last_above * scale * select(real(1.0), real(1.000001), thread == 3u),"),
+        ("row.upper * below.rhs", "row.upper * below.rhs * select(real(1.0), real(1.000001), thread == 3u)"),
+        ("next.upper * last_unknowns[thread + 1u]", "real(0.0)"),
     ];
-    for (sound, spoilt) in spoils {
-        let off = off(&device, &plan, LANES, |text| {
-            assert!(text.contains(sound), "nothing was spoiled: {sound}");
-            text.replace(sound, spoilt)
+    for (original, wrong) in changes {
+        let error = largest_error(&device, &plan, LANES, |text| {
+            assert!(text.contains(original), "nothing was changed: {original}");
+            text.replace(original, wrong)
         });
-        assert!(off > ROUNDING, "{spoilt}: {off:.1e}");
+        assert!(error > ROUNDING, "{wrong}: {error:.1e}");
     }
 }

@@ -1,4 +1,4 @@
-//! Kernels that tell changes: each rule of differentiation on the device against the dual number on the processor, bit for bit.
+//! Differentiated kernels: each rule of differentiation against dual numbers on the processor, bit for bit.
 
 use super::{Uniform, device};
 use crate::march::Precision;
@@ -14,15 +14,15 @@ use crate::physics::tridiagonal::settled;
 use bytemuck::Pod;
 use simdeez::engines::scalar::Scalar;
 
-/// A value and one direction.
+/// A value and its tangent in one direction.
 type Single = Dual<f32, Singles<Scalar>>;
 type Double = Dual<f64, Doubles<Scalar>>;
 
 const SAMPLES: usize = 1024;
-/// Numbers that go into a kernel, each with its change.
+/// Inputs of a kernel, each with its tangent.
 const INPUTS: usize = 4;
 
-/// What a kernel computes of `x`, and the same of dual numbers.
+/// An expression of `x` in WGSL, and the same on dual numbers.
 type Rule<R> = (&'static str, fn(&[R]) -> R);
 
 fn rules<R: Real>() -> Vec<Rule<R>> {
@@ -47,17 +47,17 @@ fn rules<R: Real>() -> Vec<Rule<R>> {
         ("hold(&held, 1u, x[0]) * held[1].high + hold(&held, 2u, x[1])", |x| {
             (x[0] * x[0] + x[0]) * x[0] + R::constant(1.0)
         }),
-        ("difference(Pair(x[0], x[1]), Pair(x[2], x[3]))", |x| {
+        ("difference(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]))", |x| {
             difference(Pair { high: x[0], low: x[1] }, Pair { high: x[2], low: x[3] })
         }),
-        ("advanced(Pair(x[0], real(1e-6) * x[1]), x[2]).low", |x| {
+        ("advanced(DoubleWord(x[0], real(1e-6) * x[1]), x[2]).low", |x| {
             advanced(Pair { high: x[0], low: R::constant(1e-6) * x[1] }, x[2]).low
         }),
         ("turned(vec2<real>(x[0], x[1])).y", |x| x[0] * R::constant(2.0) + x[1]),
     ]
 }
 
-/// Functions that the rules call: a loop, a struct in a private array behind a pointer, a return ahead of another, a vector.
+/// Functions called by the rules: a loop, a struct in a private array behind a pointer, an early return, a vector.
 const CALLED: &str = "
 struct Held { high: real, count: u32, low: real }
 var<private> held: array<Held, 3>;
@@ -106,24 +106,24 @@ fn kernel(precision: Precision, expressions: &[&str]) -> Result<Kernel, String> 
     sound(precision, expressions).differentiated("inputs")
 }
 
-/// The rules whose changes on the device are not those of dual numbers, with how often.
+/// The rules whose tangents differ from those of dual numbers, with the number of differences.
 fn wrong<W, R>(device: &Device, precision: Precision, rules: &[Rule<R>]) -> Vec<(&'static str, usize)>
 where
     W: Pod + Real<Scalar = W> + PartialEq,
     R: Real<Scalar = W>,
 {
     let expressions: Vec<&str> = rules.iter().map(|(expression, _)| *expression).collect();
-    let kernel = kernel(precision, &expressions).expect("there is a rule for each");
+    let kernel = kernel(precision, &expressions).expect("each operation has a rule");
     let mut uniform = Uniform::new(2026);
     let mut drawn = |low, high| (0..SAMPLES * INPUTS).map(|_| uniform.between(low, high)).collect::<Vec<f64>>();
     let (mut values, changes) = (drawn(0.5, 4.0), drawn(-1.0, 1.0));
-    // Equal values, and values equal to the constants of the rules: minima and maxima take the mean of both changes.
-    values.chunks_exact_mut(8 * INPUTS).zip([1.0, 1.5, 2.0].iter().cycle()).for_each(|(of, &constant)| {
-        of[1] = of[0];
-        of[INPUTS] = constant;
-        of[2 * INPUTS + 1] = constant;
+    // Equal values, and values equal to constants of the rules: minima and maxima take the mean of both tangents.
+    values.chunks_exact_mut(8 * INPUTS).zip([1.0, 1.5, 2.0].iter().cycle()).for_each(|(inputs, &constant)| {
+        inputs[1] = inputs[0];
+        inputs[INPUTS] = constant;
+        inputs[2 * INPUTS + 1] = constant;
     });
-    let words = |of: &[f64]| of.iter().map(|&number| W::scalar(number)).collect::<Vec<W>>();
+    let words = |numbers: &[f64]| numbers.iter().map(|&number| W::scalar(number)).collect::<Vec<W>>();
     let none = vec![W::scalar(0.0); SAMPLES * rules.len()];
     let buffers = [
         device.upload("ones", &[W::scalar(1.0); 4]),
@@ -134,17 +134,17 @@ where
     ];
     let bound = (0..).zip(buffers.iter().map(wgpu::Buffer::as_entire_binding));
     let groups = (SAMPLES / 64) as u32;
-    let told: Vec<W> = device.probe(&kernel, "probe", groups, bound, &buffers[4]).expect("the probe runs");
+    let found: Vec<W> = device.probe(&kernel, "probe", groups, bound, &buffers[4]).expect("the probe runs");
     let mut wrong: Vec<(&str, usize)> = expressions.iter().map(|expression| (*expression, 0)).collect();
     let points = values.chunks_exact(INPUTS).zip(changes.chunks_exact(INPUTS));
-    for ((values, changes), told) in points.zip(told.chunks_exact(rules.len())) {
+    for ((values, changes), found) in points.zip(found.chunks_exact(rules.len())) {
         let x: Vec<R> = values
             .iter()
             .zip(changes)
             .map(|(&value, &change)| R::from_lanes(|lane| if lane == 0 { value } else { change }))
             .collect();
         for (place, (_, rule)) in rules.iter().enumerate() {
-            wrong[place].1 += usize::from(rule(&x).lane(1) != told[place].lane(0));
+            wrong[place].1 += usize::from(rule(&x).lane(1) != found[place].lane(0));
         }
     }
     wrong.retain(|(_, times)| *times > 0);
@@ -152,27 +152,27 @@ where
 }
 
 #[test]
-fn every_rule_on_the_device_is_that_of_dual_numbers_bit_for_bit() {
+fn every_rule_on_the_gpu_is_bit_identical_to_dual_numbers() {
     let device = device(false);
     assert_eq!(wrong::<f32, Single>(&device, Precision::F32, &rules()), [], "in f32");
     assert_eq!(wrong::<f64, Double>(&device, Precision::F64, &rules()), [], "in f64");
 }
 
 #[test]
-fn a_change_that_is_not_that_of_its_expression_is_caught() {
-    let spoiled: [Rule<Double>; 3] = [
+fn a_wrong_rule_is_caught() {
+    let wrong_rules: [Rule<Double>; 3] = [
         ("x[0] * x[1]", |x| x[0] * x[0]),
         ("reached(x[0], x[1])", |x| x[0]),
-        // Of two equal values the change of the second alone.
+        // For equal values, the tangent of the second only.
         ("max(x[0], x[1])", |x| if x[0].lane(0) > x[1].lane(0) { x[0] } else { x[1] }),
     ];
-    assert_eq!(wrong::<f64, Double>(&device(true), Precision::F64, &spoiled).len(), 3);
+    assert_eq!(wrong::<f64, Double>(&device(true), Precision::F64, &wrong_rules).len(), 3);
 }
 
 #[test]
-fn what_has_no_rule_is_refused_by_its_name() {
+fn an_operation_without_a_rule_is_refused_by_its_name() {
     for (expression, named) in [("exp(x[0])", "Exp"), ("x[0] % x[1]", "Modulo"), ("x[0] + abs(x[1])", "Abs")] {
-        let refused = kernel(Precision::F32, &[expression]).err().expect("there is no rule for it");
+        let refused = kernel(Precision::F32, &[expression]).err().expect("the operation has no rule");
         assert!(refused.contains(named) && refused.contains("probe"), "{refused}");
     }
     let unknown = sound(Precision::F32, &["x[0]"]).differentiated("exits").err();
@@ -180,27 +180,27 @@ fn what_has_no_rule_is_refused_by_its_name() {
 }
 
 #[test]
-fn what_the_direction_cannot_reach_has_no_change() {
-    let kernel = kernel(Precision::F32, &["hold(&held, 1u, x[0])"]).expect("there is a rule for each");
+fn variables_independent_of_the_input_have_no_tangent() {
+    let kernel = kernel(Precision::F32, &["hold(&held, 1u, x[0])"]).expect("each operation has a rule");
     let names = kernel.module.global_variables.iter().filter_map(|(_, variable)| variable.name.as_deref());
     let changes: Vec<&str> = names.filter(|name| name.ends_with("_change")).collect();
     assert_eq!(changes, ["held_change", "inputs_change", "outputs_change", "hold_change"]);
 }
 
 #[test]
-fn changes_are_bound_in_the_order_of_their_buffers_whichever_is_used_first() {
+fn tangents_are_bound_in_the_order_of_their_buffers() {
     let text = "
         fn keep_first() { outputs[1] = 1.0; }
         @group(0) @binding(4) var<storage, read_write> outputs: array<f32>;
         @group(0) @binding(2) var<storage, read> inputs: array<f32>;
         @compute @workgroup_size(1) fn probe() { keep_first(); outputs[0] = inputs[0]; }";
     let sound = Kernel::of(text.to_owned()).expect("the text is sound");
-    let kernel = sound.differentiated("inputs").expect("there is a rule for each");
+    let kernel = sound.differentiated("inputs").expect("each operation has a rule");
     let bound = kernel.module.global_variables.iter().filter_map(|(_, variable)| {
         Some((variable.name.clone().filter(|name| name.ends_with("_change"))?, variable.binding?.binding))
     });
-    let due = [("inputs_change", 5), ("outputs_change", 6)].map(|(name, binding)| (name.to_owned(), binding));
-    assert_eq!(bound.collect::<Vec<_>>(), due);
+    let expected = [("inputs_change", 5), ("outputs_change", 6)].map(|(name, binding)| (name.to_owned(), binding));
+    assert_eq!(bound.collect::<Vec<_>>(), expected);
     let first = sound.module.global_variables.iter().next().and_then(|(_, variable)| variable.name.as_deref());
-    assert_eq!(first, Some("outputs"), "naga lists what is used first");
+    assert_eq!(first, Some("outputs"), "naga lists variables in order of use");
 }

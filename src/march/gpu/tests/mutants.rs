@@ -1,6 +1,6 @@
-//! Mutants of a kernel: one module in which every mutated operation is computed both ways, and the variable `mutant`
-//! selects the way at run time (mutant schemata: R. Untch, J. Offutt, M. J. Harrold, 1993). So a kernel is compiled
-//! once for hundreds of mutants.
+//! Mutants of a kernel, as mutant schemata (R. Untch, J. Offutt, M. J. Harrold, 1993): one module computes every
+//! mutated operation both ways, and the variable `mutant` selects one at run time. One compilation serves hundreds of
+//! mutants.
 
 use super::super::spirv::Kernel;
 use naga::{
@@ -9,23 +9,23 @@ use naga::{
 };
 use std::collections::{HashMap, HashSet};
 
-/// The variable of a kernel that holds the number of the mutant at hand; at zero nothing is changed.
+/// The variable of a kernel with the number of the active mutant; zero: none.
 pub(super) const VARIABLE: &str = "mutant";
 
-/// What a mutant changes.
+/// The change of a mutant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Change {
-    /// The function returns at once, with zero.
+    /// The function returns zero at once.
     Skip,
     /// Another operator.
     Operator(BinaryOperator),
-    /// The operands of a difference or a quotient exchanged.
+    /// Exchanged operands of a difference or a quotient.
     Exchange,
-    /// A comparison, or the choice of a `select`, negated.
+    /// A negated comparison, or a negated condition of a `select`.
     Negate,
-    /// A minimum for a maximum, or the other way round.
+    /// Minimum for maximum, or the reverse.
     Extreme(MathFunction),
-    /// A constant off by a millionth of itself.
+    /// A constant changed by a relative 1e-6.
     Nudge,
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Mutant {
     pub(super) file: String,
     pub(super) function: String,
     pub(super) change: Change,
-    /// The text of the operation, and which of those with that text in the function it is.
+    /// The text of the operation, and its number among those with the same text in the function.
     excerpt: String,
     ordinal: usize,
     /// Whether the entry point of the kernel reaches the function.
@@ -45,7 +45,7 @@ pub(super) struct Mutant {
 }
 
 impl Mutant {
-    /// The same for the same mutant of another kernel.
+    /// Identifies a mutant across kernels.
     pub(super) fn key(&self) -> String {
         let Self { file, function, change, excerpt, ordinal, .. } = self;
         match change {
@@ -55,7 +55,7 @@ impl Mutant {
     }
 }
 
-/// The parts of a kernel's text: where each begins, and its name.
+/// The parts of a kernel's text: start and name.
 fn parts(text: &str) -> Vec<(usize, &str)> {
     let marked = text.match_indices("// shaders/").filter_map(|(place, _)| {
         let line = text[place..].lines().next()?;
@@ -93,7 +93,7 @@ pub(super) fn mutants(kernel: &Kernel) -> Vec<Mutant> {
             let is_zero = |operand: &Handle<Expression>| {
                 matches!(function.expressions[*operand], Expression::Literal(Literal::U32(0)))
             };
-            // Nothing added or taken is the same.
+            // Adding or subtracting zero changes nothing.
             if matches!(kind, Expression::Binary { right, .. } if is_zero(right)) && !is_comparison(kind) {
                 continue;
             }
@@ -105,7 +105,7 @@ pub(super) fn mutants(kernel: &Kernel) -> Vec<Mutant> {
     found
 }
 
-/// The functions that the entry point of a kernel calls, and those that these call.
+/// All functions that the entry point of a kernel reaches.
 fn reached(kernel: &Kernel) -> HashSet<Handle<Function>> {
     fn calls(block: &Block, into: &mut Vec<Handle<Function>>) {
         for statement in block.iter() {
@@ -133,7 +133,7 @@ fn reached(kernel: &Kernel) -> HashSet<Handle<Function>> {
     found
 }
 
-/// What may be changed of an operation.
+/// Possible changes of an operation.
 fn changes(expression: &Expression, is_real: bool) -> Vec<Change> {
     use BinaryOperator as Op;
     match expression {
@@ -159,8 +159,8 @@ fn changes(expression: &Expression, is_real: bool) -> Vec<Change> {
     }
 }
 
-/// Constants that do nothing but bound or mark a number: a millionth of one decides nothing, but for numbers within it.
-/// Their comparisons, minima and maxima are mutated.
+/// Constants that only bound or compare a number: changing them by 1e-6 rarely decides anything. Their comparisons,
+/// minima and maxima are mutated.
 fn thresholds(module: &Module, function: &Function) -> HashSet<Handle<Expression>> {
     fn used(module: &Module, block: &Block, elsewhere: &mut Vec<Handle<Expression>>) {
         for statement in block.iter() {
@@ -220,7 +220,7 @@ fn initial(function: &Function) -> HashSet<Handle<Expression>> {
     found
 }
 
-/// Replaces the operands of an expression.
+/// Maps the operands of an expression.
 fn operands(expression: &mut Expression, map: &mut dyn FnMut(Handle<Expression>) -> Handle<Expression>) {
     let mut each = |operands: &mut [&mut Handle<Expression>]| {
         operands.iter_mut().for_each(|operand| **operand = map(**operand));
@@ -256,7 +256,7 @@ fn operands(expression: &mut Expression, map: &mut dyn FnMut(Handle<Expression>)
     }
 }
 
-/// A kernel with mutants, each under its number.
+/// A kernel with numbered mutants.
 pub(super) fn mutated(kernel: &Kernel, mutants: &[(u32, Mutant)]) -> Kernel {
     let mut module = kernel.module.clone();
     let named = |(_, variable): &(_, &GlobalVariable)| variable.name.as_deref() == Some(VARIABLE);
@@ -270,15 +270,15 @@ pub(super) fn mutated(kernel: &Kernel, mutants: &[(u32, Mutant)]) -> Kernel {
     Kernel::sound(kernel.text.clone(), module).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A function on its way to its mutants.
+/// Rewrites a function with its mutants.
 struct Rewrite<'a> {
     source: &'a Function,
     variable: Handle<GlobalVariable>,
     expressions: Arena<Expression>,
-    /// What stands for each expression of the source, and what stands for it where a constant is due.
+    /// The replacement of each source expression, and the one where a constant is required.
     values: HashMap<Handle<Expression>, Handle<Expression>>,
     constants: HashMap<Handle<Expression>, Handle<Expression>>,
-    /// First and last expression made of each of the source.
+    /// First and last expression generated for each source expression.
     bounds: HashMap<Handle<Expression>, (Handle<Expression>, Handle<Expression>)>,
 }
 
@@ -302,7 +302,7 @@ impl<'a> Rewrite<'a> {
     }
 
     fn of(mut self, mutants: &[&(u32, Mutant)]) -> Function {
-        // Constants come first, as they are not computed; then which mutant is active, and the mutated constants.
+        // Constants first, as they are not computed; then the active mutant and the mutated constants.
         let pointer = self.append(Expression::GlobalVariable(self.variable));
         let numbers: Vec<_> =
             mutants.iter().map(|(number, _)| self.append(Expression::Literal(Literal::U32(*number)))).collect();

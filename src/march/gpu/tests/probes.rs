@@ -1,4 +1,4 @@
-//! Functions of WGSL against their twins on thousands of inputs, in both precisions, bit for bit.
+//! WGSL functions against their Rust twins on thousands of inputs, in both precisions, bit for bit.
 
 use super::super::device::Device;
 use super::super::layout::Run;
@@ -22,7 +22,7 @@ use crate::plan::layout::{Bead, Drive, Face, Reaction, Sensor, TABLE_NODES};
 use bytemuck::{Pod, Zeroable};
 
 const SAMPLES: usize = 16_384;
-/// Cells of the systems that the tridiagonal twins solve.
+/// Cells of the tridiagonal systems.
 const CELLS: usize = 24;
 /// Columns of the tables: eight properties and their rises.
 const COLUMNS: usize = 16;
@@ -30,7 +30,7 @@ const COLUMNS: usize = 16;
 /// From inputs and tables to outputs.
 type Twin<W> = fn(&[W], &[W], &mut [W]);
 
-/// A probe: what to evaluate, on what inputs, and the twin of it.
+/// A probe: a WGSL body, its inputs, and its Rust twin.
 struct Probe<W> {
     /// Statements over `x`, the inputs, that fill `y`, the outputs.
     body: &'static str,
@@ -39,7 +39,7 @@ struct Probe<W> {
     twin: Twin<W>,
 }
 
-/// A table whose columns bend, so that rows and shares both matter.
+/// A table of curved columns, so that rows and fractions both matter.
 fn tables<W: Real<Scalar = W, Still = W>>() -> Vec<W> {
     (0..TABLE_NODES * COLUMNS)
         .map(|i| {
@@ -79,9 +79,9 @@ fn text<W>(plan: &Plan, precision: Precision, texels: bool, probes: &[Probe<W>])
     shader::kernel(plan, precision, texels, 1, ("probe", &entry))
 }
 
-/// A plan whose kernel tells three parts of a conductivity apart.
+/// A plan whose kernel has a conductivity in three parts.
 fn plan() -> Plan {
-    let mut plan = Plan::new(&Case::load("cases/permeation".as_ref()).expect("a shipped case"));
+    let mut plan = Plan::new(&Case::load("cases/permeation".as_ref()).expect("shipped case"));
     plan.parts = 3;
     plan
 }
@@ -110,12 +110,12 @@ impl<W: Pod + Real<Scalar = W, Still = W> + PartialEq> Probed<W> {
             }
         }
         let plan = plan();
-        let kernel = device.kernel(text(&plan, precision, texels, probes)).expect("the probes compile");
-        // Either holds the tables, and the other nothing.
+        let kernel = device.kernel(text(&plan, precision, texels, probes)).expect("probes compile");
+        // One of them holds the tables, the other is empty.
         let words: Vec<f32> = tables.iter().map(|&word| W::of(word).lane(0) as f32).collect();
         let run = Run { one: 1.0, lanes: 1, cells: CELLS as u32, last_cell: CELLS as u32 - 1, ..Run::zeroed() };
         let buffers = vec![
-            (0, device.uniform("run", &[run]).expect("it is small")),
+            (0, device.uniform("run", &[run]).expect("uniform buffer fits")),
             (6, device.upload("tables", if texels { &[] } else { &tables[..] })),
             (31, device.upload("inputs", &inputs)),
             (32, device.upload("outputs", &expected)),
@@ -124,7 +124,7 @@ impl<W: Pod + Real<Scalar = W, Still = W> + PartialEq> Probed<W> {
         Self { kernel, device: device.clone(), texels, buffers, expected }
     }
 
-    /// Places of outputs that differ from those of the twins by any bit.
+    /// Indices of outputs that differ from those of the twins in any bit.
     fn differing(&self, pipeline: &wgpu::ComputePipeline, mutant: u32) -> Vec<usize> {
         let ones =
             self.device.upload("ones", &[W::scalar(1.0), W::scalar(mutant.into()), W::scalar(0.0), W::scalar(0.0)]);
@@ -147,7 +147,7 @@ fn pair<W: Copy>(x: &[W], at: usize) -> Pair<W> {
     Pair { high: x[at], low: x[at + 1] }
 }
 
-/// The functions that need no member, with inputs of the size the march meets.
+/// Functions of no member state, with inputs of the size met in a march.
 fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
     let (hot, low, cold) = ((300.0, 1800.0), (-1e-4, 1e-4), (250.0, 2500.0));
     let k = (0.01, 0.6);
@@ -162,7 +162,7 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
-            body: "let p = advanced(Pair(x[0], x[1]), x[2]); y[0] = p.high; y[1] = p.low;",
+            body: "let p = advanced(DoubleWord(x[0], x[1]), x[2]); y[0] = p.high; y[1] = p.low;",
             inputs: vec![hot, low, (-2.0, 2.0)],
             outputs: 2,
             twin: |x, _, y| {
@@ -171,25 +171,25 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
-            body: "y[0] = difference(Pair(x[0], x[1]), Pair(x[2], x[3]));",
+            body: "y[0] = difference(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]));",
             inputs: vec![hot, low, hot, low],
             outputs: 1,
             twin: |x, _, y| put(y, &[difference(pair(x, 0), pair(x, 2))]),
         },
         Probe {
-            body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.share; y[2] = value(segment(s, 8u, 4u), 1u);
+            body: "let s = spot(x[0]); y[0] = real(s.row); y[1] = s.fraction; y[2] = value(segment(s, 8u, 4u), 1u);
                    y[3] = integral(segment(s, 8u, 4u), 1u); y[4] = value(beyond(segment(s, 16u, 0u), 4u), 3u);",
             inputs: vec![(-50.0, 4500.0)],
             outputs: 5,
             twin: |x, tables, y| {
                 let s = spot(x[0]);
-                let seen = segment(tables, s, 8, 4);
-                let further = beyond(segment(tables, s, 16, 0), 4);
-                put(y, &[s.row, s.share, value(seen, 1), integral(seen, 1), value(further, 3)]);
+                let row = segment(tables, s, 8, 4);
+                let offset = beyond(segment(tables, s, 16, 0), 4);
+                put(y, &[s.row, s.share, value(row, 1), integral(row, 1), value(offset, 3)]);
             },
         },
         Probe {
-            body: "let here = solid(segment(spot(x[0]), 16u, 0u), 3u, Parts(x[1], x[2], x[3]), true);
+            body: "let here = solid(segment(spot(x[0]), 16u, 0u), 3u, ConductivityParts(x[1], x[2], x[3]), true);
                    y[0] = here.conductivity; y[1] = here.heat_capacity; y[2] = here.slope;",
             inputs: vec![cold, (0.5, 1.5), (0.5, 1.5), (0.5, 1.5)],
             outputs: 3,
@@ -307,13 +307,13 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
             },
         },
         Probe {
-            body: "y[0] = flux_sideways(x[0], x[1], Pair(x[2], x[3]));",
+            body: "y[0] = flux_sideways(x[0], x[1], DoubleWord(x[2], x[3]));",
             inputs: vec![(0.0, 50.0), (280.0, 310.0), hot, low],
             outputs: 1,
             twin: |x, _, y| put(y, &[flux_sideways(x[0], x[1], pair(x, 2))]),
         },
         Probe {
-            body: "let r = reading(Pair(x[0], x[1]), Pair(x[2], x[3]), x[4], x[5], x[6],
+            body: "let r = reading(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]), x[4], x[5], x[6],
                        Sensor(x[7], x[8], x[9], x[10], 0.0)); y[0] = r.high; y[1] = r.low;",
             inputs: vec![hot, low, hot, low, k, k, (100.0, 1000.0), (0.0, 1.0), (0.0, 1.0), (1e-5, 1e-4), (1e-5, 1e-4)],
             outputs: 2,
@@ -331,7 +331,8 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
             twin: |x, _, y| put(y, &[covered(x[0], x[1], x[2], false), covered(x[0], x[1], x[2], true)]),
         },
         Probe {
-            body: "let b = followed(Pair(x[0], x[1]), Pair(x[2], x[3]), Pair(x[4], x[5]), Bead(x[6], x[7]));
+            body: "let b = followed(DoubleWord(x[0], x[1]), DoubleWord(x[2], x[3]), DoubleWord(x[4], x[5]),
+                       Bead(x[6], x[7]));
                    y[0] = b.high; y[1] = b.low;",
             inputs: vec![hot, low, hot, (-100.0, 100.0), hot, (-100.0, 100.0), (0.0, 1.0), (0.0, 1.0)],
             outputs: 2,
@@ -343,10 +344,12 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
         Probe {
             body: "for (var i = 0u; i < run.cells; i++) {
                        pressure_lower[i] = -x[i % 5u]; pressure_upper[i] = -x[(i + 1u) % 5u];
-                       pressure_diagonal[i] = x[i % 5u] + x[(i + 1u) % 5u] + x[5]; pressed_second[i] = x[(i + 3u) % 5u]; }
+                       pressure_diagonal[i] = x[i % 5u] + x[(i + 1u) % 5u] + x[5];
+                       pressure_unknowns[i] = x[(i + 3u) % 5u]; }
                    factorise();
                    substitute();
-                   y[0] = pressed_second[0]; y[1] = pressed_second[run.cells / 2u]; y[2] = pressed_second[run.cells - 1u];",
+                   y[0] = pressure_unknowns[0]; y[1] = pressure_unknowns[run.cells / 2u];
+                   y[2] = pressure_unknowns[run.cells - 1u];",
             inputs: vec![(1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (1.0, 500.0), (0.1, 1000.0)],
             outputs: 3,
             twin: |x, _, y| {
@@ -362,17 +365,17 @@ fn probes<W: Real<Scalar = W, Still = W>>() -> Vec<Probe<W>> {
     ]
 }
 
-/// Probes by the index of an output among those of a sample.
+/// The probe of an output's index in a sample.
 fn body<W>(probes: &[Probe<W>], output: usize) -> &'static str {
     let mut end = 0;
     let of = |probe: &&Probe<W>| {
         end += probe.outputs;
         output < end
     };
-    probes.iter().find(of).expect("an output of a probe").body
+    probes.iter().find(of).expect("output belongs to a probe").body
 }
 
-/// The probes whose outputs differ from those of their twins, with how often.
+/// The probes whose outputs differ from those of their twins, with the number of differences.
 fn wrong<W>(device: &Device, precision: Precision, texels: bool, probes: &[Probe<W>]) -> Vec<(&'static str, usize)>
 where
     W: Pod + Real<Scalar = W, Still = W> + PartialEq,
@@ -391,7 +394,7 @@ where
     wrong
 }
 
-/// The probes as what mutants are held against.
+/// The probes as targets of mutants.
 pub(super) fn targets(device: &Device) -> Vec<Target> {
     fn target<W>(device: &Device, precision: Precision, texels: bool) -> Target
     where
@@ -414,7 +417,7 @@ pub(super) fn targets(device: &Device) -> Vec<Target> {
 }
 
 #[test]
-fn every_probe_on_the_device_equals_its_twin_bit_for_bit() {
+fn every_probe_on_the_gpu_is_bit_identical_to_its_twin() {
     let device = device(true);
     for texels in [false, true] {
         assert_eq!(wrong::<f32>(&device, Precision::F32, texels, &probes()), [], "in f32, tables in texels: {texels}");

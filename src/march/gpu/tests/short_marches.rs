@@ -1,4 +1,4 @@
-//! Short marches of random members on few cells: every function of a member's state, held against the processor.
+//! Short marches of random members on few cells: every function of a member's state against the processor.
 
 use super::super::batch::{Batch, Carried, Pipeline};
 use super::super::device::Device;
@@ -13,21 +13,21 @@ use crate::plan::Plan;
 use crate::traces::{Arrival, Traces};
 use std::collections::BTreeMap;
 
-/// A substance that decomposes in a chain, of orders that have no closed form without a logarithm.
+/// A material that decomposes in a chain, with orders that need a logarithm.
 const CHAIN: &str = include_str!("../../../../tests/derivatives/chain.toml");
 
 const RESOLUTION: &str =
     "[resolution]\ncells = 12\nfirst_step = \"0.1 s\"\ngrowth = 0.3\nlargest_step = \"2 s\"\nevery = \"1 s\"";
 
-/// Cases that together take every branch of the physics: a name, and what differs between them.
+/// Cases that together take every branch of the physics: name and text.
 const CASES: &[(&str, &str)] = &[
     ("inert", INERT),
-    ("held beside a holder at changing pressure", HELD),
-    ("pyrolysis with blowing", QUASI_STEADY),
-    ("unhindered gas of a chain", UNHINDERED),
-    ("Darcy gas of absolute enthalpies", ABSOLUTE),
-    ("Darcy gas of a chain behind a sealed back", SEALED),
-    ("air driven through", AIR),
+    ("held faces, holder, changing pressure", HELD),
+    ("quasi-steady gas with blowing", QUASI_STEADY),
+    ("unhindered gas, chained reactions", UNHINDERED),
+    ("Darcy flow, absolute enthalpies", ABSOLUTE),
+    ("Darcy flow, chained reactions, sealed back", SEALED),
+    ("Darcy flow of air", AIR),
 ];
 
 const INERT: &str = r#"
@@ -196,7 +196,7 @@ flow = "darcy"
 gas = "air"
 "#;
 
-/// Factors that a case may have: group and property. Those that it has nothing for are left out.
+/// Factors of a case, by group and property; those without a target are left out.
 const FACTORS: &[(&str, &str)] = &[
     ("C", "conductivity"),
     ("C", "heat_capacity"),
@@ -229,7 +229,7 @@ const FACTORS: &[(&str, &str)] = &[
 fn factor((group, property): &(&str, &str)) -> String {
     let group_line = if group.is_empty() { String::new() } else { format!("group = \"{group}\"\n") };
     let name = format!("f_{group}_{}", property.replace('.', "_"));
-    // The sensor D lies on the back face, and no deeper; where B may lie there are several nodes.
+    // Sensor D lies on the back face, and cannot lie deeper; the range of B has several nodes.
     let (lowest, highest) = if *group == "D" {
         (0.6, 1.0)
     } else if *group == "B" {
@@ -241,7 +241,7 @@ fn factor((group, property): &(&str, &str)) -> String {
     format!("[[factor]]\nname = \"{name}\"\nproperty = \"{property}\"\n{group_line}{bounds}")
 }
 
-/// The case of a text with every factor that it has a property for.
+/// The case of a text with every factor that applies.
 fn case(text: &str) -> Case {
     let files = BTreeMap::from([("materials/chain.toml".to_owned(), CHAIN.to_owned())]);
     let top = "initial_temperature = \"300 K\"\nduration = \"30 s\"\n";
@@ -256,7 +256,7 @@ fn case(text: &str) -> Case {
     load(&factors).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// All numbers of the members that do not diverge, and how all members arrived.
+/// All numbers of the members that do not diverge, and the status of all members.
 fn numbers(all: &Traces) -> (Vec<f64>, &[Arrival]) {
     let mut traces = Traces::none(all.first, all.sensors, all.instants);
     for member in (0..all.members()).filter(|&member| !matches!(all.arrivals[member], Arrival::Strayed { .. })) {
@@ -282,23 +282,23 @@ fn numbers(all: &Traces) -> (Vec<f64>, &[Arrival]) {
 
 /// Members of each march.
 const MEMBERS: usize = 4;
-/// Steps of a dispatch: few, so that the state is saved and loaded between them.
+/// Steps a dispatch: few, so that the state is saved and loaded in between.
 const STRIDE: u32 = 7;
-/// Threads of a member in cooperative kernels: twelve cells are four blocks of three, and one thread has none.
+/// Threads a member in cooperative kernels: twelve cells are four blocks of three, and one thread is idle.
 const THREADS: u32 = 5;
-/// Numbers of a cooperative kernel in double precision and of the processor, as a share of one more: rounding of systems
-/// that are eliminated in another order.
+/// Allowed difference of a cooperative kernel in double precision, relative to one plus the number: rounding by another
+/// order of elimination.
 const ROUNDING: f64 = 1e-9;
 
-/// The cases as what mutants are held against, one thread a member; in single precision, where the branches are the same
-/// but for tiny results that are flushed to zero, three of them.
+/// The cases as targets of mutants, one thread a member; in single precision three of them, as the branches are the
+/// same but for flushing tiny results.
 pub(super) fn targets(device: &Device, precision: Precision) -> Vec<Target> {
-    let few = [0, 2, 4].map(|place| CASES[place].0);
-    let chosen = CASES.iter().filter(|(name, _)| precision == Precision::F64 || few.contains(name));
+    let names = [0, 2, 4].map(|place| CASES[place].0);
+    let chosen = CASES.iter().filter(|(name, _)| precision == Precision::F64 || names.contains(name));
     chosen.map(|case| in_precision(device, case, precision, 1)).collect()
 }
 
-/// Cases whose members are carried by workgroups: beside a holder, of gas that flows at once, and of gas by Darcy's law.
+/// Cooperative targets: a holder, quasi-steady gas, and Darcy flow.
 pub(super) fn cooperative_targets(device: &Device) -> Vec<Target> {
     let chosen = [1, 2, 4].map(|place| &CASES[place]);
     chosen.into_iter().map(|case| in_precision(device, case, Precision::F64, THREADS)).collect()
@@ -317,21 +317,21 @@ fn target<W: Word>(device: &Device, name: &str, text: &str, precision: Precision
     let sampling = Sampling { kind: SamplingKind::Uniform, seed: 2026 };
     let drawn = Ensemble::sample(&case.factors, Bounds::Large, &sampling, MEMBERS);
     let mut plan = Plan::new(&case);
-    // A factor more, which scales nothing, holds the number of the mutant, the same for each member.
+    // An added factor, which scales nothing, holds the number of the mutant.
     let row = plan.factors;
     plan.factors += 1;
     let texels = precision == Precision::F32;
     let kernel = shader::kernel(&plan, precision, texels, lanes, shader::MARCH);
-    let sound = "    let carried = member_of(";
-    assert!(kernel.contains(sound), "the entry point of the march");
+    let entry = "    let own_member = member_of(";
+    assert!(kernel.contains(entry), "the kernel has the entry point of the march");
     let mutant = mutants::VARIABLE;
-    let kernel = kernel.replacen(sound, &format!("    {mutant} = u32(factors[{row}u * run.members]);\n{sound}"), 1);
+    let kernel = kernel.replacen(entry, &format!("    {mutant} = u32(factors[{row}u * run.members]);\n{entry}"), 1);
     let kernel = device.kernel(format!("{kernel}var<private> {mutant}: u32;\n")).expect("the kernel compiles");
     let heating = case.factors.iter().position(|factor| factor.property == Property::Heating);
     let ensemble = move |mutant: u32| {
         let members = (0..MEMBERS).flat_map(|member| {
             let mut factors = [drawn.member(member), vec![mutant.into()]].concat();
-            // The last member diverges, where anything heats it.
+            // The last member diverges, if anything heats it.
             heating.filter(|_| member + 1 == MEMBERS).into_iter().for_each(|heating| factors[heating] = 1e6);
             factors
         });
@@ -339,28 +339,29 @@ fn target<W: Word>(device: &Device, name: &str, text: &str, precision: Precision
     };
     let expected = Reference(precision).march(&plan, &ensemble(0), 0..MEMBERS).expect("the processor marches");
     let mut device = device.clone();
-    // On a software device dispatches are as long as they may be.
+    // A software device would take dispatches as long as possible.
     device.is_software = false;
     let agrees = move |pipeline: &wgpu::ComputePipeline, mutant: u32| {
         let (inner, text) = (pipeline.clone(), String::new());
         let timed = Some((MEMBERS as u32, STRIDE));
         let mut pipeline = Pipeline { inner, text, cells: plan.cells(), lanes, tells: false, texels, timed };
         let carried = (0..MEMBERS).map(|member| Carried { member, along: None }).collect();
-        let batch = Batch::begin::<W>(&device, &mut pipeline, &plan, &ensemble(mutant), carried).expect("it begins");
+        let batch =
+            Batch::begin::<W>(&device, &mut pipeline, &plan, &ensemble(mutant), carried).expect("the batch begins");
         let Ok((traces, _)) = batch.finish::<W>(&device, &plan) else { return false };
         let traces = read_out(traces, &plan, 1);
-        let ((found, arrived), (expected, due)) = (numbers(&traces), numbers(&expected));
+        let ((found, found_status), (expected, expected_status)) = (numbers(&traces), numbers(&expected));
         let alike = |(a, b): (&f64, &f64)| {
             if lanes == 1 { a.to_bits() == b.to_bits() } else { (a - b).abs() <= ROUNDING * (1.0 + b.abs()) }
         };
-        arrived == due && found.len() == expected.len() && found.iter().zip(&expected).all(alike)
+        found_status == expected_status && found.len() == expected.len() && found.iter().zip(&expected).all(alike)
     };
     let name = format!("{name} in {precision:?} on {lanes} threads");
     Target { name, entry: "march", kernel, agrees: Box::new(agrees) }
 }
 
 #[test]
-fn short_marches_on_the_device_equal_the_processor_bit_for_bit_or_but_for_rounding_where_threads_share_a_member() {
+fn short_marches_on_the_gpu_are_bit_identical_to_the_processor_and_cooperative_ones_within_rounding() {
     let device = super::device(true);
     let alone = [Precision::F32, Precision::F64].map(|precision| targets(&device, precision));
     for target in alone.into_iter().flatten().chain(cooperative_targets(&device)) {
