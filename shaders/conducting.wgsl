@@ -103,7 +103,7 @@ fn plain(p: u32, i: u32, stage: u32) -> SolidProperties {
     return SolidProperties(here.conductivity, here.slope, cells[i].width_m * (density_kg_m3 * here.heat_capacity));
 }
 
-// Node at a stage. Properties are looked up here where one thread carries a member, as storing columns dominates its
+// Node at a stage. Properties are looked up here where one thread marches a member, as storing columns dominates its
 // time.
 fn node(p: u32, i: u32, stage: u32) -> Node {
     let by = moved(i, stage);

@@ -1,4 +1,4 @@
-// A workgroup carries a member: every thread has a block of cells, and columns lie in workgroup memory. This file
+// A workgroup marches a member: every thread has a block of cells, and columns lie in workgroup memory. This file
 // exchanges data between blocks; within a block the functions do the same as those of shaders/single_thread.wgsl.
 // Results of a whole member are kept in one of three ways: alike in every thread, as the schedules; as partial sums
 // that `reduce_sums` adds up, as heat; by the thread that has the cell, as a face.
@@ -44,7 +44,7 @@ var<workgroup> last_unknowns: array<real, LANES>;
 
 var<workgroup> done: u32;
 
-// The member that a thread of a workgroup carries.
+// The member of a workgroup.
 fn member_of(group: u32, thread: u32) -> u32 {
     return group;
 }

@@ -3,7 +3,7 @@
 
 // One, loaded at run time: see `opaque`.
 var<private> one: real;
-// The member that this invocation carries.
+// The member of this thread.
 var<private> member: u32;
 
 // The operations of the trait `Real`.

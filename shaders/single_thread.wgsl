@@ -1,4 +1,4 @@
-// One thread carries a whole member: it has every cell, and nothing is exchanged. The functions are those of
+// One thread marches a whole member: it has every cell, and nothing is exchanged. The functions are those of
 // shaders/cooperative.wgsl, which documents them.
 
 const thread = 0u;

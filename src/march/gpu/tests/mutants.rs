@@ -166,8 +166,8 @@ fn thresholds(module: &Module, function: &Function) -> HashSet<Handle<Expression
         for statement in block.iter() {
             match statement {
                 Statement::Call { function, arguments, .. } => {
-                    let is_mark = module.functions[*function].name.as_deref() == Some("reached");
-                    elsewhere.extend(arguments.iter().filter(|_| !is_mark));
+                    let is_threshold = module.functions[*function].name.as_deref() == Some("reached");
+                    elsewhere.extend(arguments.iter().filter(|_| !is_threshold));
                 }
                 Statement::Store { value, .. } => elsewhere.push(*value),
                 Statement::Return { value } => elsewhere.extend(*value),
