@@ -139,18 +139,22 @@ mod tests {
     /// A change of a plan that a device must not read.
     type Spoil = fn(&mut Plan);
 
+    fn shorten<T>(rows: &mut Vec<T>) {
+        rows.truncate(rows.len() - 1);
+    }
+
     const SPOILED: &[(&str, Spoil)] = &[
         ("tables cut short", |plan| plan.rows.tables = plan.rows.tables[8..].into()),
         ("no tables", |plan| plan.rows.tables = Arc::new([])),
         ("a table that begins too late", |plan| plan.plies[0].table += plan.rows.tables.len() as u32),
-        ("a cell too few", |plan| drop(plan.rows.cells.pop())),
-        ("a step too few", |plan| drop(plan.rows.lengths_s.pop())),
-        ("forcing cut short", |plan| drop(plan.rows.drives.pop())),
-        ("weights of sensors cut short", |plan| drop(plan.rows.beads.pop())),
+        ("a cell too few", |plan| shorten(&mut plan.rows.cells)),
+        ("a step too few", |plan| shorten(&mut plan.rows.lengths_s)),
+        ("forcing cut short", |plan| shorten(&mut plan.rows.drives)),
+        ("weights of sensors cut short", |plan| shorten(&mut plan.rows.beads)),
         ("a record too many", |plan| plan.instants[0] = plan.records as u32),
         ("a contact too many", |plan| plan.rows.contacts_m2_k_w.push(0.0)),
-        ("a state too few", |plan| drop(plan.rows.substances.pop())),
-        ("a reaction without states", |plan| drop(plan.paths.pop())),
+        ("a state too few", |plan| shorten(&mut plan.rows.substances)),
+        ("a reaction without states", |plan| shorten(&mut plan.paths)),
         ("a factor that no member has", |plan| plan.plies[0].density = plan.factors as u32 + 1),
         ("a factor of a face that no member has", |plan| plan.scalings[1].film = u32::MAX),
         ("a sensor behind the last cell", |plan| plan.places[0].cell = plan.rows.cells.len() as u32),
