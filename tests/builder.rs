@@ -1,5 +1,5 @@
-//! Cases built of values: what holds is built as it is, and each field that breaks a rule is named.
-#![expect(clippy::unit_arg, reason = "a break is an assignment, beside which `?` says that a case has no such field")]
+//! `CaseBuilder`: valid cases are built unchanged, and an invalid field is reported with its path.
+#![expect(clippy::unit_arg, reason = "each closure is an assignment, with `?` for a case without the field")]
 
 use crate::support::{cases, files, schedule, text};
 use bondline::case::{
@@ -9,14 +9,14 @@ use bondline::case::{
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What breaks a field, `None` where the case has no such field; and the path of the field.
+/// The path of a field, and a function that makes it invalid; `None` if the case has no such field.
 type Break = (&'static str, fn(&mut CaseBuilder) -> Option<()>);
 
 fn material(case: &mut CaseBuilder) -> &mut Material {
     Arc::make_mut(&mut case.layup.plies[0].material)
 }
 
-/// Set a decomposition of the first ply, which plies of another kind have not.
+/// The decomposition of the first ply, if it has one.
 fn decomposition(case: &mut CaseBuilder) -> Option<&mut Decomposition> {
     material(case).decomposition.as_mut()
 }
@@ -25,7 +25,7 @@ fn reaction(case: &mut CaseBuilder) -> Option<&mut Reaction> {
     decomposition(case)?.reactions.first_mut()
 }
 
-/// The first ply with a conductivity of a solid part alone.
+/// The conductivity of the first ply, replaced by a solid part only.
 fn parts(case: &mut CaseBuilder) -> &mut Parts {
     let conductivity = &mut material(case).conductivity;
     *conductivity = Conductivity::Parts(Parts {
@@ -40,7 +40,7 @@ fn parts(case: &mut CaseBuilder) -> &mut Parts {
     parts
 }
 
-/// The hot face as an open one through which nothing passes.
+/// The hot face, replaced by an insulated one.
 fn hot(case: &mut CaseBuilder) -> &mut OpenFace {
     case.exposure.hot_face = Face::Open(OpenFace::insulated());
     let Face::Open(open) = &mut case.exposure.hot_face else { unreachable!("it was set to an open one") };
@@ -51,7 +51,7 @@ fn factor(case: &mut CaseBuilder) -> Option<&mut Factor> {
     case.factors.first_mut()
 }
 
-fn seen(case: &mut CaseBuilder) -> Option<&mut Observation> {
+fn observation(case: &mut CaseBuilder) -> Option<&mut Observation> {
     case.observations.first_mut()
 }
 
@@ -108,7 +108,7 @@ const BREAKS: &[Break] = &[
     ("layup.plies[0].material.decomposition.reactions", |case| {
         Some(decomposition(case)?.reactions.iter_mut().for_each(|reaction| reaction.loss = 0.99))
     }),
-    ("layup.plies[0].material.decomposition.reactions[0].loss", |case| Some(reaction(case)?.loss = 1.5)),
+    ("layup.plies[0].material.decomposition.reactions[0].mass_loss", |case| Some(reaction(case)?.loss = 1.5)),
     ("layup.plies[0].material.decomposition.reactions[0].rate_1_s", |case| Some(reaction(case)?.rate_1_s = 0.0)),
     ("layup.plies[0].material.decomposition.reactions[0].order", |case| Some(reaction(case)?.order = -1.0)),
     ("layup.plies[0].material.decomposition.reactions[0].activation_j_mol", |case| {
@@ -171,7 +171,7 @@ const BREAKS: &[Break] = &[
         case.layup.plies.iter().find(|ply| ply.material.decomposition.is_some())?;
         case.gas.take().map(drop)
     }),
-    ("gas.path", |case| {
+    ("gas.model", |case| {
         for ply in &mut case.layup.plies {
             Arc::make_mut(&mut ply.material).decomposition = None;
         }
@@ -211,31 +211,34 @@ const BREAKS: &[Break] = &[
     }),
     ("correlation", |case| {
         let other = Correlation::new(case.factors.len() + 2, &[(0, 1, 0.5)]);
-        Some(case.correlation = other.expect("two factors may go together"))
+        Some(case.correlation = other.expect("two factors can be correlated"))
     }),
     ("observations[0].sensor", |case| {
         let sensors = case.sensors.len();
-        Some(seen(case)?.sensor = sensors)
+        Some(observation(case)?.sensor = sensors)
     }),
     ("observations[1].sensor", |case| {
-        let sensor = seen(case)?.sensor;
+        let sensor = observation(case)?.sensor;
         Some(case.observations.get_mut(1)?.sensor = sensor)
     }),
     ("observations[0].times_s", |case| {
-        let seen = seen(case)?;
-        Some((seen.times_s, seen.temperatures_k, seen.sigma_k) = (Vec::new(), Vec::new(), Vec::new()))
+        let observation = observation(case)?;
+        Some(
+            (observation.times_s, observation.temperatures_k, observation.sigma_k) =
+                (Vec::new(), Vec::new(), Vec::new()),
+        )
     }),
-    ("observations[0].times_s", |case| Some(seen(case)?.times_s[0] = -1.0)),
+    ("observations[0].times_s", |case| Some(observation(case)?.times_s[0] = -1.0)),
     ("observations[0].times_s[1]", |case| {
-        let times_s = &mut seen(case)?.times_s;
+        let times_s = &mut observation(case)?.times_s;
         Some(times_s[1] = times_s[0])
     }),
-    ("observations[0].times_s[1]", |case| Some(seen(case)?.times_s[1] = 1e9)),
-    ("observations[0].temperatures_k[0]", |case| Some(seen(case)?.temperatures_k[0] = f64::NAN)),
-    ("observations[0].temperatures_k", |case| seen(case)?.temperatures_k.pop().map(drop)),
-    ("observations[0].sigma_k[0]", |case| Some(seen(case)?.sigma_k[0] = 0.0)),
-    ("observations[0].window_s", |case| Some(seen(case)?.window_s = Some((10.0, 5.0)))),
-    ("observations[0].window_s", |case| Some(seen(case)?.window_s = Some((1e-9, 2e-9)))),
+    ("observations[0].times_s[1]", |case| Some(observation(case)?.times_s[1] = 1e9)),
+    ("observations[0].temperatures_k[0]", |case| Some(observation(case)?.temperatures_k[0] = f64::NAN)),
+    ("observations[0].temperatures_k", |case| observation(case)?.temperatures_k.pop().map(drop)),
+    ("observations[0].sigma_k[0]", |case| Some(observation(case)?.sigma_k[0] = 0.0)),
+    ("observations[0].window_s", |case| Some(observation(case)?.window_s = Some((10.0, 5.0)))),
+    ("observations[0].window_s", |case| Some(observation(case)?.window_s = Some((1e-9, 2e-9)))),
     ("estimate.factors[0]", |case| Some(case.estimate.factors = vec![case.factors.len()])),
     ("estimate.factors[1]", |case| {
         factor(case)?;
@@ -256,26 +259,25 @@ const BREAKS: &[Break] = &[
     ("resolution.growth", |case| Some(case.resolution.growth = 0.0)),
     ("resolution.first_step_s", |case| Some(case.resolution.first_step_s = 0.0)),
     ("resolution.largest_step_s", |case| Some(case.resolution.largest_step_s = f64::NAN)),
-    ("resolution.every_s", |case| Some(case.resolution.every_s = 1e-9 * case.exposure.duration_s)),
+    ("resolution.output_interval_s", |case| Some(case.resolution.every_s = 1e-9 * case.exposure.duration_s)),
     ("resolution.tolerance_k", |case| Some(case.resolution.tolerance_k = Some(-0.05))),
 ];
 
 #[test]
-fn a_shipped_case_is_built_again_as_it_is() {
+fn a_shipped_case_is_rebuilt_unchanged() {
     for case in cases() {
         let again = case.to_builder().build().unwrap_or_else(|error| panic!("{}: {error}", case.id()));
         assert_eq!(again, case);
         let mut other = case.to_builder();
         other.layup.plies[0].thickness_m *= 1.0 + 1e-6;
-        assert_ne!(other, case.to_builder(), "{}: another thickness is the same case", case.id());
+        assert_ne!(other, case.to_builder(), "{}: another thickness must be another case", case.id());
     }
 }
 
-/// As from its folder, but that nothing is read of a disk.
 #[test]
-fn a_shipped_case_reads_the_same_from_texts_in_memory() {
+fn a_shipped_case_reads_the_same_from_memory_as_from_disk() {
     for case in cases() {
-        // Some cases name a file of another: a path from their own folder.
+        // Paths are relative to the folder of the case; some cases name files of another case.
         let own = format!("{}/", case.id());
         let relative = |path: &str| path.strip_prefix(&own).map_or_else(|| format!("../{path}"), str::to_owned);
         let texts = files("cases", "").into_iter().map(|path| (relative(&path["cases/".len()..]), text(&path)));
@@ -288,13 +290,13 @@ fn a_shipped_case_reads_the_same_from_texts_in_memory() {
 }
 
 #[test]
-fn a_field_that_breaks_a_rule_is_refused_by_its_path_in_every_shipped_case_that_has_it() {
+fn an_invalid_field_is_reported_with_its_path_in_every_shipped_case_that_has_it() {
     let cases = cases();
-    for (index, (path, spoil)) in BREAKS.iter().enumerate() {
+    for (index, (path, invalidate)) in BREAKS.iter().enumerate() {
         let mut broken = 0;
         for case in &cases {
             let mut builder = case.to_builder();
-            if spoil(&mut builder).is_none() {
+            if invalidate(&mut builder).is_none() {
                 continue;
             }
             broken += 1;
@@ -311,12 +313,12 @@ fn a_field_that_breaks_a_rule_is_refused_by_its_path_in_every_shipped_case_that_
 }
 
 #[test]
-fn all_faults_of_a_builder_are_reported_together() {
+fn all_errors_of_a_builder_are_reported_together() {
     let mut builder = cases().remove(0).to_builder();
     builder.layup.plies[0].thickness_m = -1.0;
     builder.exposure.duration_s = f64::NAN;
     builder.resolution.growth = 2.0;
-    let error = builder.build().expect_err("three fields break a rule");
+    let error = builder.build().expect_err("three invalid fields");
     let paths: Vec<&str> = error.faults.iter().map(|fault| &*fault.place.file).collect();
     for path in ["layup.plies[0].thickness_m", "exposure.duration_s", "resolution.growth"] {
         assert!(paths.contains(&path), "{path} is not among {paths:?}");

@@ -1,4 +1,4 @@
-//! Cases and answers as JSON: what a fingerprint holds of a case, and that every number of an answer is there.
+//! JSON serialisation: the fingerprint of a case depends on its content only, and answers are written to the bit.
 
 use crate::cli::CASE;
 use crate::support::{Scratch, case};
@@ -7,25 +7,25 @@ use bondline::session::{Kind, Options, Session, StudyOptions, UncertaintyOptions
 use bondline::study::sweep_piece::fingerprint;
 use serde_json::Value;
 
-/// The fingerprint of a case of this text.
+/// The fingerprint of the case with this text.
 fn of(scratch: &Scratch, text: &str) -> String {
     let path = scratch.write("c/case.toml", text);
     fingerprint(&Case::load(&path).unwrap_or_else(|error| panic!("{error}")))
 }
 
-/// A text with one passage in the place of another that it must have.
+/// The text after a replacement.
 #[track_caller]
 fn with(text: &str, from: &str, to: &str) -> String {
-    assert!(text.contains(from), "{from:?} stands in the case");
+    assert!(text.contains(from), "{from:?} is not in the case");
     text.replacen(from, to, 1)
 }
 
-const SEEN: &str = "[observations]\nsigma = \"2 K\"\nTC2 = [[\"0 s\", \"300 K\"], [\"10 s\", \"320 K\"]]\n";
+const OBSERVATIONS: &str = "[observations]\nsigma = \"2 K\"\nTC2 = [[\"0 s\", \"300 K\"], [\"10 s\", \"320 K\"]]\n";
 
 #[test]
-fn one_content_has_one_fingerprint_however_it_is_written() {
+fn the_fingerprint_does_not_depend_on_units_order_or_comments() {
     let scratch = Scratch::new("fingerprint");
-    let text = format!("{CASE}{SEEN}");
+    let text = format!("{CASE}{OBSERVATIONS}");
     let same = of(&scratch, &text);
     assert_eq!(same.len(), 32, "{same}");
     let swapped = with(&text, "name = \"TOP\"\ngroup = \"OF\"", "group = \"OF\"\nname = \"TOP\"");
@@ -41,9 +41,9 @@ fn one_content_has_one_fingerprint_however_it_is_written() {
 }
 
 #[test]
-fn every_change_of_a_number_or_a_name_changes_the_fingerprint() {
+fn any_change_of_a_number_or_a_name_changes_the_fingerprint() {
     let scratch = Scratch::new("fingerprints");
-    let text = format!("{CASE}{SEEN}");
+    let text = format!("{CASE}{OBSERVATIONS}");
     let mut found = vec![of(&scratch, &text)];
     for (from, to) in [
         ("\"3 mm\"", "\"3.0000000001 mm\""),
@@ -63,13 +63,13 @@ fn every_change_of_a_number_or_a_name_changes_the_fingerprint() {
     let all = found.len();
     found.sort_unstable();
     found.dedup();
-    assert_eq!(found.len(), all, "two contents have one fingerprint");
+    assert_eq!(found.len(), all, "two cases have the same fingerprint");
 }
 
 #[test]
 fn the_answers_of_a_study_are_serialised_to_the_bit() {
     let case = case("slab");
-    let mut session = Session::open(case, &Options::default().backend(Kind::Cpu)).expect("the processor marches");
+    let mut session = Session::open(case, &Options::default().backend(Kind::Cpu)).expect("the CPU does not fail");
     let sweep = UncertaintyOptions { members: 30, ..UncertaintyOptions::default() };
     let answers = session.study(&StudyOptions { sweep, ..StudyOptions::default() }).expect("a study");
     let text = serde_json::to_string(answers).expect("answers can be written");

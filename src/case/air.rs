@@ -1,6 +1,6 @@
-//! Air: what fills the pores, and what flows over the hot face.
+//! Properties of air, in pores and at the hot face.
 
-/// Sutherland's law for the conductivity of air: its value at 273.15 K (W/m/K) and its temperature (K).
+/// Sutherland's law for the conductivity of air: conductivity at 273.15 K (W/m/K) and Sutherland temperature (K).
 /// Values: F. M. White, *Viscous Fluid Flow*.
 const CONDUCTIVITY_W_M_K: f64 = 0.0241;
 const SUTHERLAND_K: f64 = 194.4;
@@ -9,7 +9,7 @@ const ICE_K: f64 = 273.15;
 /// Boltzmann's constant, J/K (exact in the SI of 2019).
 const BOLTZMANN_J_K: f64 = 1.380_649e-23;
 /// Collision diameter of air, m. Source: K. Daryabeigi, *Heat transfer in high-temperature fibrous insulation*, 2003
-/// (remembered).
+/// (from memory, not checked).
 const DIAMETER_M: f64 = 3.65e-10;
 
 /// Ratio of heat capacities and Prandtl number of air.
@@ -18,8 +18,8 @@ const PRANDTL: f64 = 0.71;
 /// Thermal accommodation coefficient of air at the walls of a pore; between 0.9 and 1 in Daryabeigi's fits.
 const ACCOMMODATION: f64 = 0.9;
 
-/// Enthalpy of air over temperature (K, J/kg), above 298 K and without dissociation, which adds to it above
-/// about 2000 K. Integrated from the heat capacity of air.
+/// Enthalpy of air over temperature (K, J/kg), zero at 298 K, integrated from the heat capacity. Dissociation, which
+/// raises it above about 2000 K, is neglected.
 const ENTHALPY: [(f64, f64); 7] = [
     (300.0, 2e3),
     (600.0, 310e3),
@@ -30,7 +30,7 @@ const ENTHALPY: [(f64, f64); 7] = [
     (2000.0, 1954e3),
 ];
 
-/// Conductivity of air that is not confined, W/m/K.
+/// Conductivity of unconfined air, W/m/K.
 pub fn air_conductivity_w_m_k(temperature_k: f64) -> f64 {
     let ratio = temperature_k / ICE_K;
     CONDUCTIVITY_W_M_K * ratio * ratio.sqrt() * (ICE_K + SUTHERLAND_K) / (temperature_k + SUTHERLAND_K)
@@ -41,18 +41,18 @@ pub fn air_mean_free_path_m(temperature_k: f64, pressure_pa: f64) -> f64 {
     BOLTZMANN_J_K * temperature_k / (2f64.sqrt() * std::f64::consts::PI * DIAMETER_M * DIAMETER_M * pressure_pa)
 }
 
-/// Conductivity of air in pores of a length, W/m/K: the temperature jump at their walls taken into account.
+/// Conductivity of air in pores of length L, W/m/K, with the temperature jump at the pore walls.
 ///
-/// `k = k* / (1 + 2 (2−α)/α · 2γ/(γ+1) · Kn/Pr)` with `Kn = λ/L`. Daryabeigi switches the two terms of the
-/// denominator off in the continuum and in free flow; kept throughout they differ by a few per cent there and leave no
-/// kink for a derivative to trip over.
+/// `k = k* / (1 + 2 (2−α)/α · 2γ/(γ+1) · Kn/Pr)` with `Kn = λ/L`. Daryabeigi drops one term of the denominator in the
+/// continuum and the other in free molecular flow. Both are used here at all Knudsen numbers: the difference is a few
+/// per cent, and the function has a continuous derivative.
 pub fn air_in_pores_w_m_k(temperature_k: f64, pressure_pa: f64, length_m: f64) -> f64 {
     let knudsen = air_mean_free_path_m(temperature_k, pressure_pa) / length_m;
     let jump = 2.0 * (2.0 - ACCOMMODATION) / ACCOMMODATION * (2.0 * GAMMA / (GAMMA + 1.0)) / PRANDTL;
     air_conductivity_w_m_k(temperature_k) / (1.0 + jump * knudsen)
 }
 
-/// Enthalpy of air above that at 298 K, J/kg: straight lines between 300 and 2000 K, the end segments continued.
+/// Enthalpy of air relative to 298 K, J/kg: piecewise linear from 300 to 2000 K, extrapolated linearly outside.
 pub fn air_enthalpy_j_kg(temperature_k: f64) -> f64 {
     let above = ENTHALPY.partition_point(|&(t, _)| t <= temperature_k).clamp(1, ENTHALPY.len() - 1);
     let ((t0, h0), (t1, h1)) = (ENTHALPY[above - 1], ENTHALPY[above]);
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn conductivity_and_mean_free_path_of_air_are_those_of_the_handbooks() {
+    fn conductivity_and_mean_free_path_of_air_match_handbook_values() {
         for (temperature_k, expected) in [(300.0, 0.0262), (673.0, 0.0502), (1073.0, 0.0692), (1473.0, 0.0846)] {
             let found = air_conductivity_w_m_k(temperature_k);
             assert!((found - expected).abs() < 2e-4, "{temperature_k} K: {found}");
@@ -74,15 +74,15 @@ mod tests {
     }
 
     #[test]
-    fn air_in_wide_pores_is_free_and_in_narrow_ones_gives_way_to_pressure() {
+    fn air_in_wide_pores_conducts_as_free_air_and_in_narrow_pores_in_proportion_to_pressure() {
         let free = air_conductivity_w_m_k(300.0);
         assert!((air_in_pores_w_m_k(300.0, 101_325.0, 1.0) / free - 1.0).abs() < 1e-6);
         let (narrow, narrower) = (air_in_pores_w_m_k(300.0, 100.0, 1e-7), air_in_pores_w_m_k(300.0, 50.0, 1e-7));
-        assert!((narrow / narrower - 2.0).abs() < 1e-2, "free molecular conduction follows the pressure");
+        assert!((narrow / narrower - 2.0).abs() < 1e-2, "free molecular conduction is proportional to pressure");
     }
 
     #[test]
-    fn enthalpy_of_air_rises_from_nothing_at_298_kelvin() {
+    fn enthalpy_of_air_is_zero_at_298_kelvin_and_increases() {
         assert!(air_enthalpy_j_kg(298.0).abs() < 100.0);
         assert_eq!(air_enthalpy_j_kg(750.0), 473e3);
         assert_eq!(air_enthalpy_j_kg(2300.0), 1954e3 + 372e3);

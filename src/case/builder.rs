@@ -1,4 +1,4 @@
-//! A case from values: what makes a [`Case`], after the checks that make it one.
+//! Construction of a [`Case`] from values, with validation.
 
 use super::check::{Field, Names};
 use super::error::{CaseError, Faults};
@@ -11,7 +11,7 @@ use super::resolution::Resolution;
 use super::scope::FactorScope;
 use super::{Case, Estimate};
 
-/// The content of a case, free to change until [`build`](Self::build) checks it.
+/// The content of a case, not yet validated: [`build`](Self::build) does that.
 ///
 /// ```
 /// use bondline::case::{CaseBuilder, Exposure, Face, Layup, Material, OpenFace, Ply, Schedule, Sensor, Side};
@@ -35,10 +35,10 @@ use super::{Case, Estimate};
 /// };
 /// let mut builder = CaseBuilder::new("felt", layup, exposure);
 /// builder.sensors.push(Sensor { name: "BACK".to_owned(), depth_m: 0.02, side: Side::Both, lag_s: 0.0 });
-/// let error = builder.clone().build().expect_err("the sensor lies off the layup");
+/// let error = builder.clone().build().expect_err("the sensor lies outside the layup");
 /// assert_eq!(
 ///     error.to_string(),
-///     "sensors[0].depth_m: 20 mm is off the layup, whose back face lies at 10 mm\n1 fault"
+///     "sensors[0].depth_m: depth 20 mm lies outside the layup, from 0 mm to 10 mm\n1 error"
 /// );
 /// builder.sensors[0].depth_m = 0.01;
 /// assert_eq!(builder.build()?.sensors().len(), 1);
@@ -76,8 +76,8 @@ pub struct CaseBuilder {
 }
 
 impl CaseBuilder {
-    /// A layup and its exposure, named by the id, at the default resolution. It lacks sensors, of which a case has one at
-    /// least.
+    /// A layup and its exposure at the default resolution; the id is also the name. Add at least one sensor before
+    /// [`build`](Self::build).
     pub fn new(id: impl Into<String>, layup: Layup, exposure: Exposure) -> Self {
         let id = id.into();
         Self {
@@ -97,14 +97,14 @@ impl CaseBuilder {
         }
     }
 
-    /// The case, with sensors that all but meet a face of a ply moved onto it.
+    /// The validated case. A sensor within a micrometre of a ply face is moved onto it.
     ///
     /// # Errors
-    /// Every fault of the content, each with the path of its field: `layup.plies[2].thickness_m`.
+    /// All errors of the content, each with the path of its field: `layup.plies[2].thickness_m`.
     pub fn build(mut self) -> Result<Case, CaseError> {
-        let faults = Faults::default();
-        self.check(&Field::root(&faults));
-        faults.settle(Ok(()))?;
+        let diagnostics = Faults::default();
+        self.check(&Field::root(&diagnostics));
+        diagnostics.settle(Ok(()))?;
         for sensor in &mut self.sensors {
             sensor.depth_m = self.layup.on_face_m(sensor.depth_m);
         }
@@ -187,12 +187,14 @@ impl CaseBuilder {
         }
     }
 
-    /// What gas needs of layup and faces, and they of gas.
+    /// Consistency of gas, layup and faces.
     fn check_gas(&self, case: &Field<'_>) {
         let (exposure, at) = (&self.exposure, case.field("gas"));
         match &self.gas {
             Some(gas) => gas.check(&at, &self.layup, exposure.back_pressure_pa.is_some()),
-            None if self.layup.plies.iter().any(Ply::makes_gas) => at.fault("plies make gas: expected its way out"),
+            None if self.layup.plies.iter().any(Ply::makes_gas) => {
+                at.fault("a ply decomposes: expected a gas flow model")
+            }
             None => {}
         }
         if exposure.back_pressure_pa.is_some() && self.gas.as_ref().is_none_or(|gas| gas.path != GasPath::Darcy) {
@@ -206,25 +208,26 @@ impl CaseBuilder {
 
     fn check_observations(&self, at: &Field<'_>, duration_s: f64) {
         let sensors: Vec<&str> = self.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
-        for (index, (at, seen)) in at.items(&self.observations).enumerate() {
-            seen.check(&at, &sensors, duration_s);
-            if self.observations[..index].iter().any(|other| other.sensor == seen.sensor) {
-                at.field("sensor").fault(format!("sensor {} is observed before this", seen.sensor));
+        for (index, (at, observation)) in at.items(&self.observations).enumerate() {
+            observation.check(&at, &sensors, duration_s);
+            let sensor = observation.sensor;
+            if self.observations[..index].iter().any(|other| other.sensor == sensor) {
+                at.field("sensor").fault(format!("duplicate observation of sensor {sensor}: expected one per sensor"));
             }
         }
     }
 }
 
-/// The number of a figure of the paper.
+/// The number of a figure in the paper.
 pub(super) fn paper_figure(number: f64) -> Result<usize, String> {
     if number >= 1.0 && number.fract() == 0.0 {
         return Ok(number as usize);
     }
-    Err(format!("expected the number of a figure, 1 or more, found {number}"))
+    Err(format!("expected the number of a figure in the paper, 1 or more, found {number}"))
 }
 
 impl Case {
-    /// The content of this case, to make another of it.
+    /// A builder with the content of this case.
     pub fn to_builder(&self) -> CaseBuilder {
         let Self {
             id,

@@ -1,40 +1,40 @@
-//! Rules that quantities of several types share, and the record of the fields of a case that break one.
+//! Shared validation rules, and field paths under which their errors are recorded.
 //!
-//! A rule is a function from a value to the value or a message. The reader of a case file calls it where the value was
-//! written, [`CaseBuilder::build`](super::CaseBuilder::build) where the value is a field.
+//! A rule takes a value and returns the value or an error message. The file reader reports the message at the line of
+//! the value, [`CaseBuilder::build`](super::CaseBuilder::build) under the path of the field.
 
 use super::error::{Faults, Place};
 use std::fmt::Display;
 
-/// Faults recorded of one list of numbers: a list of a million tells no more by the others.
+/// Errors recorded per list of numbers: more would not help the reader.
 const MOST_FAULTS: usize = 10;
 
-/// A number that is neither infinite nor NaN. `shown` is the number as a message shows it.
+/// A number that is neither infinite nor NaN. `shown` is its text in the message.
 pub(super) fn finite(value: f64, shown: impl Display) -> Result<f64, String> {
-    if value.is_finite() { Ok(value) } else { Err(format!("{shown} is not a finite number")) }
+    if value.is_finite() { Ok(value) } else { Err(format!("expected a finite number, found {shown}")) }
 }
 
 /// A finite number above zero.
 pub(super) fn positive(value: f64, shown: impl Display) -> Result<f64, String> {
-    if finite(value, &shown)? > 0.0 { Ok(value) } else { Err(format!("{shown} is not positive")) }
+    if finite(value, &shown)? > 0.0 { Ok(value) } else { Err(format!("expected a value above 0, found {shown}")) }
 }
 
-/// A finite number, zero or more.
+/// A finite number of at least zero.
 pub(super) fn not_negative(value: f64, shown: impl Display) -> Result<f64, String> {
-    if finite(value, &shown)? >= 0.0 { Ok(value) } else { Err(format!("{shown} is negative")) }
+    if finite(value, &shown)? >= 0.0 { Ok(value) } else { Err(format!("expected 0 or more, found {shown}")) }
 }
 
-/// A text with more than spaces in it.
+/// Text that is neither empty nor white space.
 pub(super) fn not_blank(text: &str) -> Result<&str, String> {
-    if text.trim().is_empty() { Err("empty: expected some text".to_owned()) } else { Ok(text) }
+    if text.trim().is_empty() { Err("expected text, found none".to_owned()) } else { Ok(text) }
 }
 
-/// An index into a list of so many.
+/// An index into a list of `count` items.
 pub(super) fn index(index: usize, count: usize, noun: &str) -> Result<usize, String> {
-    if index < count { Ok(index) } else { Err(format!("no {noun} {index}: expected an index below {count}")) }
+    if index < count { Ok(index) } else { Err(format!("expected a {noun} index below {count}, found {index}")) }
 }
 
-/// Names that must differ.
+/// A set of names without duplicates.
 pub(super) struct Names<'a> {
     noun: &'static str,
     met: Vec<&'a str>,
@@ -45,56 +45,59 @@ impl<'a> Names<'a> {
         Self { noun, met: Vec::new() }
     }
 
-    /// One name more, unless there was one like it.
+    /// Add a name.
+    ///
+    /// # Errors
+    /// A message, if the name is in the set already.
     pub(super) fn add(&mut self, name: &'a str) -> Result<(), String> {
         if self.met.contains(&name) {
-            return Err(format!("a {} before this one is named {name:?} too", self.noun));
+            return Err(format!("duplicate {} name {name:?}: every {0} needs its own name", self.noun));
         }
         self.met.push(name);
         Ok(())
     }
 }
 
-/// A field of a case under check, known by its path: `layup.plies[2].thickness_m`.
+/// The path of a field of a case: `layup.plies[2].thickness_m`. Errors are recorded under it.
 pub(super) struct Field<'a> {
     path: String,
-    faults: &'a Faults,
+    diagnostics: &'a Faults,
 }
 
 impl<'a> Field<'a> {
-    /// The case as a whole, whose path is empty.
-    pub(super) fn root(faults: &'a Faults) -> Self {
-        Self { path: String::new(), faults }
+    /// The case itself, with an empty path.
+    pub(super) fn root(diagnostics: &'a Faults) -> Self {
+        Self { path: String::new(), diagnostics }
     }
 
-    /// A field of this one.
+    /// A field of this value.
     pub(super) fn field(&self, name: &str) -> Self {
         let path = if self.path.is_empty() { name.to_owned() } else { format!("{}.{name}", self.path) };
-        Self { path, faults: self.faults }
+        Self { path, diagnostics: self.diagnostics }
     }
 
     /// An element of this list.
     pub(super) fn item(&self, index: usize) -> Self {
-        Self { path: format!("{}[{index}]", self.path), faults: self.faults }
+        Self { path: format!("{}[{index}]", self.path), diagnostics: self.diagnostics }
     }
 
-    /// Each element of this list with the field that it is.
+    /// The elements of this list, each with its path.
     pub(super) fn items<'i, T>(&self, items: &'i [T]) -> impl Iterator<Item = (Self, &'i T)> {
         items.iter().enumerate().map(|(index, item)| (self.item(index), item))
     }
 
-    /// Record the first elements of this list that break a rule.
+    /// Record the first elements of this list that break a rule, at most [`MAX_ERRORS_PER_LIST`].
     pub(super) fn require_each<T, U>(&self, items: &[T], mut rule: impl FnMut(&T) -> Result<U, String>) {
         let broken = items.iter().enumerate().filter_map(|(index, item)| Some((index, rule(item).err()?)));
         broken.take(MOST_FAULTS).for_each(|(index, message)| self.item(index).fault(message));
     }
 
-    /// Record that the field breaks a rule.
+    /// Record an error of this field.
     pub(super) fn fault(&self, message: impl Into<String>) {
-        self.faults.record(&Place::whole(self.path.as_str()), message);
+        self.diagnostics.record(&Place::whole(self.path.as_str()), message);
     }
 
-    /// Record the message of a rule that the field breaks.
+    /// The value, or `None` after recording the message of the rule.
     pub(super) fn require<T>(&self, rule: Result<T, String>) -> Option<T> {
         rule.map_err(|message| self.fault(message)).ok()
     }

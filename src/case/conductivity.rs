@@ -1,4 +1,4 @@
-//! Conductivity over temperature and pressure: tables, or a solid, a gas and a radiative part.
+//! Conductivity over temperature and pressure: tables, or the sum of a solid, a gas and a radiative part.
 
 use super::air::air_in_pores_w_m_k;
 use super::check::{Field, positive};
@@ -10,7 +10,7 @@ use super::unit::Dimension;
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Conductivity {
-    /// A table a pressure, pressures rising (Pa); between them linear in the logarithm of pressure, held outside.
+    /// One table per pressure (Pa, increasing); linear in ln p between pressures, constant outside.
     Tables(Vec<(f64, Table)>),
     /// Solid + gas + radiation.
     Parts(Parts),
@@ -25,15 +25,15 @@ pub enum Conductivity {
 pub struct Parts {
     /// k_s0 at 300 K, W/m/K.
     pub solid_w_m_k: f64,
-    /// Exponent m.
+    /// m, the exponent of the solid part.
     pub solid_exponent: f64,
-    /// Pores, each a share φ (above one where gas bridges fibre contacts) and a length L_c, m.
+    /// Pore classes: volume fraction φ (above one where gas bridges fibre contacts) and characteristic length L_c, m.
     pub pores: Vec<(f64, f64)>,
-    /// Rosseland extinction β, 1/m; `None` has no radiative part.
+    /// Rosseland extinction coefficient β, 1/m; `None` for no radiative part.
     pub extinction_1_m: Option<f64>,
-    /// Whether β was stated by mass, so that a felt of other density is as much more or less opaque.
+    /// Whether β is stated per mass and so is proportional to density.
     pub extinction_follows_density: bool,
-    /// Temperatures for which the fit holds, K.
+    /// Lowest and highest temperature of the fit, K.
     pub range_k: (f64, f64),
 }
 
@@ -41,18 +41,18 @@ pub struct Parts {
 const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;
 
 impl Conductivity {
-    /// The pressure of a table, which lies above that of the one before, or above zero for the first, Pa.
+    /// The pressure of the next table, above the previous one and above zero, Pa.
     pub(super) fn next_pa(last_pa: f64, pressure_pa: f64) -> Result<f64, String> {
-        if positive(pressure_pa, format_args!("pressure {pressure_pa} Pa"))? > last_pa {
+        if positive(pressure_pa, format_args!("a pressure of {pressure_pa} Pa"))? > last_pa {
             return Ok(pressure_pa);
         }
-        Err(format!("pressure {pressure_pa} Pa does not rise: the one before is {last_pa} Pa"))
+        Err(format!("pressures must increase: {pressure_pa} Pa follows {last_pa} Pa"))
     }
 
-    /// Record what is wrong with each table or part.
+    /// Record all errors of the tables or parts.
     pub(super) fn check(&self, at: &Field<'_>) {
         match self {
-            Self::Tables(tables) if tables.is_empty() => at.fault("no table: expected one at least"),
+            Self::Tables(tables) if tables.is_empty() => at.fault("no table: expected at least one"),
             Self::Tables(tables) => {
                 let mut last_pa = 0.0;
                 for (at, (pressure_pa, table)) in at.items(tables) {
@@ -64,8 +64,7 @@ impl Conductivity {
         }
     }
 
-    /// The solid, gas and radiative parts at a temperature and a pressure, W/m/K; they add up to the conductivity. A
-    /// table does not tell its parts apart and counts as solid.
+    /// The solid, gas and radiative parts, W/m/K; their sum is the conductivity. A table counts as solid.
     pub fn parts(&self, temperature_k: f64, pressure_pa: f64) -> [f64; 3] {
         match self {
             Self::Tables(tables) => [between(tables, temperature_k, pressure_pa), 0.0, 0.0],
@@ -73,7 +72,7 @@ impl Conductivity {
         }
     }
 
-    /// How many times another it is, where it is that at every temperature and pressure, and in every part.
+    /// The ratio to another conductivity, if it is constant over temperature and pressure and equal for all parts.
     pub fn times(&self, other: &Self) -> Option<f64> {
         match (self, other) {
             (Self::Tables(own), Self::Tables(others)) => {
@@ -90,12 +89,12 @@ impl Conductivity {
         }
     }
 
-    /// Whether radiation passes the less the denser the material is.
+    /// Whether the extinction coefficient is proportional to density.
     pub fn extinction_follows_density(&self) -> bool {
         matches!(self, Self::Parts(parts) if parts.extinction_follows_density)
     }
 
-    /// The temperatures for which it is known, K.
+    /// Lowest and highest temperature for which it is known, K.
     pub fn range_k(&self) -> (f64, f64) {
         match self {
             Self::Tables(tables) => {
@@ -107,7 +106,7 @@ impl Conductivity {
     }
 }
 
-/// Linear in the logarithm of pressure, held outside.
+/// Interpolation linear in ln p; constant outside the pressures of the tables.
 fn between(tables: &[(f64, Table)], temperature_k: f64, pressure_pa: f64) -> f64 {
     let last = tables.len() - 1;
     let next = tables.partition_point(|&(pressure, _)| pressure <= pressure_pa);
@@ -120,17 +119,21 @@ fn between(tables: &[(f64, Table)], temperature_k: f64, pressure_pa: f64) -> f64
 }
 
 impl Parts {
-    /// The temperatures for which a fit holds, low and high, K.
+    /// Lowest and highest temperature of a fit, K.
     pub(super) fn checked_range_k((low_k, high_k): (f64, f64)) -> Result<(f64, f64), String> {
-        if low_k < high_k { Ok((low_k, high_k)) } else { Err(format!("range reversed: {low_k} K to {high_k} K")) }
+        if low_k < high_k {
+            Ok((low_k, high_k))
+        } else {
+            Err(format!("range reversed: {low_k} K is not below {high_k} K"))
+        }
     }
 
     fn check(&self, at: &Field<'_>) {
         at.not_negative("solid_w_m_k", self.solid_w_m_k);
         at.finite("solid_exponent", self.solid_exponent);
         for (at, &(share, length_m)) in at.field("pores").items(&self.pores) {
-            at.require(positive(share, format_args!("share {share}")));
-            at.require(positive(length_m, format_args!("length {length_m} m")));
+            at.require(positive(share, format_args!("a share of {share}")));
+            at.require(positive(length_m, format_args!("a length of {length_m} m")));
         }
         if let Some(extinction_1_m) = self.extinction_1_m {
             at.positive("extinction_1_m", extinction_1_m);
@@ -145,7 +148,7 @@ impl Parts {
     fn times(&self, other: &Self) -> Option<f64> {
         let times = self.solid_w_m_k / other.solid_w_m_k;
         let lengths = |parts: &Self| parts.pores.iter().map(|&(_, length_m)| length_m).collect::<Vec<_>>();
-        let is_opaque = match (self.extinction_1_m, other.extinction_1_m) {
+        let extinction_scales = match (self.extinction_1_m, other.extinction_1_m) {
             (None, None) => true,
             (Some(own), Some(other)) => is_times(other, own, times),
             _ => false,
@@ -154,7 +157,7 @@ impl Parts {
             && self.solid_exponent == other.solid_exponent
             && lengths(self) == lengths(other)
             && self.pores.iter().zip(&other.pores).all(|((own, _), (other, _))| is_times(*own, *other, times))
-            && is_opaque
+            && extinction_scales
             && self.extinction_follows_density == other.extinction_follows_density;
         is_alike.then_some(times)
     }
@@ -173,8 +176,8 @@ mod tests {
     use super::*;
     use crate::case::Material;
 
-    /// Conductivities printed when the parts were fitted, to a mW/m/K for cloth and a tenth of it else: 1.3 % is half of the
-    /// last digit.
+    /// Material, pressure (Pa), temperatures (K) and conductivities (W/m/K) recorded when the parts were fitted,
+    /// rounded to 1 mW/m/K for cloth and to 0.1 mW/m/K otherwise; half of the last digit is 1.3 %.
     type Printed = (&'static str, f64, &'static [f64], &'static [f64]);
 
     const CLOTH_K: &[f64] = &[300.0, 473.0, 673.0, 873.0, 1073.0, 1273.0, 1473.0, 1673.0];
@@ -214,29 +217,29 @@ mod tests {
         ("pi_aerogel", 101_325.0, AEROGEL_K.split_at(6).0, &[0.0181, 0.0223, 0.0276, 0.0347, 0.0440, 0.0561]),
     ];
 
-    /// The largest relative difference between parts and printed values.
+    /// The largest relative difference between the model and the recorded values.
     fn worst(id: &str, pressure_pa: f64, temperatures_k: &[f64], printed: &[f64]) -> f64 {
         let material = Material::named(id).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(temperatures_k.len(), printed.len());
-        let apart = |(&temperature_k, &printed): (&f64, &f64)| {
+        let difference = |(&temperature_k, &printed): (&f64, &f64)| {
             let found: f64 = material.conductivity.parts(temperature_k, pressure_pa).iter().sum();
             (found / printed - 1.0).abs()
         };
-        temperatures_k.iter().zip(printed).map(apart).fold(0.0, f64::max)
+        temperatures_k.iter().zip(printed).map(difference).fold(0.0, f64::max)
     }
 
     #[test]
-    fn parts_give_the_conductivities_printed_when_they_were_fitted() {
+    fn fitted_parts_reproduce_the_recorded_conductivities() {
         for &(id, pressure_pa, temperatures_k, printed) in PRINTED {
             let worst = worst(id, pressure_pa, temperatures_k, printed);
             assert!(worst < 0.013, "{id} at {pressure_pa} Pa: {worst}");
         }
         let (id, _, temperatures_k, printed) = PRINTED[0];
-        assert!(worst(id, 8010.0, temperatures_k, printed) > 0.05, "another pressure is told apart");
+        assert!(worst(id, 8010.0, temperatures_k, printed) > 0.05, "a wrong pressure must show");
     }
 
     #[test]
-    fn tables_at_two_pressures_are_joined_along_the_logarithm_of_pressure() {
+    fn tables_are_interpolated_in_the_logarithm_of_pressure() {
         let tables = vec![(100.0, Table::constant(0.02)), (10_000.0, Table::constant(0.04))];
         let conductivity = Conductivity::Tables(tables);
         for (pressure_pa, expected) in [(10.0, 0.02), (100.0, 0.02), (1000.0, 0.03), (10_000.0, 0.04), (1e5, 0.04)] {

@@ -1,15 +1,14 @@
-//! How a substance turns into char and gas when it is heated.
+//! Thermal decomposition of a material into char and gas.
 //!
-//! Each reaction j has an advancement ξ from zero to one:
+//! Each reaction j has an extent of reaction ξ from zero to one:
 //!
 //! ```text
-//! dξ_j/dt = A_j (s_j − ξ_j)^m_j exp(−E_j/RT)    above its onset, else nothing
+//! dξ_j/dt = A_j (s_j − ξ_j)^m_j exp(−E_j/RT)    above its onset temperature, else zero
 //! ```
 //!
-//! Side by side every reaction starts from the virgin material (s = 1) and leads to the char. In a chain the
-//! next one lives on what the one before has made (s_j = ξ_{j−1}), and every reaction leaves a residue of
-//! its own: A → B → C. The component densities of CMA and FIAT are the same in other words: with
-//! ξ = (ρ_v − ρ)/(ρ_v − ρ_c) their rate constant is A ((ρ_v − ρ_c)/ρ_v)^(m−1).
+//! Parallel reactions all consume the virgin material (s = 1) and produce the char. Consecutive reactions A → B → C
+//! each consume the product of the previous one (s_j = ξ_{j−1}), and each has its own residue. The component model of
+//! CMA and FIAT is equivalent: with ξ = (ρ_v − ρ)/(ρ_v − ρ_c) its rate constant is A ((ρ_v − ρ_c)/ρ_v)^(m−1).
 
 use super::check::{Field, finite};
 use super::conductivity::Conductivity;
@@ -20,24 +19,24 @@ use super::unit::Dimension;
 /// Gas constant, J/mol/K (CODATA 2018).
 pub const GAS_CONSTANT_J_MOL_K: f64 = 8.314_462_618;
 
-/// The reactions of a substance and what they leave.
+/// The reactions of a material and their residues.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Decomposition {
-    /// One at least; in a chain in the order in which they follow.
+    /// At least one; consecutive reactions in their order.
     pub reactions: Vec<Reaction>,
-    /// How the reactions follow each other.
+    /// Parallel or consecutive reactions.
     pub sequence: Sequence,
-    /// What is left: the char alone side by side, one a reaction in a chain; the last is the char. Their
-    /// densities follow from the losses.
+    /// Parallel reactions: the char alone. Consecutive reactions: one residue each; the last is the char. Their
+    /// densities follow from the mass losses.
     pub residues: Vec<Residue>,
-    /// How virgin substance and residues weigh in a mixture.
+    /// Rule for the properties of partly decomposed material.
     pub mixing: Mixing,
-    /// Where the heat of the reactions is written down.
+    /// How the heat of pyrolysis is stated.
     pub heat: PyrolysisHeat,
-    /// Share of the thickness lost when all has reacted, in proportion to the mass lost on the way.
+    /// Fraction of the thickness lost on complete reaction; before that in proportion to the mass loss.
     pub shrinkage: f64,
-    /// Of the reactions.
+    /// Provenance of the reactions.
     pub provenance: Provenance,
 }
 
@@ -45,78 +44,78 @@ pub struct Decomposition {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Reaction {
-    /// Mass of gas when it is complete, as a share of the virgin mass.
+    /// Mass of gas on complete reaction, as a fraction of the virgin mass.
     pub loss: f64,
-    /// A, 1/s.
+    /// Pre-exponential factor A, 1/s.
     pub rate_1_s: f64,
-    /// E, J/mol.
+    /// Activation energy E, J/mol.
     pub activation_j_mol: f64,
-    /// m.
+    /// Reaction order m.
     pub order: f64,
-    /// No reaction below this temperature, K; zero has no onset.
+    /// Temperature below which the rate is zero, K; 0 for no onset.
     pub onset_k: f64,
-    /// Heat taken up per mass of gas, J/kg, positive where the reaction cools; used where the heat is of reaction.
+    /// Heat of reaction per mass of gas, J/kg, positive if endothermic; used with [`PyrolysisHeat::OfReaction`].
     pub heat_j_kg: f64,
 }
 
-/// How reactions follow each other.
+/// Parallel or consecutive reactions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Sequence {
-    /// Each starts from the virgin substance and leads to the char.
+    /// Parallel: every reaction consumes the virgin material and produces the char.
     SideBySide,
-    /// Each lives on what the one before has made.
+    /// Consecutive: each reaction consumes the product of the previous one.
     Chain,
 }
 
 impl Sequence {
-    /// Residues that so many reactions leave beside the char.
+    /// Number of residues of `reactions` reactions, the char excluded.
     pub(super) fn intermediates(self, reactions: usize) -> usize {
         if self == Self::Chain { reactions.saturating_sub(1) } else { 0 }
     }
 
-    /// `in a chain`, `side by side`.
+    /// Value of the key `sequence` in a material file.
     pub(super) fn words(self) -> &'static str {
-        if self == Self::Chain { "in a chain" } else { "side by side" }
+        if self == Self::Chain { "chain" } else { "side-by-side" }
     }
 }
 
-/// What a residue weighs in the properties of a mixture of virgin, intermediate and char.
+/// Weights of the virgin material and the residues in the properties of their mixture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Mixing {
-    /// By mass, as PATO and FIAT mix conductivity and emissivity.
+    /// Mass fractions, as in PATO and FIAT for conductivity and emissivity.
     Mass,
-    /// By volume, as gpyro does.
+    /// Volume fractions, as in Gpyro.
     Volume,
 }
 
-/// Where the heat of pyrolysis is written down; one way or the other, never both.
+/// The heat of pyrolysis is stated either as absolute enthalpies or as heats of reaction.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum PyrolysisHeat {
-    /// In the absolute enthalpies of virgin, residues and gas. Here those of virgin and of each residue at
-    /// a reference temperature; the gas's table holds its own.
+    /// Absolute enthalpies of virgin material and residues at a reference temperature. The table of the gas must be
+    /// absolute too.
     Absolute {
-        /// Enthalpy of the virgin substance, J/kg.
+        /// Enthalpy of the virgin material, J/kg.
         virgin_j_kg: f64,
         /// Enthalpy of each residue, J/kg.
         residues_j_kg: Vec<f64>,
-        /// The temperature of both, K.
+        /// Reference temperature of these enthalpies, K.
         reference_k: f64,
     },
-    /// In each reaction; the gas carries sensible heat alone.
+    /// Heats of reaction; the gas carries sensible heat only.
     OfReaction,
 }
 
-/// What a reaction leaves behind.
+/// The solid product of a reaction.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Residue {
-    /// `char`, or what the file calls an intermediate.
+    /// `char`, or the name of an intermediate.
     pub name: String,
     /// J/kg/K.
     pub heat_capacity: Table,
@@ -124,7 +123,7 @@ pub struct Residue {
     pub conductivity: Conductivity,
     /// Total hemispherical, 0 to 1.
     pub emissivity: Table,
-    /// How gas passes through it.
+    /// Porosity and permeability.
     pub pores: Pores,
 }
 
@@ -138,37 +137,37 @@ impl Residue {
     }
 }
 
-/// How gas passes through a substance.
+/// Porosity and permeability of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Pores {
-    /// Share of the volume that gas fills.
+    /// Volume fraction of gas.
     pub porosity: f64,
-    /// K, m²; zero lets nothing through.
+    /// Permeability K, m²; 0 is impermeable.
     pub permeability_m2: f64,
-    /// Klinkenberg's slip, pressure b over temperature, Pa/K: in air 4 λP/(r T) = 9.33e-5 m/r Pa/K for a pore radius r.
+    /// Klinkenberg slip pressure b over temperature, Pa/K: in air 4 λp/(r T) = 9.33e-5 m/r Pa/K for a pore radius r.
     pub slip_pa_k: f64,
-    /// Forchheimer's inertial coefficient, 1/m; zero is Darcy's law.
+    /// Forchheimer's inertial coefficient, 1/m; 0 is Darcy's law.
     pub inertia_1_m: f64,
 }
 
 impl Pores {
-    /// None at all.
+    /// Solid without pores.
     pub const SEALED: Self = Self { porosity: 0.0, permeability_m2: 0.0, slip_pa_k: 0.0, inertia_1_m: 0.0 };
 
-    /// Share of the volume that gas fills.
+    /// The volume fraction of gas, from 0 to below 1.
     pub(super) fn checked_porosity(porosity: f64) -> Result<f64, String> {
         if (0.0..1.0).contains(&porosity) {
             return Ok(porosity);
         }
-        Err(format!("porosity {porosity} lies outside 0 to 1: a solid fills some of the volume"))
+        Err(format!("expected a porosity from 0 to below 1, found {porosity}"))
     }
 
-    /// That what lets gas through has pores.
+    /// Require pores in a permeable material.
     pub(super) fn passable(self) -> Result<Self, String> {
         if self.permeability_m2 > 0.0 && self.porosity == 0.0 {
             let permeability_m2 = self.permeability_m2;
-            return Err(format!("without pores nothing passes: porosity 0 and permeability {permeability_m2} m²"));
+            return Err(format!("expected a porosity above 0 with a permeability of {permeability_m2} m², found 0"));
         }
         Ok(self)
     }
@@ -183,32 +182,32 @@ impl Pores {
 }
 
 impl Reaction {
-    /// Gas made of each kilogram of virgin substance, a share of it.
+    /// Mass of gas per mass of virgin material, between 0 and 1.
     pub(super) fn checked_loss(loss: f64) -> Result<f64, String> {
         if loss > 0.0 && loss < 1.0 {
             return Ok(loss);
         }
-        Err(format!("loss {loss} lies outside 0 to 1: it is the gas made of each kilogram of virgin substance"))
+        Err(format!("expected a mass loss between 0 and 1 (gas per mass of virgin material), found {loss}"))
     }
 
-    /// The order m, zero or more.
+    /// The reaction order m, at least zero.
     pub(super) fn checked_order(order: f64) -> Result<f64, String> {
-        if finite(order, format_args!("order {order}"))? >= 0.0 {
+        if finite(order, format_args!("a reaction order of {order}"))? >= 0.0 {
             return Ok(order);
         }
-        Err(format!("order {order} is negative: a reaction slows as it runs out of what it lives on"))
+        Err(format!("expected a reaction order of 0 or more, found {order}"))
     }
 
-    /// The activation energy E, zero or more, J/mol.
+    /// The activation energy E, at least zero, J/mol.
     pub(super) fn checked_activation(activation_j_mol: f64) -> Result<f64, String> {
-        if finite(activation_j_mol, format_args!("activation energy {activation_j_mol}"))? >= 0.0 {
+        if finite(activation_j_mol, format_args!("an activation energy of {activation_j_mol}"))? >= 0.0 {
             return Ok(activation_j_mol);
         }
-        Err(format!("activation energy {activation_j_mol} J/mol is negative: a reaction quickens as it is heated"))
+        Err(format!("expected an activation energy of 0 J/mol or more, found {activation_j_mol} J/mol"))
     }
 
     fn check(&self, at: &Field<'_>, heat: &PyrolysisHeat) {
-        at.field("loss").require(Self::checked_loss(self.loss));
+        at.field("mass_loss").require(Self::checked_loss(self.loss));
         at.positive("rate_1_s", self.rate_1_s);
         at.field("activation_j_mol").require(Self::checked_activation(self.activation_j_mol));
         at.field("order").require(Self::checked_order(self.order));
@@ -221,31 +220,31 @@ impl Reaction {
 }
 
 impl PyrolysisHeat {
-    /// Why a reaction has no heat where enthalpies are absolute.
-    pub(super) const NONE_OF_REACTION: &str = "the heat lies in absolute enthalpies: expected none of a reaction";
+    /// Error for a heat of reaction together with absolute enthalpies.
+    pub(super) const NONE_OF_REACTION: &str = "expected no heat of reaction: the absolute enthalpies include it";
 }
 
 impl Decomposition {
-    /// Share of the thickness lost.
+    /// Fraction of the thickness lost, from 0 to below 1.
     pub(super) fn checked_shrinkage(shrinkage: f64) -> Result<f64, String> {
         if (0.0..1.0).contains(&shrinkage) {
             return Ok(shrinkage);
         }
-        Err(format!("shrinkage {shrinkage} lies outside 0 to 1: some of the thickness must be left"))
+        Err(format!("expected a shrinkage from 0 to below 1, found {shrinkage}"))
     }
 
-    /// That reactions leave a char.
+    /// Require that some char remains.
     pub(super) fn leave_char(reactions: &[Reaction]) -> Result<(), String> {
         let lost: f64 = reactions.iter().map(|reaction| reaction.loss).sum();
         if lost < 1.0 {
             return Ok(());
         }
-        // As written, without what sums of binary fractions add in the last place.
+        // Rounded: the sum of decimal fractions has a binary rounding error.
         let lost = (lost * 1e9).round() / 1e9;
-        Err(format!("losses of {lost} in all leave no char: expected a sum below 1"))
+        Err(format!("the mass losses of the reactions add up to {lost}: expected less than 1, so that char remains"))
     }
 
-    /// Record what is wrong with each reaction and residue.
+    /// Record all errors of reactions and residues.
     pub(super) fn check(&self, at: &Field<'_>) {
         let reactions = at.field("reactions");
         if self.reactions.is_empty() {
@@ -262,8 +261,8 @@ impl Decomposition {
         let (count, found) = (self.reactions.len(), self.residues.len());
         let wanted = self.sequence.intermediates(count) + 1;
         if found != wanted {
-            residues
-                .fault(format!("{count} reactions {} leave {wanted} residues, found {found}", self.sequence.words()));
+            let sequence = self.sequence.words();
+            residues.fault(format!("expected {wanted} residues of {count} reactions ({sequence}), found {found}"));
         }
         if let PyrolysisHeat::Absolute { virgin_j_kg, residues_j_kg, reference_k } = &self.heat {
             let at = at.field("heat");
@@ -272,19 +271,22 @@ impl Decomposition {
             let residues = at.field("residues_j_kg");
             residues.require_each(residues_j_kg, |&enthalpy_j_kg| finite(enthalpy_j_kg, enthalpy_j_kg));
             if residues_j_kg.len() != found {
-                residues.fault(format!("{} enthalpies of {found} residues", residues_j_kg.len()));
+                residues.fault(format!(
+                    "expected one enthalpy for each of {found} residues, found {}",
+                    residues_j_kg.len()
+                ));
             }
         }
         at.field("shrinkage").require(Self::checked_shrinkage(self.shrinkage));
         self.provenance.check(&at.field("provenance"));
     }
 
-    /// Share of the virgin mass that leaves as gas when all has reacted.
+    /// Fraction of the virgin mass that becomes gas on complete reaction.
     pub fn loss(&self) -> f64 {
         self.reactions.iter().map(|reaction| reaction.loss).sum()
     }
 
-    /// Density of each residue where it has replaced all the virgin material, in the volume of the virgin.
+    /// Density of each residue after it has replaced all virgin material, per virgin volume, kg/m³.
     pub fn residue_densities_kg_m3(&self, virgin_kg_m3: f64) -> Vec<f64> {
         match self.sequence {
             Sequence::SideBySide => vec![virgin_kg_m3 * (1.0 - self.loss())],

@@ -1,23 +1,23 @@
-//! What is wrong with a case: all of it at once, each fault at its line and column, or at its field.
+//! Errors of a case, reported together, each with file, line and column or with the path of a field.
 
 use std::cell::RefCell;
 use std::fmt;
 use std::io::{self, ErrorKind};
 use std::sync::Arc;
 
-/// Where something was written, or which field holds it.
+/// A position in a file, or the path of a field.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub struct Place {
-    /// The file as the user named it, the override `--set pressure=3 kPa`, or the path of a field of a
-    /// [`CaseBuilder`](super::CaseBuilder): `layup.plies[2].thickness_m`.
+    /// A file as the user named it, an override such as `--set pressure=3 kPa`, or the path of a field of a
+    /// [`CaseBuilder`](super::CaseBuilder) such as `layup.plies[2].thickness_m`.
     pub file: Arc<str>,
-    /// Line and column from one, the column counted in characters; `None` for the file as a whole.
+    /// Line and column, counted from one, the column in characters; `None` for the whole file.
     pub at: Option<(usize, usize)>,
 }
 
 impl Place {
-    /// A file as a whole.
+    /// A whole file, an override or a field.
     pub fn whole(file: impl Into<Arc<str>>) -> Self {
         Self { file: file.into(), at: None }
     }
@@ -32,13 +32,13 @@ impl fmt::Display for Place {
     }
 }
 
-/// One thing that is wrong.
+/// One error of a case.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub struct Fault {
-    /// Where.
+    /// Its position.
     pub place: Place,
-    /// A lowercase fragment: what is wrong, and what was expected.
+    /// The error, the value found and the value expected; a fragment in lower case.
     pub message: String,
 }
 
@@ -48,7 +48,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Why a file cannot be read, a lowercase fragment.
+/// The message for a file that cannot be read; a fragment in lower case.
 pub fn unreadable(error: &io::Error) -> String {
     match error.kind() {
         ErrorKind::NotFound => "no such file".to_owned(),
@@ -57,11 +57,11 @@ pub fn unreadable(error: &io::Error) -> String {
     }
 }
 
-/// All faults of a case and of the files it names, or of a builder; never empty.
+/// All errors of a case and of the files it names, or of a builder; never empty.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub struct CaseError {
-    /// In the order of files and lines, or of the paths of fields.
+    /// Sorted by file and line, or by field path.
     pub faults: Vec<Fault>,
 }
 
@@ -71,20 +71,20 @@ impl fmt::Display for CaseError {
             writeln!(f, "{fault}")?;
         }
         match self.faults.len() {
-            1 => write!(f, "1 fault"),
-            count => write!(f, "{count} faults"),
+            1 => write!(f, "1 error"),
+            count => write!(f, "{count} errors"),
         }
     }
 }
 
-/// Proof that a fault was recorded: what reading gives in place of a value.
+/// Proof that an error was recorded, as `ErrorGuaranteed` of the Rust compiler.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Faulty(());
 
-/// What reading gives: a value, or the proof that its fault is on record.
+/// The result of reading a value: its error is recorded, not returned.
 pub(super) type Read<T> = Result<T, Faulty>;
 
-/// The faults met so far. Reading goes on past a fault, so that all are found at once.
+/// The errors recorded so far. Reading continues after an error, so that one run reports all of them.
 #[derive(Debug, Default)]
 pub(super) struct Faults(RefCell<Vec<Fault>>);
 
@@ -94,7 +94,7 @@ impl Faults {
         Faulty(())
     }
 
-    /// The value if nothing at all was wrong, else every fault once.
+    /// The value if no error was recorded, else all errors, sorted and without duplicates.
     pub(super) fn settle<T>(self, read: Read<T>) -> Result<T, CaseError> {
         let mut faults = self.0.into_inner();
         faults.sort();

@@ -1,26 +1,24 @@
-//! What happens at the two faces through time.
+//! Initial temperature and boundary conditions of a layup.
 
 use super::check::{Field, positive};
 use super::table::{Schedule, rising};
 use super::unit::Dimension;
 
-/// The surroundings of a layup through the march.
+/// Initial and boundary conditions of a layup.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Exposure {
-    /// From the start to the end of the march, above zero, s.
+    /// Duration, above zero, s.
     pub duration_s: f64,
-    /// Temperature at the start over depth below the hot face (m, K): straight lines between points,
-    /// held beyond them; one point is a uniform start.
+    /// Initial temperature over depth below the hot face (m, K): piecewise linear, constant outside the points.
     pub initial_k: Vec<(f64, f64)>,
-    /// Gas pressure at the hot face, Pa; throughout the layup where no gas flows by Darcy's law. It enters through
-    /// k(T, P).
+    /// Gas pressure at the hot face, Pa. Without Darcy flow it is the pressure of the whole layup, used in k(T, p).
     pub pressure_pa: Schedule,
-    /// Gas pressure at a back face that lets gas through, Pa; `None` is sealed.
+    /// Gas pressure at a permeable back face, Pa; `None` for a sealed one.
     pub back_pressure_pa: Option<Schedule>,
-    /// What the layup loses sideways.
+    /// Lateral heat loss.
     pub holder: Option<Holder>,
-    /// The face that is heated.
+    /// The heated face.
     pub hot_face: Face,
     /// The face at the bondline.
     pub back_face: Face,
@@ -30,13 +28,13 @@ pub struct Exposure {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Face {
-    /// One that takes up and gives off heat.
+    /// Heat flux condition: imposed flux, convection and radiation.
     Open(OpenFace),
-    /// Temperature prescribed through time, K. A measured trace here is the thermocouple driver.
+    /// Prescribed temperature, K, such as the measured trace of a thermocouple driver.
     Held(Schedule),
 }
 
-/// A face that takes up and gives off heat: any of the terms may be zero.
+/// A face with an imposed flux, convection and radiation; any term may be zero.
 ///
 /// `q = flux (h_r − h_w(T))/(h_r − h_w(T_cw)) + ε radiant + film (gas − T) + ε σ (surroundings⁴ − T⁴)`
 #[derive(Clone, Debug, PartialEq)]
@@ -46,30 +44,30 @@ pub struct OpenFace {
     pub flux_w_m2: Schedule,
     /// Recovery enthalpy of the hot-wall correction, J/kg; `None` leaves the flux as given.
     pub recovery_enthalpy_j_kg: Option<f64>,
-    /// Incident radiant flux, absorbed with the emissivity (grey surface), W/m².
+    /// Incident radiant flux, W/m²; the absorptivity equals the emissivity (grey surface).
     pub radiant_w_m2: Schedule,
     /// Film coefficient, W/m²/K.
     pub film_w_m2_k: f64,
-    /// Whether the heating factor scales the film: so on a convective hot face, not on a lossy one.
+    /// Whether a heating factor scales the film: yes if convection heats the face, no if it cools it.
     pub film_heats: bool,
-    /// Temperature of the gas of the film, K.
+    /// Gas temperature of the film, K.
     pub gas_k: Schedule,
-    /// What it radiates and absorbs with.
+    /// Emissivity and absorptivity.
     pub emissivity: Emissivity,
-    /// Temperature that it radiates to, zero for space, K.
+    /// Temperature of the radiative surroundings, 0 for space, K.
     pub surroundings_k: Schedule,
-    /// λ of the blowing correction: 0.5 for a laminar and 0.4 for a turbulent boundary layer, zero for none. It reduces
-    /// a flux that has a recovery enthalpy, whose film coefficient is known.
+    /// λ of the blowing correction: 0.5 for a laminar and 0.4 for a turbulent boundary layer, 0 for none. It needs a
+    /// recovery enthalpy, from which the film coefficient follows.
     pub blowing: f64,
 }
 
-/// A holder around the layup, a heat sink that every cell feels.
+/// A specimen holder around the layup, coupled to every cell.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Holder {
-    /// Conductance to the holder in a volume of layup, W/m³/K.
+    /// Conductance to the holder per volume of layup, W/m³/K.
     pub conductance_w_m3_k: f64,
-    /// Of the holder, K.
+    /// Temperature of the holder, K.
     pub temperature_k: Schedule,
 }
 
@@ -78,14 +76,14 @@ pub struct Holder {
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Emissivity {
-    /// That of the ply's material, over temperature.
+    /// The emissivity of the ply's material, over temperature.
     Material,
-    /// A constant given by the case; zero neither radiates nor absorbs.
+    /// A constant, 0 to 1.
     Constant(f64),
 }
 
 impl Emissivity {
-    /// The constant that a case gives, 0 to 1.
+    /// A constant emissivity, 0 to 1.
     pub(super) fn checked(constant: f64) -> Result<Self, String> {
         if (0.0..=1.0).contains(&constant) {
             return Ok(Self::Constant(constant));
@@ -104,13 +102,13 @@ impl Face {
 }
 
 impl OpenFace {
-    /// λ of the blowing correction; it needs a film coefficient, which a flux has by its recovery enthalpy.
+    /// λ of the blowing correction, which needs a recovery enthalpy.
     pub(super) fn checked_blowing(lambda: f64, has_recovery: bool) -> Result<f64, String> {
         if !(0.0..=1.0).contains(&lambda) {
-            return Err(format!("blowing {lambda} lies outside 0 to 1: 0.5 laminar, 0.4 turbulent"));
+            return Err(format!("expected blowing from 0 to 1 (0.5 laminar, 0.4 turbulent), found {lambda}"));
         }
         if lambda > 0.0 && !has_recovery {
-            return Err("blowing reduces a `flux` with a `recovery_enthalpy`, and there is none".to_owned());
+            return Err("blowing needs a flux with a recovery enthalpy: found none".to_owned());
         }
         Ok(lambda)
     }
@@ -128,7 +126,7 @@ impl OpenFace {
         at.field("blowing").require(Self::checked_blowing(self.blowing, self.recovery_enthalpy_j_kg.is_some()));
     }
 
-    /// A face through which nothing passes.
+    /// An adiabatic face.
     pub fn insulated() -> Self {
         Self {
             flux_w_m2: Schedule::constant(0.0),
@@ -143,28 +141,28 @@ impl OpenFace {
         }
     }
 
-    /// Whether nothing passes, at no instant.
+    /// Whether the face is adiabatic at all times.
     pub fn is_insulated(&self) -> bool {
-        let is_never = |flux: &Schedule| flux.values.iter().all(|&w_m2| w_m2 == 0.0);
-        is_never(&self.flux_w_m2)
-            && is_never(&self.radiant_w_m2)
+        let is_zero = |flux: &Schedule| flux.values.iter().all(|&w_m2| w_m2 == 0.0);
+        is_zero(&self.flux_w_m2)
+            && is_zero(&self.radiant_w_m2)
             && self.film_w_m2_k == 0.0
             && self.emissivity == Emissivity::Constant(0.0)
     }
 }
 
 impl Exposure {
-    /// Record what is wrong with each field.
+    /// Record all errors of the fields.
     pub(super) fn check(&self, at: &Field<'_>) {
         at.positive("duration_s", self.duration_s);
         let initial = at.field("initial_k");
         if self.initial_k.is_empty() {
-            initial.fault("no temperature at the start: expected one point at least");
+            initial.fault("no initial temperature: expected at least one point");
         }
         let mut last_m = f64::NEG_INFINITY;
         initial.require_each(&self.initial_k, |&(depth_m, temperature_k)| {
             last_m = rising("depth", last_m, depth_m, false)?;
-            positive(temperature_k, format_args!("temperature {temperature_k} K"))
+            positive(temperature_k, format_args!("a temperature of {temperature_k} K"))
         });
         at.field("pressure_pa").require(self.pressure_pa.check_pressure());
         at.field("back_pressure_pa").require(self.back_pressure_pa.as_ref().map_or(Ok(()), Schedule::check_pressure));
@@ -177,26 +175,26 @@ impl Exposure {
         self.back_face.check(&at.field("back_face"));
     }
 
-    /// The coldest of what the layup starts at and of all that it gives heat to, K. No temperature of it falls below, but for what
-    /// reactions take up; nothing but zero is known where a flux draws heat off.
+    /// Lower bound of all temperatures without endothermic reactions, K: the lowest of the initial, gas, surroundings
+    /// and holder temperatures, or 0 if an imposed flux can cool.
     pub fn coldest_k(&self) -> f64 {
-        let least = |schedule: &Schedule| schedule.values.iter().copied().fold(f64::INFINITY, f64::min);
+        let lowest = |schedule: &Schedule| schedule.values.iter().copied().fold(f64::INFINITY, f64::min);
         let of_face = |face: &Face| match face {
-            Face::Held(temperature_k) => least(temperature_k),
-            Face::Open(open) if least(&open.flux_w_m2) < 0.0 || least(&open.radiant_w_m2) < 0.0 => 0.0,
+            Face::Held(temperature_k) => lowest(temperature_k),
+            Face::Open(open) if lowest(&open.flux_w_m2) < 0.0 || lowest(&open.radiant_w_m2) < 0.0 => 0.0,
             Face::Open(open) => {
-                let gas_k = if open.film_w_m2_k > 0.0 { least(&open.gas_k) } else { f64::INFINITY };
+                let gas_k = if open.film_w_m2_k > 0.0 { lowest(&open.gas_k) } else { f64::INFINITY };
                 let radiates = open.emissivity != Emissivity::Constant(0.0);
-                let surroundings_k = if radiates { least(&open.surroundings_k) } else { f64::INFINITY };
+                let surroundings_k = if radiates { lowest(&open.surroundings_k) } else { f64::INFINITY };
                 gas_k.min(surroundings_k)
             }
         };
         let start_k = self.initial_k.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
-        let holder_k = self.holder.as_ref().map_or(f64::INFINITY, |holder| least(&holder.temperature_k));
+        let holder_k = self.holder.as_ref().map_or(f64::INFINITY, |holder| lowest(&holder.temperature_k));
         start_k.min(holder_k).min(of_face(&self.hot_face)).min(of_face(&self.back_face))
     }
 
-    /// Temperature at the start at a depth below the hot face, K.
+    /// Initial temperature at a depth below the hot face, K.
     pub fn initial_at(&self, depth_m: f64) -> f64 {
         let points = &self.initial_k;
         let next = points.partition_point(|&(depth, _)| depth <= depth_m);
@@ -216,7 +214,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_gets_colder_than_its_start_and_what_it_gives_heat_to_unless_a_flux_draws_it_off() {
+    fn the_lower_temperature_bound_is_the_coldest_heat_sink_or_zero_with_a_cooling_flux() {
         let mut open = OpenFace { film_w_m2_k: 10.0, gas_k: Schedule::constant(280.0), ..OpenFace::insulated() };
         let of = |initial_k: f64, open: &OpenFace, holder: Option<Holder>| {
             let exposure = Exposure {
@@ -235,7 +233,7 @@ mod tests {
         assert_eq!(of(300.0, &open, None), 250.0);
         let cold = Schedule::constant(200.0);
         assert_eq!(of(300.0, &open, Some(Holder { conductance_w_m3_k: 1.0, temperature_k: cold.clone() })), 200.0);
-        // What it neither touches nor sees may be as cold as it likes.
+        // Without emissivity the surroundings do not count.
         open = OpenFace { surroundings_k: cold, ..OpenFace::insulated() };
         assert_eq!(of(300.0, &open, None), 275.0);
         open.emissivity = Emissivity::Material;
@@ -245,10 +243,10 @@ mod tests {
     }
 
     #[test]
-    fn a_face_is_insulated_only_where_nothing_passes_at_any_instant() {
+    fn a_face_is_insulated_only_if_every_flux_is_zero_at_all_times() {
         let insulated = OpenFace::insulated();
         assert!(insulated.is_insulated());
-        // What would pass does not matter where nothing takes it up.
+        // Without emissivity the surroundings do not count.
         assert!(OpenFace { surroundings_k: Schedule::constant(900.0), ..insulated.clone() }.is_insulated());
         let late = || Schedule { times_s: vec![0.0, 1.0], values: vec![0.0, -1.0] };
         for passes in [

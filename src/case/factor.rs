@@ -1,28 +1,28 @@
-//! Scale factors: what is varied, estimated and doubted.
+//! Scale factors: the parameters that are varied, estimated and uncertain.
 
 use super::check::{Field, index, positive};
 
-/// A multiplier on one property of one group of plies, or on an exposure.
+/// A multiplier of one property of a group of plies, of the exposure or of a sensor depth.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Factor {
-    /// A name that no other factor has: letters, digits, `_` and `-`.
+    /// Unique name: letters, digits, `_` and `-`.
     pub name: String,
-    /// The group, the one ply or the sensor whose property it scales; empty where the property has no ply, or it scales all.
+    /// The group, ply or sensor to scale; empty if the property belongs to no ply, or for all plies.
     pub group: String,
-    /// What it multiplies.
+    /// The property to scale.
     pub property: Property,
-    /// The one state of the plies whose conductivity it scales, `virgin` or a residue by its name; all of them where there is none.
+    /// The state whose conductivity is scaled, `virgin` or the name of a residue; `None` for all states.
     pub state: Option<String>,
-    /// Its value in the nominal member, within the small side constraints.
+    /// Value in the nominal member, within the small side constraints.
     pub nominal: f64,
-    /// Small side constraints, low and high: the default of every study.
+    /// Small side constraints, low and high: the default of all studies.
     pub small: (f64, f64),
     /// Large side constraints.
     pub large: (f64, f64),
 }
 
-/// What a factor multiplies.
+/// The property that a factor scales.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Property {
@@ -34,37 +34,37 @@ pub enum Property {
     ConductivityGas,
     /// The radiative part of a three-part conductivity.
     ConductivityRadiative,
-    /// Of the plies of the group.
+    /// Heat capacity of the plies of the group.
     HeatCapacity,
-    /// Of the plies of the group.
+    /// Density of the plies of the group.
     Density,
-    /// Of a face, hot or back, whose ply is in the group.
+    /// Emissivity of a hot or back face whose ply is in the group.
     Emissivity,
-    /// Of each ply of the group.
+    /// Thickness of each ply of the group.
     Thickness,
-    /// The rates of all reactions.
+    /// Pre-exponential factors of all reactions.
     Kinetics,
-    /// The activation energies of all reactions.
+    /// Activation energies of all reactions.
     ActivationEnergy,
-    /// The heats of all reactions, where they are written of them.
+    /// Heats of all reactions; not available with absolute enthalpies.
     PyrolysisHeat,
-    /// What is left as a share of the virgin mass; the losses share what is gone as before.
+    /// Char mass per virgin mass; the mass losses of the reactions keep their ratios.
     CharYield,
-    /// Of the virgin substance and of every residue.
+    /// Permeability of the virgin material and of all residues.
     Permeability,
-    /// Heat flux and radiant flux on the hot face; its film too where the face is convective.
+    /// Heat flux and radiant flux of the hot face; also its film if the face is convective.
     Heating,
-    /// Contact conductance of the interfaces under the plies of the group, of every interface where there is none.
+    /// Contact conductance of the interfaces below the plies of the group; of all interfaces without a group.
     Contact,
-    /// Film and radiation of the back face.
+    /// Convection and radiation of the back face.
     Loss,
     /// Conductance to the holder.
     Holder,
-    /// Of the sensor of the group's name, below the hot face.
+    /// Depth of the sensor that `group` names.
     Depth,
 }
 
-/// Every property, its word in a case file, and what it is called in a sentence.
+/// All properties in the order of the enum: property, key in a case file, name in a sentence.
 const PROPERTIES: [(Property, &str, &str); 18] = [
     (Property::Conductivity, "conductivity", "conductivity"),
     (Property::ConductivitySolid, "conductivity.solid", "solid part of the conductivity"),
@@ -87,42 +87,42 @@ const PROPERTIES: [(Property, &str, &str); 18] = [
 ];
 
 impl Property {
-    /// Its word in a case file: `heat_capacity`.
+    /// Key in a case file: `heat_capacity`.
     pub fn key(self) -> &'static str {
         self.row().1
     }
 
-    /// What it is called in a sentence: `heat capacity`.
+    /// Name in a sentence: `heat capacity`.
     pub fn words(self) -> &'static str {
         self.row().2
     }
 
-    /// The words of all properties in a case file.
+    /// The keys of all properties.
     pub fn keys() -> impl Iterator<Item = &'static str> {
         PROPERTIES.iter().map(|(_, key, _)| *key)
     }
 
-    /// The property of a word of a case file, if there is one.
+    /// The property with this key.
     pub fn named(key: &str) -> Option<Self> {
         PROPERTIES.iter().find(|(_, known, _)| *known == key).map(|(property, ..)| *property)
     }
 
     fn row(self) -> &'static (Self, &'static str, &'static str) {
-        // The test below finds each property in its own row.
+        // A test below checks that the order is the order of the enum.
         &PROPERTIES[self as usize]
     }
 
-    /// Whether it belongs to plies or to a sensor, which a factor names by its group.
+    /// Whether a factor on it may have a group: of plies, or a sensor.
     pub(super) fn has_group(self) -> bool {
         !matches!(self, Self::Heating | Self::Loss | Self::Holder)
     }
 
-    /// Whether it scales all where a factor names no group.
+    /// Whether a factor on it must have a group.
     pub(super) fn needs_group(self) -> bool {
         self.has_group() && self != Self::Contact
     }
 
-    /// Whether it is a conductivity or a part of one, which the states of a ply have each of their own.
+    /// Whether it is a conductivity or a part of one, which can be scaled in one state only.
     pub fn is_conductivity(self) -> bool {
         self == Self::Conductivity || self.is_part()
     }
@@ -133,49 +133,46 @@ impl Property {
     }
 }
 
-/// Which factors go together: the correlations of their normal scores, which a Gaussian copula makes of them. None at all
-/// where each is drawn by itself.
+/// Correlation of the factors when members are sampled: the correlation matrix of a Gaussian copula. Empty for
+/// independent factors.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Correlation {
     pairs: Vec<(usize, usize, f64)>,
-    /// Lower triangular factor of the matrix, row after row, each up to its diagonal.
+    /// Cholesky factor of the correlation matrix: rows of the lower triangle.
     rows: Vec<Vec<f64>>,
 }
 
 impl Correlation {
-    /// Of so many factors, from pairs of them and their correlation; all others go together by nothing.
+    /// The matrix of `factors` factors from pairs of indices with their correlation; all other correlations are zero.
     ///
     /// # Errors
-    /// A message, where a pair names a factor that there is not, one factor twice or a pair before it, where a correlation
-    /// does not lie above −1 and below 1, or where no factors can go together so.
+    /// A message, if an index is out of range, a pair has one factor twice or is listed twice, a correlation is not
+    /// between −1 and 1, or the matrix is not positive definite.
     pub fn new(factors: usize, pairs: &[(usize, usize, f64)]) -> Result<Self, String> {
         if pairs.is_empty() {
             return Ok(Self::default());
         }
-        for (place, &(one, other, value)) in pairs.iter().enumerate() {
-            Self::checked_pair(index(one, factors, "factor")?, index(other, factors, "factor")?, &pairs[..place])?;
+        for (position, &(one, other, value)) in pairs.iter().enumerate() {
+            Self::checked_pair(index(one, factors, "factor")?, index(other, factors, "factor")?, &pairs[..position])?;
             Self::checked_value(value)?;
         }
-        let between = |a: usize, b: usize| {
+        let correlation = |a: usize, b: usize| {
             let pair = pairs.iter().find(|&&(one, other, _)| (one, other) == (a, b) || (one, other) == (b, a));
             if a == b { 1.0 } else { pair.map_or(0.0, |&(_, _, value)| value) }
         };
-        // Cholesky's factorisation; a pivot below this is rounding of a matrix that is singular.
+        // Cholesky factorisation; a pivot below this is the rounding error of a singular matrix.
         const PIVOT: f64 = 1e-9;
         let mut rows: Vec<Vec<f64>> = Vec::with_capacity(factors);
         for a in 0..factors {
             let mut row: Vec<f64> = Vec::with_capacity(a + 1);
             for (b, above) in rows.iter().enumerate() {
                 let known: f64 = row.iter().zip(above).map(|(one, other)| one * other).sum();
-                row.push((between(a, b) - known) / above[b]);
+                row.push((correlation(a, b) - known) / above[b]);
             }
             let pivot = 1.0 - row.iter().map(|weight| weight * weight).sum::<f64>();
             if pivot.is_nan() || pivot <= PIVOT {
-                return Err(
-                    "no factors can go together as these correlations say: their matrix is not positive definite"
-                        .to_owned(),
-                );
+                return Err("these correlations exclude each other: their matrix is not positive definite".to_owned());
             }
             row.push(pivot.sqrt());
             rows.push(row);
@@ -183,22 +180,22 @@ impl Correlation {
         Ok(Self { pairs: pairs.to_vec(), rows })
     }
 
-    /// Two factors, which differ and are no pair of those before.
+    /// A pair of different factors that is not among the previous pairs.
     pub(super) fn checked_pair(
         one: usize,
         other: usize,
         before: &[(usize, usize, f64)],
     ) -> Result<(usize, usize), String> {
         if one == other {
-            return Err("a factor goes with itself: expected two factors".to_owned());
+            return Err("a factor is paired with itself: expected two different factors".to_owned());
         }
         if before.iter().any(|&(a, b, _)| (a, b) == (one, other) || (a, b) == (other, one)) {
-            return Err("the correlation of these two factors is given already".to_owned());
+            return Err("the correlation of these two factors is stated twice".to_owned());
         }
         Ok((one, other))
     }
 
-    /// A correlation of two factors.
+    /// A correlation between −1 and 1.
     pub(super) fn checked_value(value: f64) -> Result<f64, String> {
         if value.abs() < 1.0 {
             return Ok(value);
@@ -206,35 +203,34 @@ impl Correlation {
         Err(format!("expected a correlation above -1 and below 1, found {value}"))
     }
 
-    /// Record that the matrix is of other factors than so many.
+    /// Record an error if the size of the matrix is not the number of factors.
     pub(super) fn check(&self, at: &Field<'_>, factors: usize) {
         if !self.is_none() && self.rows.len() != factors {
-            at.fault(format!("correlations of {} factors: the case has {factors}", self.rows.len()));
+            at.fault(format!("expected correlations of {factors} factors, found {}", self.rows.len()));
         }
     }
 
-    /// Whether each factor is drawn by itself.
+    /// Whether the factors are independent.
     pub fn is_none(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// Pairs of factors, and the correlation of their normal scores.
+    /// Pairs of factor indices with their correlation.
     pub fn pairs(&self) -> &[(usize, usize, f64)] {
         &self.pairs
     }
 
-    /// The lower triangular factor of the correlation matrix, row after row, each up to its diagonal; none where each
-    /// factor is drawn by itself.
+    /// Cholesky factor of the correlation matrix: rows of the lower triangle; empty for independent factors.
     pub fn rows(&self) -> &[Vec<f64>] {
         &self.rows
     }
 }
 
-/// Which of a factor's two side constraints hold.
+/// The choice between the two side constraints of a factor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "kebab-case"))]
 pub enum Bounds {
-    /// Those of every study by default.
+    /// The default.
     #[default]
     Small,
     /// The wider ones.
@@ -250,25 +246,25 @@ impl Bounds {
         }
     }
 
-    /// The one of this name.
+    /// The bounds with this name.
     pub fn named(name: &str) -> Option<Self> {
         [Self::Small, Self::Large].into_iter().find(|bounds| bounds.name() == name)
     }
 }
 
 impl Factor {
-    /// A name that can stand in `--set NAME=VALUE` and `--start NAME=VALUE,…`.
+    /// A name that `--set NAME=VALUE` and `--start NAME=VALUE,…` can parse.
     pub(super) fn checked_name(name: &str) -> Result<&str, String> {
         if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c)) {
             return Ok(name);
         }
-        Err(format!("{name:?} cannot name a factor: expected letters, digits, `_` and `-`, such as \"f_k_INS\""))
+        Err(format!("invalid factor name {name:?}: expected letters, digits, `_` and `-`, such as \"f_k_INS\""))
     }
 
     /// Side constraints, low and high, above zero.
     pub(super) fn checked_bounds((low, high): (f64, f64)) -> Result<(f64, f64), String> {
         if !(positive(low, low).is_ok() && positive(high, high).is_ok()) {
-            return Err(format!("bounds {low} to {high} are not positive"));
+            return Err(format!("expected bounds above 0, found {low} to {high}"));
         }
         if low >= high {
             return Err(format!("bounds reversed: {low} is not below {high}"));
@@ -276,18 +272,18 @@ impl Factor {
         Ok((low, high))
     }
 
-    /// Large side constraints, which hold the small ones.
+    /// Large side constraints, which contain the small ones.
     pub(super) fn checked_large(large: (f64, f64), small: (f64, f64)) -> Result<(f64, f64), String> {
         if large.0 > small.0 || large.1 < small.1 {
             return Err(format!(
-                "large bounds {} to {} do not hold the small {} to {}",
-                large.0, large.1, small.0, small.1
+                "expected large bounds that contain the small bounds {} to {}, found {} to {}",
+                small.0, small.1, large.0, large.1
             ));
         }
         Ok(large)
     }
 
-    /// The nominal value, which lies within the small side constraints.
+    /// A nominal value within the small side constraints.
     pub(super) fn checked_nominal(nominal: f64, small: (f64, f64)) -> Result<f64, String> {
         if !(small.0..=small.1).contains(&nominal) {
             return Err(format!("nominal {nominal} lies outside the small bounds {} to {}", small.0, small.1));
@@ -295,7 +291,7 @@ impl Factor {
         Ok(nominal)
     }
 
-    /// Record what is wrong with the name and the numbers.
+    /// Record all errors of name, bounds and nominal value.
     pub(super) fn check(&self, at: &Field<'_>) {
         at.field("name").require(Self::checked_name(&self.name));
         let small = at.field("small").require(Self::checked_bounds(self.small));
@@ -316,13 +312,14 @@ impl Factor {
         }
     }
 
-    /// One standard deviation of what is known of it: its side constraints lie two from their middle, as the paper has it.
+    /// Standard deviation, a quarter of the width of the side constraints: they lie two standard deviations from their
+    /// middle, as in the paper.
     pub fn deviation(&self, bounds: Bounds) -> f64 {
         let (low, high) = self.bounds(bounds);
         (high - low) / 4.0
     }
 
-    /// The least and the largest value that either side constraint allows.
+    /// The lowest and the highest value that the small or the large side constraints allow.
     pub fn widest(&self) -> (f64, f64) {
         (self.small.0.min(self.large.0), self.small.1.max(self.large.1))
     }
@@ -333,7 +330,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_property_is_found_in_its_own_row_and_by_its_key() {
+    fn every_property_is_found_by_its_index_and_its_key() {
         for (row, (property, key, _)) in PROPERTIES.iter().enumerate() {
             assert_eq!((*property as usize, Property::named(key)), (row, Some(*property)));
         }
@@ -341,17 +338,17 @@ mod tests {
     }
 
     #[test]
-    fn correlations_that_no_factors_can_have_are_refused() {
+    fn invalid_correlations_are_refused() {
         let of = |pairs: &[(usize, usize, f64)]| Correlation::new(3, pairs).map(|_| ());
         assert_eq!(of(&[(0, 1, 0.6), (1, 2, 0.6)]), Ok(()));
         for (pairs, message) in [
-            (&[(0, 3, 0.5)][..], "no factor 3: expected an index below 3"),
-            (&[(1, 1, 0.5)], "a factor goes with itself"),
-            (&[(0, 1, 0.5), (1, 0, 0.5)], "the correlation of these two factors is given already"),
+            (&[(0, 3, 0.5)][..], "expected a factor index below 3, found 3"),
+            (&[(1, 1, 0.5)], "a factor is paired with itself"),
+            (&[(0, 1, 0.5), (1, 0, 0.5)], "the correlation of these two factors is stated twice"),
             (&[(0, 1, f64::NAN)], "expected a correlation above -1 and below 1, found NaN"),
             (&[(0, 1, 0.9), (1, 2, 0.9), (0, 2, -0.9)], "their matrix is not positive definite"),
         ] {
-            assert!(of(pairs).is_err_and(|said| said.contains(message)), "{pairs:?}");
+            assert!(of(pairs).is_err_and(|found| found.contains(message)), "{pairs:?}");
         }
     }
 }

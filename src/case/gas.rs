@@ -1,4 +1,4 @@
-//! The gas that flows through a layup, and how it leaves.
+//! The gas in the pores of a layup and its transport.
 
 use super::check::Field;
 use super::decomposition::PyrolysisHeat;
@@ -8,37 +8,42 @@ use super::table::{OutOfRange, Table};
 use super::unit::Dimension;
 use std::sync::Arc;
 
-/// Properties of the gas that flows, at about the pressure of the case.
+/// Properties of a gas over temperature, at about the pressure of the case.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Gas {
-    /// The file's name: `pyrolysis`.
+    /// Name of its file: `pyrolysis`.
     pub id: String,
-    /// What people call it.
+    /// Title.
     pub name: String,
     /// A sentence for the report.
     pub note: String,
-    /// kg/mol.
+    /// Molar mass, kg/mol.
     pub molar_mass: Table,
-    /// Strictly rising, clamped or refused outside of its range, J/kg.
+    /// Enthalpy, J/kg, strictly increasing; clamped or an error outside its range.
     pub enthalpy: Table,
-    /// Whether the enthalpy counts from the elements, as that of the solid it is made of; else it is sensible, from any level.
+    /// Whether the enthalpy is absolute (with the enthalpy of formation) or sensible.
     pub enthalpy_is_absolute: bool,
-    /// Pa s.
+    /// Viscosity, Pa s.
     pub viscosity: Table,
-    /// Of all properties.
+    /// Provenance of all properties.
     pub provenance: Provenance,
 }
 
 impl Gas {
-    /// That a table can be the enthalpy of a gas.
+    /// Require an increasing enthalpy table without extrapolation.
     pub(super) fn check_enthalpy(table: &Table) -> Result<(), String> {
-        // Held in its ends or refused beyond them: a line continued has a floor that is of no use below zero.
+        // Extrapolation keeps a tenth of the end value as its floor, which is wrong for negative enthalpies.
         if table.outside == OutOfRange::Extrapolate {
-            return Err("an enthalpy cannot be extrapolated: expected clamp or error".to_owned());
+            return Err("an enthalpy cannot be extrapolated: expected outside = \"clamp\" or \"error\"".to_owned());
         }
         match table.values.windows(2).position(|pair| pair[0] >= pair[1]) {
-            Some(at) => Err(format!("the enthalpy does not rise up to {} K", table.temperatures_k[at + 1])),
+            Some(at) => Err(format!(
+                "enthalpies must increase: {} J/kg at {} K follows {} J/kg",
+                table.values[at + 1],
+                table.temperatures_k[at + 1],
+                table.values[at]
+            )),
             None => Ok(()),
         }
     }
@@ -54,37 +59,37 @@ impl Gas {
     }
 }
 
-/// How the gas made in a layup leaves it.
+/// The gas of a case and its transport model.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct GasFlow {
-    /// Its way out.
+    /// Transport model.
     pub path: GasPath,
-    /// What flows.
+    /// The gas.
     pub gas: Arc<Gas>,
 }
 
-/// Ways out for gas.
+/// Models of gas transport.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum GasPath {
-    /// Straight to the hot face, exchanging no heat on its way.
+    /// Pyrolysis gas leaves at the hot face at once, without heat exchange with the solid.
     Unhindered,
-    /// All gas made below a depth flows through it to the hot face as it is made (CMA, FIAT).
+    /// Pyrolysis gas flows to the hot face without storage, in thermal equilibrium with the solid (CMA, FIAT).
     QuasiSteady,
-    /// By Darcy's law, stored on its way.
+    /// Darcy's law with storage in the pores.
     Darcy,
 }
 
-/// Why a back face without Darcy's law has no pressure.
-pub(super) const UNDRIVEN: &str = "a pressure drives gas by Darcy's law alone: expected [gas] with `flow = \"darcy\"`";
+/// Error for a back-face pressure without Darcy flow.
+pub(super) const UNDRIVEN: &str = "a back-face pressure needs Darcy flow: expected [gas] with `flow = \"darcy\"`";
 
-/// Why a flux without gas is not blown off.
-pub(super) const UNBLOWN: &str = "no gas leaves the layup, which alone reduces a flux";
+/// Error for a blowing correction without gas.
+pub(super) const UNBLOWN: &str = "blowing needs gas that leaves the layup: expected a ply that decomposes, or [gas]";
 
 impl GasFlow {
-    /// That the enthalpy of a gas counts from the level of every solid that it is made of.
+    /// Require an absolute gas enthalpy if a ply has absolute enthalpies.
     pub(super) fn check_level(gas: &Gas, layup: &Layup) -> Result<(), String> {
         let absolute = |ply: &&Ply| {
             let decomposition = ply.material.decomposition.as_ref();
@@ -92,54 +97,57 @@ impl GasFlow {
         };
         match layup.plies.iter().find(absolute) {
             Some(ply) if !gas.enthalpy_is_absolute => Err(format!(
-                "gas {:?} has a sensible enthalpy, ply {:?} has absolute ones: expected a gas such as \"tacot\"",
-                gas.id, ply.name
+                "expected a gas with an absolute enthalpy such as \"tacot\", as ply {:?} has absolute enthalpies; gas \
+                 {:?} has a sensible enthalpy",
+                ply.name, gas.id
             )),
             _ => Ok(()),
         }
     }
 
-    /// That gas can take a path out of a layup, whose back face lets gas through or not.
+    /// Require that the model fits the layup: a ply that decomposes, or the permeabilities of Darcy flow and a
+    /// permeable way out for the gas of every ply that decomposes.
     pub(super) fn check_path(path: GasPath, layup: &Layup, is_back_open: bool) -> Result<(), String> {
         let plies = &layup.plies;
         if path != GasPath::Darcy {
             if plies.iter().any(Ply::makes_gas) {
                 return Ok(());
             }
-            return Err("no ply makes gas: expected `decomposition = true`, or `flow = \"darcy\"`".to_owned());
+            return Err("no ply decomposes: expected `decomposition = true`, or `flow = \"darcy\"`".to_owned());
         }
         if let Some(ply) = plies.iter().find(|ply| ply.material.pores_provenance.is_none()) {
             let (name, id) = (&ply.name, &ply.material.id);
-            return Err(format!("nobody knows how gas passes ply {name:?}: {id:?} has no [pores]"));
+            return Err(format!("Darcy flow needs the permeability of ply {name:?}: material {id:?} has no [pores]"));
         }
-        let shut_in = |index: usize| {
+        let sealed_above = |index: usize| {
             let above = plies[..=index].iter().rev().find(|ply| is_sealed(ply))?;
             let below = plies[index..].iter().find(|ply| is_sealed(ply));
             (!is_back_open || below.is_some()).then_some(above)
         };
         let mut makes_gas = plies.iter().enumerate().filter(|(_, ply)| ply.makes_gas());
-        let Some((ply, above)) = makes_gas.find_map(|(index, ply)| Some((&ply.name, &shut_in(index)?.name))) else {
+        let Some((ply, above)) = makes_gas.find_map(|(index, ply)| Some((&ply.name, &sealed_above(index)?.name)))
+        else {
             return Ok(());
         };
-        let shut = if ply == above {
-            "nothing passes it".to_owned()
+        let front = if ply == above {
+            "the ply is impermeable".to_owned()
         } else {
-            format!("nothing passes ply {above:?} above it")
+            format!("ply {above:?} above it is impermeable")
         };
-        let back = if is_back_open { "the back is no way out either" } else { "the back is sealed" };
-        Err(format!("ply {ply:?} makes gas that has no way out: {shut}, and {back}"))
+        let back = if is_back_open { "so is the way to the open back face" } else { "the back face is sealed" };
+        Err(format!("the gas of ply {ply:?} cannot leave the layup: {front}, and {back}"))
     }
 
-    /// Record what is wrong with the gas and its way out of a layup.
+    /// Record all errors of the gas and its transport in a layup.
     pub(super) fn check(&self, at: &Field<'_>, layup: &Layup, is_back_open: bool) {
         let gas = at.field("gas");
         self.gas.check(&gas);
         gas.require(Self::check_level(&self.gas, layup));
-        at.field("path").require(Self::check_path(self.path, layup, is_back_open));
+        at.field("model").require(Self::check_path(self.path, layup, is_back_open));
     }
 }
 
-/// Whether a ply lets nothing through, as made or as char.
+/// Whether the virgin material or a residue of a ply is impermeable.
 fn is_sealed(ply: &Ply) -> bool {
     let mut residues = ply.material.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
     ply.material.pores.permeability_m2 == 0.0 || residues.any(|residue| residue.pores.permeability_m2 == 0.0)

@@ -1,13 +1,13 @@
-//! The layup: plies from hot face to back face, and the sensors between and within them.
+//! The layup: plies from hot face to back face, and the sensors in them.
 
 use super::check::{Field, Names, not_negative, positive};
 use super::material::Material;
 use std::sync::Arc;
 
-/// Depths closer than this are one: a micrometre is less than any ply is known to.
+/// Depths closer than this are equal: thicknesses are not known to a micrometre.
 pub(super) const SAME_DEPTH_M: f64 = 1e-6;
 
-/// Millimetres to a tenth of a micrometre, for messages.
+/// Millimetres, rounded to a tenth of a micrometre for messages.
 pub(super) fn mm(depth_m: f64) -> f64 {
     (depth_m * 1e7).round() / 1e4
 }
@@ -16,23 +16,23 @@ pub(super) fn mm(depth_m: f64) -> f64 {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Ply {
-    /// A name that no other ply of the layup has: `INS1`.
+    /// Unique name: `INS1`.
     pub name: String,
     /// The plies that share scale factors: `OF`, `INS`, `GB` in the paper.
     pub group: String,
-    /// What it is made of.
+    /// Its material.
     pub material: Arc<Material>,
-    /// Above zero, m.
+    /// Thickness, above zero, m.
     pub thickness_m: f64,
 }
 
 impl Ply {
-    /// Whether it belongs to a group: the plies that name it, or the one ply of that name.
+    /// Whether `group` is its group or its name.
     pub(super) fn is_in(&self, group: &str) -> bool {
         self.group == group || self.name == group
     }
 
-    /// Whether it decomposes, and makes gas by that.
+    /// Whether it decomposes and so produces gas.
     pub(super) fn makes_gas(&self) -> bool {
         self.material.decomposition.is_some()
     }
@@ -49,12 +49,12 @@ impl Ply {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Layup {
-    /// From the hot face to the back face, one at least.
+    /// From the hot face to the back face, at least one.
     pub plies: Vec<Ply>,
-    /// Contact conductance of each interface, one fewer than plies, W/m²/K; `None` is perfect contact.
+    /// Contact conductance of each interface, one fewer than plies, W/m²/K; `None` for perfect contact.
     pub contacts_w_m2_k: Vec<Option<f64>>,
-    /// Depth of the first marched face below the hot face: above zero where a thermocouple drives the
-    /// march and the layup above it has dropped out. Ply thicknesses are what is left of them.
+    /// Depth of the first marched face below the hot face, m: above zero if that face is held at a thermocouple in
+    /// depth. `plies` are then those below it, the first with its remaining thickness.
     pub origin_m: f64,
 }
 
@@ -82,33 +82,31 @@ impl Layup {
         depths_m
     }
 
-    /// The depth of the face that a depth all but meets, else the depth itself, m.
+    /// The depth of a ply face within [`DEPTH_TOLERANCE_M`], else the depth itself, m.
     pub(super) fn on_face_m(&self, depth_m: f64) -> f64 {
         let faces_m = self.faces_m();
         let near = |face_m: &&f64| (**face_m - depth_m).abs() <= SAME_DEPTH_M;
         if faces_m.contains(&depth_m) { depth_m } else { faces_m.iter().find(near).copied().unwrap_or(depth_m) }
     }
 
-    /// A depth on the layup, moved onto a face that it all but meets, m.
+    /// A depth within the layup, moved onto a face within [`DEPTH_TOLERANCE_M`], m.
     pub(super) fn depth_m(&self, depth_m: f64) -> Result<f64, String> {
         let (top_m, back_m) = (self.origin_m, self.back_m());
-        if depth_m < top_m {
-            return Err(format!("{} mm is off the layup, whose first face lies at {} mm", mm(depth_m), mm(top_m)));
-        }
-        if depth_m > back_m + SAME_DEPTH_M {
-            return Err(format!("{} mm is off the layup, whose back face lies at {} mm", mm(depth_m), mm(back_m)));
+        if depth_m < top_m || depth_m > back_m + SAME_DEPTH_M {
+            let [depth, top, back] = [depth_m, top_m, back_m].map(mm);
+            return Err(format!("depth {depth} mm lies outside the layup, from {top} mm to {back} mm"));
         }
         Ok(self.on_face_m(depth_m))
     }
 
-    /// What is left of the layup below a depth, above its back face.
+    /// The part of the layup below a depth, which lies above the back face.
     pub(super) fn below(self, depth_m: f64) -> Self {
         let faces_m = self.faces_m();
         let gone = faces_m.iter().filter(|&&face_m| face_m <= depth_m).count();
         let top_m = if gone == 0 { 0.0 } else { faces_m[gone - 1] };
         let mut plies = self.plies;
         plies.drain(..gone);
-        // A ply that the depth only touches keeps its thickness to the last bit.
+        // At the face of a ply its thickness stays the same to the bit.
         if depth_m > top_m {
             plies[0].thickness_m = faces_m[gone] - depth_m;
         }
@@ -116,7 +114,7 @@ impl Layup {
         Self { plies, contacts_w_m2_k, origin_m: depth_m }
     }
 
-    /// Record what is wrong with each field. Returns whether depths can be told from it.
+    /// Record all errors of the fields. Returns whether the depths of the faces are known.
     pub(super) fn check(&self, at: &Field<'_>) -> bool {
         let mut names = Names::of("ply");
         for (at, ply) in at.field("plies").items(&self.plies) {
@@ -129,7 +127,7 @@ impl Layup {
         });
         let (wanted, found) = (self.plies.len().saturating_sub(1), self.contacts_w_m2_k.len());
         if found != wanted {
-            contacts.fault(format!("{found} contacts: expected one for each of {wanted} interfaces"));
+            contacts.fault(format!("expected a contact for each of {wanted} interfaces, found {found}"));
         }
         at.not_negative("origin_m", self.origin_m);
         if self.plies.is_empty() {
@@ -139,40 +137,44 @@ impl Layup {
     }
 }
 
-/// A named depth where temperature is read.
+/// A thermocouple: a named depth.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Sensor {
-    /// A name that no other sensor has. It heads columns of tables: letters, digits, `_`, `-` and `.`.
+    /// Unique name, used in column headings: letters, digits, `_`, `-` and `.`.
     pub name: String,
-    /// Depth below the hot face, m. A depth within a micrometre of an interface is moved onto it, where `side` says which
-    /// of the two faces in contact the bead reads.
+    /// Depth below the hot face, m. A depth within a micrometre of an interface is moved onto it; `side` then selects
+    /// the ply.
     pub depth_m: f64,
-    /// Of no matter but on an interface.
+    /// Side of the interface; without effect inside a ply.
     pub side: Side,
-    /// First-order lag of the bead behind the layup, s; zero follows at once.
+    /// Time constant of the first-order lag of the bead, s; 0 for none.
     pub lag_s: f64,
 }
 
 impl Sensor {
-    /// A name that can head a column of a CSV and be a key of `[observations]`.
+    /// A name that can be a column heading and a key of `[observations]`.
     pub(super) fn checked_name(name: &str) -> Result<&str, String> {
-        let fit = name.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c));
-        if name.is_empty() || !fit || ["file", "sigma"].contains(&name) || name.ends_with("_sigma") {
-            let expected = "expected letters, digits, `_`, `-` and `.`, such as \"TC1\"";
-            return Err(format!("{name:?} cannot name a sensor: {expected}"));
+        let is_valid = name.chars().all(|c| c.is_ascii_alphanumeric() || "_-.".contains(c));
+        if name.is_empty() || !is_valid || ["file", "sigma"].contains(&name) || name.ends_with("_sigma") {
+            let expected =
+                "expected letters, digits, `_`, `-` and `.`, such as \"TC1\", but not file, sigma or …_sigma";
+            return Err(format!("invalid sensor name {name:?}: {expected}"));
         }
         Ok(name)
     }
 
-    /// The side of a sensor on an interface of a layup.
+    /// The side of a sensor, which must lie on an interface.
     pub(super) fn checked_side(side: Side, depth_m: f64, layup: &Layup) -> Result<Side, String> {
-        // The first marched face was an interface where a ply above it has dropped out.
+        // A held face in depth is the first marched face and may be an interface of the whole layup.
         let is_interface = layup.interfaces_m().contains(&depth_m) || (depth_m == layup.origin_m && depth_m > 0.0);
-        if is_interface { Ok(side) } else { Err("this sensor lies on no interface, which alone has sides".to_owned()) }
+        if is_interface {
+            return Ok(side);
+        }
+        Err(format!("a side needs a sensor on an interface of two plies: this one lies at {} mm", mm(depth_m)))
     }
 
-    /// Record what is wrong with each field; depths are compared with those of a layup that has any.
+    /// Record all errors of the fields; the depth is compared with a valid layup.
     pub(super) fn check(&self, at: &Field<'_>, layup: Option<&Layup>) {
         at.field("name").require(Self::checked_name(&self.name));
         at.not_negative("lag_s", self.lag_s);
@@ -187,7 +189,7 @@ impl Sensor {
     }
 }
 
-/// The side of an interface that a bead touches.
+/// The side of an interface on which a sensor lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]

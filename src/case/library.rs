@@ -1,6 +1,6 @@
-//! The materials and gases that are built into the program, so that it needs no file beside it.
+//! The database of materials and gases, built into the program.
 
-/// Id and text of each, by name.
+/// Id and TOML text of each material.
 const SHIPPED: &[(&str, &str)] = &[
     ("akk", include_str!("../../data/materials/akk.toml")),
     ("apa", include_str!("../../data/materials/apa.toml")),
@@ -17,7 +17,7 @@ const SHIPPED: &[(&str, &str)] = &[
     ("tacot", include_str!("../../data/materials/tacot.toml")),
 ];
 
-/// As of the materials.
+/// Id and TOML text of each gas.
 const GASES: &[(&str, &str)] = &[
     ("air", include_str!("../../data/gases/air.toml")),
     ("nitrogen", include_str!("../../data/gases/nitrogen.toml")),
@@ -25,23 +25,23 @@ const GASES: &[(&str, &str)] = &[
     ("tacot", include_str!("../../data/gases/tacot.toml")),
 ];
 
-/// The ids of the materials that are built in.
+/// The ids of the built-in materials.
 pub fn known() -> Vec<&'static str> {
     SHIPPED.iter().map(|(id, _)| *id).collect()
 }
 
-/// Id and text of a material; `-` in a name is as good as `_`.
+/// Id and TOML text of a built-in material; `-` equals `_` in the id.
 pub(super) fn text(id: &str) -> Option<(&'static str, &'static str)> {
     let id = id.replace('-', "_");
     SHIPPED.iter().find(|(known, _)| *known == id).copied()
 }
 
-/// The ids of the gases that are built in.
+/// The ids of the built-in gases.
 pub fn known_gases() -> Vec<&'static str> {
     GASES.iter().map(|(id, _)| *id).collect()
 }
 
-/// Id and text of a gas; `-` in a name is as good as `_`.
+/// Id and TOML text of a built-in gas; `-` equals `_` in the id.
 pub(super) fn gas_text(id: &str) -> Option<(&'static str, &'static str)> {
     let id = id.replace('-', "_");
     GASES.iter().find(|(known, _)| *known == id).copied()
@@ -53,7 +53,7 @@ mod tests {
     use crate::case::{Gas, Material};
 
     #[test]
-    fn every_material_that_is_built_in_holds() {
+    fn every_built_in_material_is_valid() {
         for id in known() {
             let material = Material::named(id).unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(material.id, id);
@@ -61,18 +61,18 @@ mod tests {
     }
 
     #[test]
-    fn every_gas_that_is_built_in_holds() {
+    fn every_built_in_gas_is_valid() {
         for id in known_gases() {
             let gas = Gas::named(id).unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(gas.id, id);
         }
-        let error = Gas::named("tacott").expect_err("there is none of that name").to_string();
+        let error = Gas::named("tacott").expect_err("an unknown name").to_string();
         assert!(error.contains("did you mean \"tacot\"?"), "{error}");
     }
 
     #[test]
-    fn a_material_that_is_not_built_in_is_met_by_its_nearest_name() {
-        let error = Material::named("pyrogel335").expect_err("there is none of that name").to_string();
+    fn an_unknown_material_is_reported_with_the_nearest_name() {
+        let error = Material::named("pyrogel335").expect_err("an unknown name").to_string();
         assert!(error.contains("did you mean \"pyrogel3350\"?"), "{error}");
     }
 }

@@ -1,4 +1,4 @@
-//! A substance: its properties over temperature and pressure, each with where it came from.
+//! A material: its properties over temperature and pressure, each with its provenance.
 
 use super::check::Field;
 use super::conductivity::Conductivity;
@@ -8,42 +8,42 @@ use super::table::Table;
 use super::unit::Dimension;
 use std::sync::Arc;
 
-/// A substance.
+/// A material.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Material {
-    /// The file's name: `pyrogel3350`.
+    /// Name of its file: `pyrogel3350`.
     pub id: String,
-    /// What people call it.
+    /// Title.
     pub name: String,
-    /// A sentence for the report; says `surrogate` where the real figures are not public.
+    /// A sentence for the report; says `surrogate` if the properties of the real material are not public.
     pub note: String,
-    /// As made, kg/m³.
+    /// Virgin density, kg/m³.
     pub density_kg_m3: f64,
-    /// Of the density.
+    /// Provenance of the density.
     pub density_provenance: Provenance,
-    /// J/kg/K.
+    /// Virgin heat capacity, J/kg/K.
     pub heat_capacity: Table,
-    /// Of the heat capacity.
+    /// Provenance of the heat capacity.
     pub heat_capacity_provenance: Provenance,
-    /// W/m/K.
+    /// Virgin conductivity, W/m/K.
     pub conductivity: Conductivity,
-    /// Of the conductivity.
+    /// Provenance of the conductivity.
     pub conductivity_provenance: Provenance,
-    /// Total hemispherical, 0 to 1.
+    /// Virgin total hemispherical emissivity, 0 to 1.
     pub emissivity: Table,
-    /// Of the emissivity.
+    /// Provenance of the emissivity.
     pub emissivity_provenance: Provenance,
-    /// As made.
+    /// Virgin porosity and permeability.
     pub pores: Pores,
-    /// Of the pores; `None` where nobody knows how gas passes.
+    /// Provenance of the pores; `None` if the permeability is unknown.
     pub pores_provenance: Option<Provenance>,
-    /// `None` never changes.
+    /// Thermal decomposition; `None` for an inert material.
     pub decomposition: Option<Decomposition>,
 }
 
 impl Material {
-    /// The same substance, which never changes.
+    /// The same material without its decomposition.
     pub(super) fn as_made(self: &Arc<Self>) -> Arc<Self> {
         match self.decomposition {
             Some(_) => Arc::new(Self { decomposition: None, ..Self::clone(self) }),
@@ -51,7 +51,7 @@ impl Material {
         }
     }
 
-    /// Record what is wrong with each property.
+    /// Record all errors of the properties.
     pub(super) fn check(&self, at: &Field<'_>) {
         at.not_blank("id", &self.id);
         at.positive("density_kg_m3", self.density_kg_m3);
@@ -71,14 +71,14 @@ impl Material {
         }
     }
 
-    /// Its states by their names, `virgin` first, then its residues, each with its conductivity.
+    /// The names of its states, `virgin` and then the residues, each with its conductivity.
     pub fn conductivities(&self) -> impl Iterator<Item = (&str, &Conductivity)> {
         let residues = self.decomposition.iter().flat_map(|decomposition| &decomposition.residues);
         std::iter::once(("virgin", &self.conductivity))
             .chain(residues.map(|residue| (residue.name.as_str(), &residue.conductivity)))
     }
 
-    /// How many times the virgin conductivity and heat capacity each of its states has, where all have so many times both at every
+    /// Conductivity and heat capacity of each state relative to the virgin material, if these ratios are constant over
     /// temperature and pressure.
     pub fn multiples(&self) -> Option<Vec<[f64; 2]>> {
         let residues = self.decomposition.iter().flat_map(|decomposition| &decomposition.residues);

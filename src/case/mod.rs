@@ -1,7 +1,7 @@
-//! What is asked: a case as it holds. Pure data; no numerics, no device.
+//! Input: a validated case. Pure data; no numerics, no device.
 //!
-//! A [`Case`] that exists can be marched: [`CaseBuilder::build`] is the one way to make it, and finds every fault. A file
-//! is read into a builder, its faults found at their lines and columns.
+//! Every [`Case`] can be marched: [`CaseBuilder::build`] is the only constructor and reports all errors together. A
+//! case file is read into a builder; its errors have a line and a column.
 
 pub mod air;
 mod builder;
@@ -44,11 +44,10 @@ pub use provenance::{Mark, Provenance};
 pub use resolution::Resolution;
 pub use table::{OutOfRange, Schedule, Table};
 
-/// A layup, its exposure, its sensors, what may vary and what was measured; validated.
+/// A layup, its exposure, sensors, scale factors and observations; validated and immutable.
 ///
-/// It is read of a file ([`load`](Self::load), [`from_toml`](Self::from_toml)) or built of values ([`CaseBuilder`]), and
-/// never changes: another case is built of [`to_builder`](Self::to_builder). From outside of the crate its fields can
-/// neither be written nor put together:
+/// A case is read from a file ([`load`](Self::load), [`from_toml`](Self::from_toml)) or built from values
+/// ([`CaseBuilder`]). To change one, start from [`to_builder`](Self::to_builder). The fields are private to the crate:
 ///
 /// ```compile_fail,E0616
 /// let mut case = bondline::Case::load("cases/slab".as_ref()).expect("a shipped case");
@@ -78,109 +77,109 @@ pub struct Case {
 }
 
 impl Case {
-    /// The folder's or file's name: names the output folder.
+    /// The name of the folder or file, also used for the output folder.
     pub fn id(&self) -> &str {
         &self.id
     }
 
-    /// What the analyst called it.
+    /// Title given by the analyst.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// A few sentences for the report: where data come from, what is synthetic.
+    /// A few sentences for the report: origin of the data, which data are synthetic.
     pub fn note(&self) -> &str {
         &self.note
     }
 
-    /// Plies from hot face to back face, as marched.
+    /// Plies from hot face to back face; below a held face only those that are marched.
     pub fn layup(&self) -> &Layup {
         &self.layup
     }
 
-    /// Where temperature is read, one sensor at least.
+    /// Sensors, at least one.
     pub fn sensors(&self) -> &[Sensor] {
         &self.sensors
     }
 
-    /// What happens at the faces through time.
+    /// Initial temperature, and boundary conditions through time.
     pub fn exposure(&self) -> &Exposure {
         &self.exposure
     }
 
-    /// How gas leaves, where a ply makes any or is driven through by it.
+    /// Gas transport; `None` where no gas flows.
     pub fn gas(&self) -> Option<&GasFlow> {
         self.gas.as_ref()
     }
 
-    /// What may vary.
+    /// Scale factors.
     pub fn factors(&self) -> &[Factor] {
         &self.factors
     }
 
-    /// Which of the factors go together where members are drawn.
+    /// Correlation of the factors when members are sampled.
     pub fn correlation(&self) -> &Correlation {
         &self.correlation
     }
 
-    /// What sensors measured, at most one trace each.
+    /// Measured traces, at most one per sensor.
     pub fn observations(&self) -> &[Observation] {
         &self.observations
     }
 
-    /// What the case proposes to estimate, and from what. The options of a question stand in its place.
+    /// Default settings of an estimate; the options of a study override them.
     pub fn estimate(&self) -> &Estimate {
         &self.estimate
     }
 
-    /// Of figures of the report, by the names of their files, the numbers of the figures of the paper that they repeat.
+    /// File names of report figures, each with the numbers of the paper's figures that it reproduces.
     pub fn paper_figures(&self) -> &[(String, Vec<usize>)] {
         &self.paper_figures
     }
 
-    /// How finely space and time are cut.
+    /// Resolution in space and time.
     pub fn resolution(&self) -> Resolution {
         self.resolution
     }
 
-    /// The case with another choice of what to estimate, which the options of a question have checked.
+    /// The case with other estimation settings, which the caller has validated.
     pub(crate) fn with_estimate(self, estimate: Estimate) -> Self {
         Self { estimate, ..self }
     }
 
-    /// The case with one window of the samples of every sensor, also where a sensor has one of its own, s.
+    /// The case with one time window for all sensors, s; it replaces the windows of single sensors.
     pub(crate) fn with_window_s(mut self, window_s: (f64, f64)) -> Self {
         self.estimate.window_s = Some(window_s);
-        self.observations.iter_mut().for_each(|seen| seen.window_s = None);
+        self.observations.iter_mut().for_each(|observation| observation.window_s = None);
         self
     }
 
-    /// The case with cells and steps adapted to another discretisation error, K.
+    /// The case with another tolerance of the discretisation error, K.
     pub(crate) fn with_tolerance_k(mut self, tolerance_k: f64) -> Self {
         self.resolution.tolerance_k = Some(tolerance_k);
         self
     }
 
-    /// Start and end of what is trusted of a sensor, s: its own window, else the one of all, else the whole exposure.
+    /// Start and end of the samples of a sensor that count, s: its own window, else the common one, else the exposure.
     pub fn window_s(&self, sensor: usize) -> (f64, f64) {
-        let own = self.observations.iter().find(|seen| seen.sensor == sensor).and_then(|seen| seen.window_s);
-        own.unwrap_or(self.window_of_all_s())
+        let observation = self.observations.iter().find(|observation| observation.sensor == sensor);
+        observation.and_then(|observation| observation.window_s).unwrap_or(self.window_of_all_s())
     }
 
     fn window_of_all_s(&self) -> (f64, f64) {
         self.estimate.window_s.unwrap_or((0.0, self.exposure.duration_s))
     }
 
-    /// The observations that judge: those of the sensors chosen, or all where none are.
+    /// The observations to which a model is fitted: those of the chosen sensors, or all if none is chosen.
     pub fn judges(&self) -> impl Iterator<Item = &Observation> {
         let chosen = &self.estimate.sensors;
-        self.observations.iter().filter(|seen| chosen.is_empty() || chosen.contains(&seen.sensor))
+        self.observations.iter().filter(|observation| chosen.is_empty() || chosen.contains(&observation.sensor))
     }
 
-    /// From the first start to the last end of the windows of the observations that judge, s.
+    /// The interval that spans the windows of all fitted observations, s.
     pub fn trusted_s(&self) -> (f64, f64) {
-        let windows_s = self.judges().map(|seen| self.window_s(seen.sensor));
-        let whole = windows_s.reduce(|(from_s, to_s), window_s| (from_s.min(window_s.0), to_s.max(window_s.1)));
-        whole.unwrap_or(self.window_of_all_s())
+        let windows_s = self.judges().map(|observation| self.window_s(observation.sensor));
+        let span_s = windows_s.reduce(|(from_s, to_s), window_s| (from_s.min(window_s.0), to_s.max(window_s.1)));
+        span_s.unwrap_or(self.window_of_all_s())
     }
 }

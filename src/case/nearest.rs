@@ -1,21 +1,23 @@
-//! What a mistaken name was meant to be.
+//! The hint `did you mean …?` for an unknown name.
 
-/// `: did you mean "thickness"?` and the other names known, the nearest first.
+/// Longest list of known names in a message.
+const MOST_NAMES: usize = 8;
+
+/// `: did you mean "thickness"?` if at most half of the characters differ, else `: known: …`, the names sorted by edit
+/// distance.
 pub(super) fn suggestion<'n>(name: &str, known: impl IntoIterator<Item = &'n str>) -> String {
     let mut known: Vec<&str> = known.into_iter().collect();
     known.sort_by_key(|candidate| (distance(name, candidate), *candidate));
     known.dedup();
     match known.as_slice() {
         [] => String::new(),
-        [nearest, rest @ ..] if 2 * distance(name, nearest) <= name.chars().count() => {
-            let rest: String = rest.iter().map(|other| format!(", {other}")).collect();
-            format!(": did you mean {nearest:?}? known: {nearest}{rest}")
-        }
-        _ => format!(": known: {}", known.join(", ")),
+        [nearest, ..] if 2 * distance(name, nearest) <= name.chars().count() => format!(": did you mean {nearest:?}?"),
+        _ if known.len() <= MOST_NAMES => format!(": known: {}", known.join(", ")),
+        _ => format!(": known: {} and {} more", known[..MOST_NAMES].join(", "), known.len() - MOST_NAMES),
     }
 }
 
-/// Edits between two words (Levenshtein).
+/// Levenshtein distance.
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

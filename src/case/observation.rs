@@ -1,4 +1,4 @@
-//! What the thermocouples measured.
+//! Measured temperatures of a sensor.
 
 use super::check::{Field, index, not_negative, positive};
 use super::table::rising;
@@ -7,69 +7,77 @@ use super::table::rising;
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Observation {
-    /// Index into the case's sensors.
+    /// Index of the sensor.
     pub sensor: usize,
-    /// Strictly rising, within the duration.
+    /// Sample times, strictly increasing, within the exposure, s.
     pub times_s: Vec<f64>,
-    /// One a time, K.
+    /// Sample temperatures, K.
     pub temperatures_k: Vec<f64>,
-    /// Standard deviation of each sample, above zero, K: what it weighs is one over its square.
+    /// Standard deviation of each sample, above zero, K; the weight of a sample is 1/σ².
     pub sigma_k: Vec<f64>,
-    /// Start and end of what is trusted of this sensor, s, where that is another stretch than of the others: a thermocouple that
-    /// came loose is worth no less before.
+    /// Time window of this sensor, s, if it differs from the common one: for example until a thermocouple came loose.
     pub window_s: Option<(f64, f64)>,
 }
 
-/// Start and end of the samples that are trusted, which begin before the end of the exposure, s.
+/// A time window that starts before the end of the exposure, s.
 pub(super) fn checked_window_s((start_s, end_s): (f64, f64), duration_s: f64) -> Result<(f64, f64), String> {
-    not_negative(start_s, format_args!("{start_s} s"))?;
-    if not_negative(end_s, format_args!("{end_s} s"))? <= start_s {
+    not_negative(start_s, format_args!("a window from {start_s} s"))?;
+    if not_negative(end_s, format_args!("a window to {end_s} s"))? <= start_s {
         return Err(format!("window reversed: {start_s} s is not before {end_s} s"));
     }
     if start_s >= duration_s {
-        return Err(format!("window begins at {start_s} s, not before the end at {duration_s} s"));
+        return Err(format!(
+            "expected a window that begins before {duration_s} s, the end of the exposure, found {start_s} s"
+        ));
     }
     Ok((start_s, end_s))
 }
 
 impl Observation {
-    /// The window, within which one sample of the sensor of that name lies at least, s.
+    /// A window with at least one sample of the sensor of this name, s.
     pub(super) fn sampled_window_s(&self, window_s: (f64, f64), sensor: &str) -> Result<(f64, f64), String> {
         let ((start_s, end_s), times_s) = (window_s, &self.times_s);
         if times_s.iter().any(|time_s| (start_s..=end_s).contains(time_s)) {
             return Ok(window_s);
         }
-        let reach = match times_s.as_slice() {
+        let span = match times_s.as_slice() {
             [] => String::new(),
             [first_s, ..] => format!(" from {first_s} s to {} s", times_s[times_s.len() - 1]),
         };
         let count = times_s.len();
-        Err(format!("window from {start_s} s to {end_s} s holds no sample of {sensor:?}, which has {count}{reach}"))
+        Err(format!("no sample of {sensor:?} between {start_s} s and {end_s} s: it has {count} samples{span}"))
     }
 
-    /// The time of the first sample, not before the start, s.
+    /// The time of the first sample, at least zero, s.
     pub(super) fn checked_first_s(first_s: f64) -> Result<f64, String> {
-        if first_s >= 0.0 { Ok(first_s) } else { Err(format!("observed at {first_s} s, before the start")) }
+        if first_s >= 0.0 {
+            Ok(first_s)
+        } else {
+            Err(format!("expected samples from 0 s on, found one at {first_s} s"))
+        }
     }
 
-    /// Record what is wrong with the samples and their window; `sensors` are the names of the sensors of the case.
+    /// Record all errors of the samples and their window; `sensors` are the sensor names of the case.
     pub(super) fn check(&self, at: &Field<'_>, sensors: &[&str], duration_s: f64) {
         let sensor = at.field("sensor").require(index(self.sensor, sensors.len(), "sensor"));
         let times = at.field("times_s");
-        let first_s = self.times_s.first().ok_or_else(|| "no sample: expected one at least".to_owned());
+        let first_s = self.times_s.first().ok_or_else(|| "no sample: expected at least one".to_owned());
         times.require(first_s.and_then(|&first_s| Self::checked_first_s(first_s)));
         let mut last_s = f64::NEG_INFINITY;
         times.require_each(&self.times_s, |&time_s| {
             last_s = rising("time", last_s, time_s, false)?;
             if time_s > duration_s {
-                return Err(format!("observed at {time_s} s, after the duration of {duration_s} s"));
+                return Err(format!(
+                    "expected samples up to {duration_s} s, the end of the exposure, found one at {time_s} s"
+                ));
             }
             Ok(())
         });
         for (name, values) in [("temperatures_k", &self.temperatures_k), ("sigma_k", &self.sigma_k)] {
             let field = at.field(name);
             if values.len() != self.times_s.len() {
-                field.fault(format!("{} values at {} times", values.len(), self.times_s.len()));
+                let (found, wanted) = (values.len(), self.times_s.len());
+                field.fault(format!("expected one value for each of {wanted} times, found {found}"));
             }
             field.require_each(values, |&value| positive(value, format_args!("{value} K")));
         }

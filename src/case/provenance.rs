@@ -1,24 +1,24 @@
-//! Where numbers came from, and how far they can be trusted.
+//! Provenance of numbers: kind of source, reference and uncertainty.
 
 use super::check::Field;
 
-/// How far a number can be trusted.
+/// Kind of source of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[non_exhaustive]
 pub enum Mark {
-    /// Read in a public source.
+    /// Read from a public source.
     Read,
-    /// Remembered of a named publication; unverified.
+    /// Remembered from a named publication; not verified.
     Remembered,
-    /// Engineering estimate, or computed for this database.
+    /// Engineering estimate, or computed for the database.
     Estimated,
     /// Stated in the paper.
     Paper,
 }
 
 impl Mark {
-    /// Each mark and its word in a material file.
+    /// All kinds and their values in a material file.
     const WORDS: [(Self, &'static str); 4] = [
         (Self::Read, "read"),
         (Self::Remembered, "remembered"),
@@ -26,26 +26,26 @@ impl Mark {
         (Self::Paper, "paper"),
     ];
 
-    /// Its word in a material file.
+    /// Value in a material file.
     pub fn word(self) -> &'static str {
         Self::WORDS.iter().find(|(mark, _)| *mark == self).map_or("", |(_, word)| word)
     }
 
-    /// The mark of a word, if there is one.
+    /// The kind with this value in a material file.
     pub fn named(word: &str) -> Option<Self> {
         Self::WORDS.iter().find(|(_, known)| *known == word).map(|&(mark, _)| mark)
     }
 }
 
-/// Where a number came from.
+/// Provenance of a number.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Provenance {
-    /// How far the number can be trusted.
+    /// Kind of source.
     pub mark: Mark,
-    /// The publication, supplier or estimate, in words.
+    /// The publication, the supplier, or the basis of the estimate.
     pub source: String,
-    /// One standard deviation relative to the value.
+    /// Relative standard deviation.
     pub relative_uncertainty: f64,
 }
 
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_mark_has_a_word_of_its_own() {
+    fn every_kind_of_source_is_found_by_its_value() {
         for (mark, word) in Mark::WORDS {
             assert_eq!((mark.word(), Mark::named(word)), (word, Some(mark)));
         }

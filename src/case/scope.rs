@@ -1,4 +1,4 @@
-//! What a factor may scale: a property that plies, faces, gas or sensors of the case have.
+//! Validation of factors: the plies, faces, gas or sensors of the case must have the property that a factor scales.
 
 use super::check::{Field, Names};
 use super::conductivity::Conductivity;
@@ -9,7 +9,7 @@ use super::gas::GasPath;
 use super::layup::{Layup, Ply, Sensor, mm};
 use super::nearest::suggestion;
 
-/// The parts of a case that factors scale.
+/// The parts of a case that factors can scale.
 #[derive(Clone, Copy)]
 pub(super) struct FactorScope<'a> {
     pub(super) layup: &'a Layup,
@@ -20,15 +20,15 @@ pub(super) struct FactorScope<'a> {
     pub(super) sensors: &'a [Sensor],
 }
 
-/// Why a property of the case as a whole has no group.
-pub(super) const NO_GROUP: &str = "this property belongs to no ply: expected no `group`";
-/// What a property of plies lacks without a group.
-pub(super) const A_GROUP: &str = "expected the plies that it scales, such as \"INS\"";
-/// Why only conductivities have a state.
-pub(super) const NO_STATE: &str = "only conductivities are told apart by state: expected no `state`";
+/// Error for a group of a property that belongs to no ply.
+pub(super) const NO_GROUP: &str = "this property does not belong to a ply: expected no `group`";
+/// Error for a property of plies without a group.
+pub(super) const A_GROUP: &str = "expected the group of plies to scale, such as \"INS\"";
+/// Error for a state of a property other than a conductivity.
+pub(super) const NO_STATE: &str = "only a conductivity can be scaled in one state: expected no `state`";
 
 impl<'a> FactorScope<'a> {
-    /// Record the factors that scale nothing, more than there is, or what a factor before them scales.
+    /// Record factors that scale nothing, exceed a physical limit, or overlap a previous factor.
     pub(super) fn check(self, at: &Field<'_>, factors: &[Factor]) {
         let mut names = Names::of("factor");
         for (index, (at, factor)) in at.items(factors).enumerate() {
@@ -51,9 +51,9 @@ impl<'a> FactorScope<'a> {
         }
     }
 
-    /// That a factor without a group has something to scale.
+    /// Require that a factor without a group has an effect.
     pub(super) fn scalable(self, property: Property) -> Result<(), String> {
-        let gives_nothing = |face: &Face| match face {
+        let has_no_loss = |face: &Face| match face {
             Face::Held(_) => true,
             Face::Open(open) => open.film_w_m2_k == 0.0 && open.emissivity == Emissivity::Constant(0.0),
         };
@@ -61,8 +61,10 @@ impl<'a> FactorScope<'a> {
             Property::Heating if matches!(self.hot_face, Face::Held(_)) => {
                 "the hot face is held: there is no heating to scale"
             }
-            Property::Holder if !self.has_holder => "there is no [holder] to lose heat to",
-            Property::Loss if gives_nothing(self.back_face) => "the back face gives off nothing that could be scaled",
+            Property::Holder if !self.has_holder => "the case has no [holder]: there is no heat loss to scale",
+            Property::Loss if has_no_loss(self.back_face) => {
+                "the back face has neither a film nor radiation: there is no heat loss to scale"
+            }
             Property::Contact if self.layup.contacts_w_m2_k.iter().all(Option::is_none) => {
                 "every contact is perfect: there is no conductance to scale"
             }
@@ -71,7 +73,7 @@ impl<'a> FactorScope<'a> {
         Err(reason.to_owned())
     }
 
-    /// That a factor of a group, which goes up to `highest`, has something to scale in each of its plies.
+    /// Require that a factor with a group has an effect in each of its plies, up to its upper bound `highest`.
     pub(super) fn scalable_in(
         self,
         group: &str,
@@ -86,22 +88,24 @@ impl<'a> FactorScope<'a> {
         if plies.is_empty() {
             let known = self.layup.plies.iter().flat_map(|ply| [ply.group.as_str(), ply.name.as_str()]);
             let hint = suggestion(group, known);
-            return Err(format!("no ply of the marched layup is of group {group:?}{hint}"));
+            return Err(format!("unknown group {group:?} of the marched layup{hint}"));
         }
         match property {
             Property::Contact => {
                 let mut contacts = self.layup.plies.iter().zip(&self.layup.contacts_w_m2_k);
                 let has_contact = contacts.any(|(ply, contact)| ply.is_in(group) && contact.is_some());
-                refused_unless(has_contact, || format!("no contact under {group:?} has a conductance to scale"))
+                refused_unless(has_contact, || {
+                    format!("no interface below group {group:?} has a contact conductance to scale")
+                })
             }
             Property::Emissivity => {
                 let faces = [(self.layup.plies.first(), self.hot_face), (self.layup.plies.last(), self.back_face)];
                 let radiates = |(ply, face): &(Option<&Ply>, &Face)| {
-                    let own = matches!(face, Face::Open(open) if open.emissivity == Emissivity::Material);
-                    own && ply.is_some_and(|ply| ply.is_in(group))
+                    let of_material = matches!(face, Face::Open(open) if open.emissivity == Emissivity::Material);
+                    of_material && ply.is_some_and(|ply| ply.is_in(group))
                 };
                 refused_unless(faces.iter().any(radiates), || {
-                    format!("no open face with the emissivity of its material is of group {group:?}")
+                    format!("no ply of group {group:?} has a face that radiates with the emissivity of its material")
                 })
             }
             Property::Kinetics | Property::ActivationEnergy | Property::PyrolysisHeat | Property::CharYield => {
@@ -109,40 +113,42 @@ impl<'a> FactorScope<'a> {
             }
             Property::Permeability => {
                 refused_unless(self.gas_path == Some(GasPath::Darcy), || {
-                    "no gas flows by Darcy's law: there is no permeability to scale".to_owned()
+                    "the case has no Darcy flow: there is no permeability to scale".to_owned()
                 })?;
                 let sealed = plies.into_iter().find(|ply| ply.material.pores.permeability_m2 == 0.0);
                 sealed.map_or(Ok(()), |ply| {
-                    Err(format!("{:?} (ply {:?}) lets nothing through", ply.material.id, ply.name))
+                    Err(format!("{} is impermeable: there is no permeability to scale", material_of(ply)))
                 })
             }
             _ => plies.into_iter().try_for_each(|ply| has_part(property, ply, state)),
         }
     }
 
-    /// That there is a sensor of that name below the hot face.
+    /// Require a sensor of this name below the hot face.
     fn movable(self, name: &str) -> Result<(), String> {
         let known = self.sensors.iter().map(|sensor| sensor.name.as_str());
         match self.sensors.iter().find(|sensor| sensor.name == name) {
-            None => Err(format!("no sensor {name:?}{}", suggestion(name, known))),
-            Some(sensor) if sensor.depth_m == 0.0 => Err(format!("{name:?} lies on the hot face: its depth is zero")),
+            None => Err(format!("unknown sensor {name:?}{}", suggestion(name, known))),
+            Some(sensor) if sensor.depth_m == 0.0 => {
+                Err(format!("sensor {name:?} lies at 0 mm: there is no depth to scale"))
+            }
             Some(_) => Ok(()),
         }
     }
 
-    /// A state that every ply of the group can be in.
+    /// Require that every ply of the group has a state of this name.
     pub(super) fn known_state(self, state: &str, group: &str) -> Result<(), String> {
         for ply in self.plies(group) {
             let known = || ply.material.conductivities().map(|(state, _)| state);
             if !known().any(|known| known == state) {
-                let (id, name, hint) = (&ply.material.id, &ply.name, suggestion(state, known()));
-                return Err(format!("{id:?} (ply {name:?}) knows no state {state:?}{hint}"));
+                let hint = suggestion(state, known());
+                return Err(format!("{} has no state {state:?}{hint}", material_of(ply)));
             }
         }
         Ok(())
     }
 
-    /// That a factor on the depth of a sensor does not move it off the layup within its bounds.
+    /// Require that a factor on a sensor depth keeps the sensor within the layup.
     pub(super) fn within_layup(self, factor: &Factor) -> Result<(), String> {
         let layup = self.layup;
         let found = self.sensors.iter().find(|sensor| sensor.name == factor.group);
@@ -151,21 +157,24 @@ impl<'a> FactorScope<'a> {
         let (top_m, back_m) = (low * sensor.depth_m, high * sensor.depth_m);
         refused_unless(top_m >= layup.origin_m && back_m <= layup.back_m(), || {
             let [top, back, first, last] = [top_m, back_m, layup.origin_m, layup.back_m()].map(mm);
-            format!("bounds take {:?} to {top} and {back} mm, off the layup from {first} to {last} mm", sensor.name)
+            let name = &sensor.name;
+            format!(
+                "the bounds move {name:?} to {top} mm and {back} mm, outside the layup from {first} mm to {last} mm"
+            )
         })
     }
 
-    /// That none of the factors before scales the same property of the same plies.
+    /// Require that no previous factor scales the same property of the same ply.
     pub(super) fn not_scaled_before(self, factor: &Factor, before: &[Factor]) -> Result<(), String> {
-        let both = |other: &Factor, ply: &Ply| ply.is_in(&factor.group) && ply.is_in(&other.group);
+        let in_both = |other: &Factor, ply: &Ply| ply.is_in(&factor.group) && ply.is_in(&other.group);
         let overlaps = |other: &&Factor| {
             let of_all = factor.group.is_empty() || other.group.is_empty();
             let states = factor.state.is_none() || other.state.is_none() || factor.state == other.state;
-            let plies = of_all || factor.group == other.group || self.layup.plies.iter().any(|ply| both(other, ply));
+            let plies = of_all || factor.group == other.group || self.layup.plies.iter().any(|ply| in_both(other, ply));
             factor.property == other.property && states && plies
         };
         before.iter().find(overlaps).map_or(Ok(()), |other| {
-            Err(format!("factor {:?} scales what factor {:?} scales already", factor.name, other.name))
+            Err(format!("factors {:?} and {:?} scale the same property: expected one", other.name, factor.name))
         })
     }
 
@@ -178,7 +187,12 @@ fn refused_unless(holds: bool, reason: impl FnOnce() -> String) -> Result<(), St
     if holds { Ok(()) } else { Err(reason()) }
 }
 
-/// That the conductivity of a ply has the part that a factor scales.
+/// `material "akk" (ply "GB")`.
+fn material_of(ply: &Ply) -> String {
+    format!("material {:?} (ply {:?})", ply.material.id, ply.name)
+}
+
+/// Require that the conductivity of a ply has the part that a factor scales.
 fn has_part(property: Property, ply: &Ply, state: Option<&str>) -> Result<(), String> {
     let part = match property {
         Property::ConductivitySolid => "solid",
@@ -186,7 +200,7 @@ fn has_part(property: Property, ply: &Ply, state: Option<&str>) -> Result<(), St
         Property::ConductivityRadiative => "radiative",
         _ => return Ok(()),
     };
-    // What a residue does not state is the virgin's, so that this has what the others have, as a rule.
+    // Residues inherit parts from the virgin material.
     let state = state.unwrap_or("virgin");
     let mut stated = ply.material.conductivities().filter(|(name, _)| *name == state);
     let lacks = stated.any(|(_, conductivity)| match conductivity {
@@ -197,25 +211,21 @@ fn has_part(property: Property, ply: &Ply, state: Option<&str>) -> Result<(), St
             _ => false,
         },
     });
-    refused_unless(!lacks, || {
-        let of = if state == "virgin" { String::new() } else { format!("{state} ") };
-        format!("the conductivity of {of}{:?} (ply {:?}) has no {part} part", ply.material.id, ply.name)
-    })
+    refused_unless(!lacks, || format!("the conductivity of {} in state {state:?} has no {part} part", material_of(ply)))
 }
 
-/// That the reactions of a ply can be scaled up to `highest`.
+/// Require that the reactions of a ply can be scaled up to `highest`.
 fn reacts(property: Property, ply: &Ply, highest: f64) -> Result<(), String> {
-    let (id, name) = (&ply.material.id, &ply.name);
     let Some(decomposition) = &ply.material.decomposition else {
-        return Err(format!("{id:?} (ply {name:?}) does not decompose"));
+        return Err(format!("{} does not decompose", material_of(ply)));
     };
-    let left = 1.0 - decomposition.loss();
+    let char_yield = 1.0 - decomposition.loss();
     match property {
-        Property::CharYield if left * highest >= 1.0 => {
-            Err(format!("{highest} times the {left:.3} that {id:?} (ply {name:?}) leaves is no less than all of it"))
+        Property::CharYield if char_yield * highest >= 1.0 => {
+            Err(format!("expected a char yield below 1, found {highest} times {char_yield:.3} of {}", material_of(ply)))
         }
         Property::PyrolysisHeat if decomposition.heat != PyrolysisHeat::OfReaction => {
-            Err(format!("the heat of {id:?} (ply {name:?}) lies in absolute enthalpies: there is none to scale"))
+            Err(format!("{} has absolute enthalpies: there is no heat of reaction to scale", material_of(ply)))
         }
         _ => Ok(()),
     }

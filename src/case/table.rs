@@ -1,23 +1,23 @@
-//! Piecewise-linear tables: a property over temperature, and a schedule over time.
+//! Piecewise-linear functions: a property over temperature, and a schedule over time.
 
 use super::check::{Field, finite, positive};
 use super::unit::Dimension;
 
-/// What a table answers outside the range of its points.
+/// Behaviour of a table outside the temperatures of its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum OutOfRange {
-    /// A member that leaves the range is counted as failed.
+    /// A member that leaves the range fails.
     Refuse,
-    /// The end value is held.
+    /// The end value.
     Clamp,
-    /// The end segment is continued in a straight line, never below a tenth of the end value, so that
-    /// a falling conductivity or emissivity cannot turn negative.
+    /// Linear extrapolation of the end segment, but at least a tenth of the end value, so that a decreasing
+    /// conductivity or emissivity stays positive.
     Extrapolate,
 }
 
-/// A property over temperature: straight lines between points at strictly rising temperatures.
+/// A property over temperature: piecewise linear between strictly increasing temperatures.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Table {
@@ -27,11 +27,11 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table of one value a temperature (K), in SI.
+    /// A table of one value (SI) per temperature (K).
     ///
     /// # Errors
-    /// A message, where there is no point, the lengths differ, a number is not finite, or temperatures do not rise from
-    /// above absolute zero.
+    /// A message, if there is no point, the lengths differ, a number is not finite, or the temperatures do not increase
+    /// from above 0 K.
     pub fn new(temperatures_k: Vec<f64>, values: Vec<f64>, outside: OutOfRange) -> Result<Self, String> {
         as_many(values.len(), temperatures_k.len(), "temperatures")?;
         let mut last_k = 0.0;
@@ -42,31 +42,32 @@ impl Table {
         Ok(Self { temperatures_k, values, outside })
     }
 
-    /// The temperature of a point, K, which lies above that of the point before, or above zero for the first.
+    /// The temperature of the next point, above the previous one and above zero, K.
     pub(super) fn next_k(last_k: f64, temperature_k: f64) -> Result<f64, String> {
-        if finite(temperature_k, format_args!("temperature {temperature_k} K"))? > last_k {
+        if finite(temperature_k, format_args!("a temperature of {temperature_k} K"))? > last_k {
             return Ok(temperature_k);
         }
-        Err(format!("temperature {temperature_k} K does not rise above {last_k} K"))
+        Err(format!("expected a temperature above {last_k} K, found {temperature_k} K"))
     }
 
-    /// A value of a property of this dimension: a fraction lies between 0 and 1, an enthalpy counts from any level, all
-    /// else is positive.
+    /// A value of a property of this dimension: a fraction from 0 to 1, any finite enthalpy, else a positive number.
     pub(super) fn property_value(value: f64, dimension: Dimension) -> Result<f64, String> {
         match dimension {
-            Dimension::Fraction if !(0.0..=1.0).contains(&value) => Err(format!("{value} lies outside 0 to 1")),
+            Dimension::Fraction if !(0.0..=1.0).contains(&value) => {
+                Err(format!("expected a value from 0 to 1, found {value}"))
+            }
             Dimension::Fraction => Ok(value),
             Dimension::SpecificEnthalpy => finite(value, value),
             _ => positive(value, value),
         }
     }
 
-    /// Record the values that no property of this dimension can have.
+    /// Record the values that a property of this dimension cannot have.
     pub(super) fn check(&self, at: &Field<'_>, dimension: Dimension) {
         at.field("values").require_each(&self.values, |&value| Self::property_value(value, dimension));
     }
 
-    /// The temperatures of the points, strictly rising, K.
+    /// The temperatures of the points, strictly increasing, K.
     pub fn temperatures_k(&self) -> &[f64] {
         &self.temperatures_k
     }
@@ -76,17 +77,17 @@ impl Table {
         &self.values
     }
 
-    /// What holds outside of the points.
+    /// Behaviour outside the points.
     pub fn outside(&self) -> OutOfRange {
         self.outside
     }
 
-    /// One value at every temperature.
+    /// The same value at all temperatures.
     pub fn constant(value: f64) -> Self {
         Self { temperatures_k: vec![300.0], values: vec![value], outside: OutOfRange::Clamp }
     }
 
-    /// The value at a temperature, the policy applied outside the range.
+    /// The value at a temperature.
     pub fn at(&self, temperature_k: f64) -> f64 {
         let (temperatures, values) = (&self.temperatures_k, &self.values);
         let last = temperatures.len() - 1;
@@ -95,22 +96,22 @@ impl Table {
         }
         let inside = temperature_k.clamp(temperatures[0], temperatures[last]);
         let above = temperatures.partition_point(|&t| t <= inside).clamp(1, last);
-        let reach = match self.outside {
+        let argument_k = match self.outside {
             OutOfRange::Extrapolate => temperature_k,
             OutOfRange::Clamp | OutOfRange::Refuse => inside,
         };
         let slope = (values[above] - values[above - 1]) / (temperatures[above] - temperatures[above - 1]);
-        let value = values[above - 1] + slope * (reach - temperatures[above - 1]);
-        if reach < temperatures[0] {
+        let value = values[above - 1] + slope * (argument_k - temperatures[above - 1]);
+        if argument_k < temperatures[0] {
             value.max(0.1 * values[0])
-        } else if reach > temperatures[last] {
+        } else if argument_k > temperatures[last] {
             value.max(0.1 * values[last])
         } else {
             value
         }
     }
 
-    /// How many times another table it is, where it is that at every temperature.
+    /// The ratio to another table, if it is the same at all temperatures.
     pub fn times(&self, other: &Self) -> Option<f64> {
         let times = self.values[0] / other.values[0];
         let is_alike = self.temperatures_k == other.temperatures_k && self.outside == other.outside;
@@ -118,7 +119,7 @@ impl Table {
         (is_alike && pairs.all(|(&own, &value)| is_times(own, value, times))).then_some(times)
     }
 
-    /// The temperatures between which the table was measured; a single point holds everywhere.
+    /// Lowest and highest temperature of the points, K; infinite for a single point.
     pub fn range_k(&self) -> (f64, f64) {
         match self.temperatures_k.as_slice() {
             [] | [_] => (f64::NEG_INFINITY, f64::INFINITY),
@@ -127,35 +128,37 @@ impl Table {
     }
 }
 
-/// That there is a point, and one value for each.
+/// Require at least one point and one value per point.
 fn as_many(values: usize, points: usize, noun: &str) -> Result<(), String> {
     match points {
-        0 => Err(format!("no {noun}: expected one point at least")),
-        _ if values != points => Err(format!("{values} values at {points} {noun}")),
+        0 => Err(format!("no {noun}: expected at least one")),
+        _ if values != points => Err(format!("expected one value for each of {points} {noun}, found {values}")),
         _ => Ok(()),
     }
 }
 
-/// Whether a time or a depth may follow the one before; `repeats` lets one stand twice in a row.
+/// Whether a time or depth may follow the previous one; `repeats` allows equal ones.
 pub(super) fn rises(last: f64, next: f64, repeats: bool) -> bool {
     next > last || (repeats && next == last)
 }
 
-/// A time or a depth that may follow the one before.
+/// A time (s) or depth (m) that may follow the previous one.
 pub(super) fn rising(noun: &str, last: f64, next: f64, repeats: bool) -> Result<f64, String> {
-    if rises(last, finite(next, format_args!("{noun} {next}"))?, repeats) {
+    let unit = if noun == "time" { "s" } else { "m" };
+    if rises(last, finite(next, format_args!("a {noun} of {next} {unit}"))?, repeats) {
         return Ok(next);
     }
-    Err(format!("{noun} {next} does not rise: the one before is {last}, in SI"))
+    let rule = if repeats { "must not decrease" } else { "must increase" };
+    Err(format!("{noun}s {rule}: {next} {unit} follows {last} {unit}"))
 }
 
-/// Whether a number is so many times another, but for what rounding may have done to either.
+/// Whether `own` equals `times × other` up to rounding.
 pub(super) fn is_times(own: f64, other: f64, times: f64) -> bool {
     times.is_finite() && (own - times * other).abs() <= 1e-12 * own.abs()
 }
 
-/// A quantity through time: straight lines between corners, held constant before the first and after the
-/// last. Two corners at one time are a jump, which counts from that time on.
+/// A quantity over time: piecewise linear between corners, constant before the first and after the last. Two corners at
+/// the same time are a jump; at that time the value after the jump holds.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Schedule {
@@ -164,10 +167,10 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// A schedule of one value (SI) a time (s). Two equal times in a row are a jump.
+    /// A schedule of one value (SI) per time (s). Two equal times in a row are a jump.
     ///
     /// # Errors
-    /// A message, where there is no corner, the lengths differ, a number is not finite, or a time lies before the last.
+    /// A message, if there is no corner, the lengths differ, a number is not finite, or the times decrease.
     pub fn new(times_s: Vec<f64>, values: Vec<f64>) -> Result<Self, String> {
         as_many(values.len(), times_s.len(), "times")?;
         let mut last_s = f64::NEG_INFINITY;
@@ -178,7 +181,7 @@ impl Schedule {
         Ok(Self { times_s, values })
     }
 
-    /// The times of the corners, none before the last, s.
+    /// The times of the corners, not decreasing, s.
     pub fn times_s(&self) -> &[f64] {
         &self.times_s
     }
@@ -188,15 +191,15 @@ impl Schedule {
         &self.values
     }
 
-    /// That it can be a pressure, Pa.
+    /// Require positive values of a pressure, Pa.
     pub(super) fn check_pressure(&self) -> Result<(), String> {
         match self.values.iter().find(|value| **value <= 0.0) {
-            Some(value) => Err(format!("a pressure of {value} Pa is not positive")),
+            Some(value) => Err(format!("expected a pressure above 0 Pa, found {value} Pa")),
             None => Ok(()),
         }
     }
 
-    /// Record the first value that no quantity of this dimension can have.
+    /// Record the first value that a quantity of this dimension cannot have.
     pub(super) fn check(&self, at: &Field<'_>, dimension: Dimension) {
         if let Some(value) = self.values.iter().find(|value| !dimension.is_allowed(**value)) {
             at.fault(format!("{value} K is {}", dimension.limit()));
@@ -208,27 +211,27 @@ impl Schedule {
         Self { times_s: vec![0.0], values: vec![value] }
     }
 
-    /// The value just after a time: at a jump, the value it jumps to.
+    /// The value just after a time: at a jump the value after it.
     pub fn after(&self, time_s: f64) -> f64 {
         self.after_within(time_s, 0.0)
     }
 
-    /// The value just after a time, where a corner no further than `close_s` from it counts as being at that time.
+    /// As [`after`](Self::after); a corner within `close_s` counts as being at that time.
     pub fn after_within(&self, time_s: f64, close_s: f64) -> f64 {
         self.between(self.times_s.partition_point(|&t| t <= time_s + close_s), time_s)
     }
 
-    /// The value just before a time: at a jump, the value it jumps from.
+    /// The value just before a time: at a jump the value before it.
     pub fn before(&self, time_s: f64) -> f64 {
         self.before_within(time_s, 0.0)
     }
 
-    /// The value just before a time, where a corner no further than `close_s` from it counts as being at that time.
+    /// As [`before`](Self::before); a corner within `close_s` counts as being at that time.
     pub fn before_within(&self, time_s: f64, close_s: f64) -> f64 {
         self.between(self.times_s.partition_point(|&t| t < time_s - close_s), time_s)
     }
 
-    /// The value on the segment that ends at corner `next`, at the end of it where the time lies beyond.
+    /// The value on the segment that ends at corner `next`; the time is clamped to the segment.
     fn between(&self, next: usize, time_s: f64) -> f64 {
         let last = self.times_s.len() - 1;
         if next == 0 {
@@ -248,7 +251,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_jump_in_a_schedule_counts_from_its_time_on() {
+    fn at_a_jump_of_a_schedule_the_later_value_holds() {
         let flux = Schedule { times_s: vec![0.0, 41.0, 41.0], values: vec![5.0, 5.0, 0.0] };
         assert_eq!(flux.before(41.0), 5.0);
         assert_eq!(flux.after(41.0), 0.0);
@@ -257,18 +260,18 @@ mod tests {
     }
 
     #[test]
-    fn a_table_is_a_multiple_of_another_where_all_its_values_are() {
+    fn a_table_is_a_multiple_of_another_if_all_its_values_are() {
         let table = |values| Table { temperatures_k: vec![300.0, 400.0], values, outside: OutOfRange::Clamp };
         let virgin = table(vec![0.1, 0.3]);
         assert_eq!(table(vec![0.12, 0.36]).times(&virgin).map(|times| (times * 1e9).round()), Some(1.2e9));
         assert_eq!(table(vec![0.12, 0.3601]).times(&virgin), None);
-        assert_eq!(table(vec![0.0, 0.3]).times(&table(vec![0.0, 0.1])), None, "nothing is any number of times nothing");
+        assert_eq!(table(vec![0.0, 0.3]).times(&table(vec![0.0, 0.1])), None, "0/0 is not a ratio");
         let refused = Table { outside: OutOfRange::Refuse, ..virgin.clone() };
         assert_eq!(refused.times(&virgin), None);
     }
 
     #[test]
-    fn a_falling_table_continued_in_a_line_never_turns_negative() {
+    fn an_extrapolated_decreasing_table_stays_positive() {
         let table =
             Table { temperatures_k: vec![300.0, 400.0], values: vec![1.0, 0.5], outside: OutOfRange::Extrapolate };
         assert_eq!(table.at(350.0), 0.75);
@@ -276,30 +279,31 @@ mod tests {
         assert_eq!(table.at(5000.0), 0.05);
         assert_eq!(table.at(200.0), 1.5);
     }
+
     #[test]
-    fn tables_and_schedules_without_an_order_or_with_numbers_that_are_none_are_refused() {
+    fn tables_and_schedules_that_are_unordered_or_not_finite_are_refused() {
         let table = |temperatures_k: &[f64], values: &[f64]| {
             Table::new(temperatures_k.to_vec(), values.to_vec(), OutOfRange::Clamp).map(|_| ())
         };
         assert_eq!(table(&[300.0, 400.0], &[1.0, 2.0]), Ok(()));
         for (temperatures_k, values, message) in [
-            (&[][..], &[][..], "no temperatures: expected one point at least"),
-            (&[300.0], &[1.0, 2.0], "2 values at 1 temperatures"),
-            (&[300.0, 300.0], &[1.0, 2.0], "temperature 300 K does not rise above 300 K"),
-            (&[0.0], &[1.0], "temperature 0 K does not rise above 0 K"),
-            (&[f64::NAN], &[1.0], "temperature NaN K is not a finite number"),
-            (&[300.0], &[f64::INFINITY], "inf is not a finite number"),
+            (&[][..], &[][..], "no temperatures: expected at least one"),
+            (&[300.0], &[1.0, 2.0], "expected one value for each of 1 temperatures, found 2"),
+            (&[300.0, 300.0], &[1.0, 2.0], "expected a temperature above 300 K, found 300 K"),
+            (&[0.0], &[1.0], "expected a temperature above 0 K, found 0 K"),
+            (&[f64::NAN], &[1.0], "expected a finite number, found a temperature of NaN K"),
+            (&[300.0], &[f64::INFINITY], "expected a finite number, found inf"),
         ] {
             assert_eq!(table(temperatures_k, values), Err(message.to_owned()));
         }
         let schedule = |times_s: &[f64], values: &[f64]| Schedule::new(times_s.to_vec(), values.to_vec()).map(|_| ());
         assert_eq!(schedule(&[0.0, 41.0, 41.0], &[5.0, 5.0, 0.0]), Ok(()));
         for (times_s, values, message) in [
-            (&[][..], &[][..], "no times: expected one point at least"),
-            (&[0.0], &[], "0 values at 1 times"),
-            (&[1.0, 0.5], &[1.0, 2.0], "time 0.5 does not rise: the one before is 1, in SI"),
-            (&[f64::NAN], &[1.0], "time NaN is not a finite number"),
-            (&[0.0], &[f64::NAN], "NaN is not a finite number"),
+            (&[][..], &[][..], "no times: expected at least one"),
+            (&[0.0], &[], "expected one value for each of 1 times, found 0"),
+            (&[1.0, 0.5], &[1.0, 2.0], "times must not decrease: 0.5 s follows 1 s"),
+            (&[f64::NAN], &[1.0], "expected a finite number, found a time of NaN s"),
+            (&[0.0], &[f64::NAN], "expected a finite number, found NaN"),
         ] {
             assert_eq!(schedule(times_s, values), Err(message.to_owned()));
         }

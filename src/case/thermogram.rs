@@ -1,18 +1,18 @@
-//! What a thermobalance would show of a substance: the mass left while it is heated evenly.
+//! Thermogravimetry: the remaining mass of a material at a constant heating rate β.
 //!
-//! With the temperature known, each reaction is one ordinary equation, `dw/dT = −k(T)/β · w^m`, for what it has left to live
-//! on, and has a solution in the integral of k alone, which the trapezoidal rule takes. In a chain what the reaction before
-//! makes is given half before and half after each step.
+//! With T(t) known, the reactant fraction w of each reaction follows `dw/dT = −k(T)/β · w^m`. Its solution depends only
+//! on the integral of k, which is computed with the trapezoidal rule. For consecutive reactions half of the product of
+//! the previous reaction is added before each temperature step and half after it.
 
 use super::decomposition::{Decomposition, GAS_CONSTANT_J_MOL_K, Reaction, Sequence};
 
-/// The temperature at which heating starts, K.
+/// Start temperature, K.
 const START_K: f64 = 300.0;
-/// Small against the tens of kelvin over which a reaction runs.
+/// Temperature step, small compared with the tens of kelvin over which a reaction runs, K.
 const STEP_K: f64 = 0.1;
 
 impl Reaction {
-    /// Its rate constant, 1/s; nothing below its onset.
+    /// Rate constant, 1/s; zero below the onset temperature.
     fn rate_at(&self, temperature_k: f64) -> f64 {
         if temperature_k < self.onset_k {
             return 0.0;
@@ -20,7 +20,8 @@ impl Reaction {
         self.rate_1_s * (-self.activation_j_mol / (GAS_CONSTANT_J_MOL_K * temperature_k)).exp()
     }
 
-    /// What is left of a share that it lives on after the rate constant has been integrated to `turns`.
+    /// Reactant fraction after a step from the fraction `share`; `turns` is the integral of the rate constant over the
+    /// step.
     fn left(&self, share: f64, turns: f64) -> f64 {
         if share <= 0.0 {
             return 0.0;
@@ -34,12 +35,11 @@ impl Reaction {
 }
 
 impl Decomposition {
-    /// Mass left as a share of the virgin mass at rising temperatures (K), heated at a rate (K/s) from 300 K.
+    /// Remaining mass per virgin mass at increasing temperatures (K), heated from 300 K at a constant rate (K/s).
     pub fn masses_left(&self, heating_k_s: f64, temperatures_k: &[f64]) -> Vec<f64> {
         let count = self.reactions.len();
-        // What each reaction lives on, and how far it has come.
-        let mut lives_on = vec![if self.sequence == Sequence::Chain { 0.0 } else { 1.0 }; count];
-        lives_on[0] = 1.0;
+        let mut reactants = vec![if self.sequence == Sequence::Chain { 0.0 } else { 1.0 }; count];
+        reactants[0] = 1.0;
         let mut advancements = vec![0.0; count];
         let mut temperature_k = START_K;
         let mut left = Vec::new();
@@ -49,10 +49,10 @@ impl Decomposition {
                 let mut made = 0.0;
                 for (index, reaction) in self.reactions.iter().enumerate() {
                     let rate = 0.5 * (reaction.rate_at(temperature_k) + reaction.rate_at(next_k));
-                    let before = lives_on[index] + 0.5 * made;
+                    let before = reactants[index] + 0.5 * made;
                     let after = reaction.left(before, rate * (next_k - temperature_k) / heating_k_s);
                     advancements[index] += before - after;
-                    lives_on[index] = after + 0.5 * made;
+                    reactants[index] = after + 0.5 * made;
                     made = if self.sequence == Sequence::Chain { before - after } else { 0.0 };
                 }
                 temperature_k = next_k;
@@ -74,7 +74,7 @@ mod tests {
         material.decomposition.unwrap_or_else(|| panic!("{id} decomposes"))
     }
 
-    /// Computed when the kinetics were set, to three digits.
+    /// Recorded when the kinetics were fitted, to three digits.
     const TEMPERATURES_K: [f64; 7] = [573.0, 648.0, 700.0, 750.0, 800.0, 873.0, 950.0];
     const SLOW: [f64; 7] = [0.980, 0.974, 0.937, 0.870, 0.812, 0.741, 0.723];
     const FAST: [f64; 7] = [0.980, 0.980, 0.979, 0.976, 0.962, 0.901, 0.820];
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn pyrogel_loses_its_mass_as_when_its_kinetics_were_set() {
+    fn pyrogel_reproduces_the_recorded_mass_loss() {
         for id in ["pyrogel3350", "pyrogel2250"] {
             let pyrogel = decomposition(id);
             for (kelvin_a_minute, expected) in [(10.0, SLOW), (1000.0, FAST)] {
@@ -93,12 +93,12 @@ mod tests {
                 assert!(worst(&found, &expected) < 1e-3, "{id} at {kelvin_a_minute} K/min: {found:?}");
             }
             let tenfold = pyrogel.masses_left(100.0 / 60.0, &TEMPERATURES_K);
-            assert!(worst(&tenfold, &SLOW) > 0.02, "another rate of heating is told apart");
+            assert!(worst(&tenfold, &SLOW) > 0.02, "a wrong heating rate must show");
         }
     }
 
     #[test]
-    fn losses_peak_where_the_kinetics_were_set_to() {
+    fn mass_loss_rates_peak_at_the_fitted_temperature() {
         for (id, peak_k) in [("apa", 600.0), ("apa2", 600.0), ("pi_aerogel", 868.0)] {
             let temperatures_k: Vec<f64> = (0..1400).map(|step| 400.0 + 0.5 * f64::from(step)).collect();
             let left = decomposition(id).masses_left(10.0 / 60.0, &temperatures_k);
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chain_of_two_equal_first_order_reactions_is_the_known_one() {
+    fn two_equal_consecutive_first_order_reactions_match_the_exact_solution() {
         // A → B → C of one constant rate k: ξ₁ = 1 − e^−kt, ξ₂ = 1 − (1 + kt) e^−kt.
         let (rate_1_s, heating_k_s) = (0.02, 1.0);
         let reaction =
@@ -124,7 +124,7 @@ mod tests {
         let (first, second) = (1.0 - (-turns).exp(), 1.0 - (1.0 + turns) * (-turns).exp());
         let found = chain.masses_left(heating_k_s, &[400.0])[0];
         assert!((found - (1.0 - 0.3 * (first + second))).abs() < 1e-6, "{found}");
-        let aside = Decomposition { sequence: Sequence::SideBySide, ..chain };
-        assert!((aside.masses_left(heating_k_s, &[400.0])[0] - found).abs() > 0.05);
+        let parallel = Decomposition { sequence: Sequence::SideBySide, ..chain };
+        assert!((parallel.masses_left(heating_k_s, &[400.0])[0] - found).abs() > 0.05);
     }
 }

@@ -1,10 +1,10 @@
-//! Quantities as written, `"26.7 W/cm^2"`, turned into SI once, their dimension checked.
+//! Parsing of quantities with units, `"26.7 W/cm^2"`, into SI with a check of the dimension.
 //!
-//! A unit is read left to right as factors joined by `/`, `*`, `·` or a space, with parentheses and powers
-//! (`cm^2`, `cm2` and `cm²` are one). Conversion factors are exact by definition (SI brochure, 9th edition; NIST
-//! SP 811 for inch, pound, BTU (IT), calorie (thermochemical) and torr) or rounded to twelve digits.
+//! A unit is a sequence of factors joined by `/`, `*`, `·` or a space, evaluated from left to right, with parentheses
+//! and powers (`cm^2`, `cm2` and `cm²` are equal). Conversion factors are exact by definition (SI brochure, 9th
+//! edition; NIST SP 811 for inch, pound, BTU (IT), calorie (thermochemical) and torr) or rounded to twelve digits.
 
-/// What a quantity measures.
+/// Physical dimension and kind of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Dimension {
@@ -14,7 +14,7 @@ pub enum Dimension {
     Time,
     /// K, on the absolute scale: `20 degC` is 293.15 K.
     Temperature,
-    /// K, on the absolute scale: what a face radiates to, which may be space at 0 K.
+    /// K, on the absolute scale: radiative surroundings, possibly space at 0 K.
     Surroundings,
     /// K: `2 degC` is 2 K.
     TemperatureDifference,
@@ -22,9 +22,9 @@ pub enum Dimension {
     Pressure,
     /// W/m²
     HeatFlux,
-    /// W/m²/K: a film, a contact, a holder.
+    /// W/m²/K: film, contact, holder.
     Conductance,
-    /// W/m³/K: a holder around a volume.
+    /// W/m³/K: lateral conductance to a holder.
     VolumeConductance,
     /// W/m/K
     Conductivity,
@@ -40,7 +40,7 @@ pub enum Dimension {
     SpecificExtinction,
     /// m²
     Permeability,
-    /// 1/m: of the drag that goes with the square of a velocity.
+    /// 1/m: Forchheimer's inertial coefficient.
     Inertia,
     /// 1/s
     Rate,
@@ -54,11 +54,11 @@ pub enum Dimension {
     Fraction,
 }
 
-/// Powers of kilogram, metre, second, kelvin and mole.
+/// Exponents of kilogram, metre, second, kelvin and mole.
 type Powers = [i32; 5];
 
 impl Dimension {
-    /// In words and by example, for messages: `a heat flux such as "26.7 W/cm^2"`.
+    /// Name and example for messages: `a heat flux such as "26.7 W/cm^2"`.
     pub fn expectation(self) -> &'static str {
         match self {
             Self::Length => "a length such as \"0.51 mm\"",
@@ -111,7 +111,7 @@ impl Dimension {
         }
     }
 
-    /// Whether a value in SI is one that a quantity of this kind can have.
+    /// Whether a quantity of this kind can have this value in SI.
     pub fn is_allowed(self, value: f64) -> bool {
         match self {
             Self::Temperature => value > 0.0,
@@ -120,12 +120,12 @@ impl Dimension {
         }
     }
 
-    /// What a value that is not allowed is.
+    /// The reason why a value is not allowed.
     pub fn limit(self) -> &'static str {
         if self == Self::Surroundings { "below absolute zero" } else { "not above absolute zero" }
     }
 
-    /// The noun that these powers would be: `a length`.
+    /// The name of the quantity with these exponents: `a length`.
     fn noun_of(powers: Powers) -> &'static str {
         const ALL: [Dimension; 19] = [
             Dimension::Length,
@@ -151,11 +151,11 @@ impl Dimension {
         ALL.iter()
             .find(|dimension| dimension.powers() == powers)
             .and_then(|dimension| dimension.expectation().split(" such as").next())
-            .unwrap_or("what this unit measures")
+            .unwrap_or("a quantity in this unit")
     }
 }
 
-/// Name, value in SI, and powers of a unit.
+/// Name, value in SI and exponents of a unit.
 type Unit = (&'static str, f64, Powers);
 
 const UNITS: &[Unit] = &[
@@ -211,11 +211,11 @@ const UNITS: &[Unit] = &[
     ("%", 1e-2, [0, 0, 0, 0, 0]),
 ];
 
-/// A quantity as written, in SI.
+/// Parse a quantity into SI.
 ///
 /// # Errors
-/// A message that says what was expected and what was found: no number, no unit, an unknown unit, another dimension,
-/// a number that is not finite.
+/// A message with the expected and the found text, if there is no number or no unit, the unit is unknown or of another
+/// dimension, or the number is not finite.
 pub fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
     let text = text.trim();
     let expected = dimension.expectation();
@@ -241,11 +241,10 @@ pub fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
     Ok(value)
 }
 
-/// What a unit takes to SI: `value × scale + offset`. The offset is zero but for a temperature on a scale
-/// of its own.
+/// Scale and offset that convert a unit to SI: `value × scale + offset`. The offset is zero except for °C and °F.
 ///
 /// # Errors
-/// A message that says what was expected: an unknown unit or another dimension.
+/// A message with the expected quantity, if the unit is unknown or of another dimension.
 pub fn conversion(unit: &str, dimension: Dimension) -> Result<(f64, f64), String> {
     let expected = dimension.expectation();
     let (scale, powers) = compound(unit).map_err(|reason| format!("{reason}: expected {expected}"))?;
@@ -262,7 +261,7 @@ pub fn conversion(unit: &str, dimension: Dimension) -> Result<(f64, f64), String
     Ok((scale, offset))
 }
 
-/// The unit of a dimension that is meant by one such as `W/m^2 K`, which is (W/m²)·K.
+/// The correct form of a unit such as `W/m^2 K`, which reads as (W/m²)·K.
 fn meant(unit: &str, dimension: Dimension) -> Option<String> {
     let (over, under) = unit.split_once('/')?;
     let divided = format!("{over}/{}", under.split_whitespace().collect::<Vec<_>>().join("/"));
@@ -272,7 +271,7 @@ fn meant(unit: &str, dimension: Dimension) -> Option<String> {
 
 /// The number and the unit of `"26.7 W/cm^2"`; the space is optional.
 ///
-/// The number is the longest start that reads as one, so that `1e3 Pa` is a thousand pascals.
+/// The number is the longest prefix that parses as one: `1e3Pa` is a thousand pascals.
 fn split(text: &str) -> (&str, &str) {
     if let Some((number, unit)) = text.split_once(char::is_whitespace) {
         return (number, unit.trim());
@@ -282,13 +281,13 @@ fn split(text: &str) -> (&str, &str) {
     (&text[..number], &text[number..])
 }
 
-/// No unit of ours needs more bytes; parentheses are read by recursion, which this keeps shallow.
+/// Longest unit in bytes: limits the recursion into parentheses.
 const LONGEST_UNIT: usize = 64;
 
-/// Scale and powers of a compound unit.
+/// Scale and exponents of a compound unit.
 fn compound(unit: &str) -> Result<(f64, Powers), String> {
     if unit.len() > LONGEST_UNIT {
-        return Err("the unit is too long".to_owned());
+        return Err(format!("the unit is too long: expected at most {LONGEST_UNIT} bytes, found {}", unit.len()));
     }
     let mut rest = unit;
     let found = product(&mut rest, unit)?;

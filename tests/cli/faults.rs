@@ -1,76 +1,76 @@
-//! Wrong input: exit code 2, each fault at its place, and nothing written.
+//! Invalid input: exit code 2, errors with their position, and no output file.
 
 use super::{CASE, OBSERVED, Ran, bondline, say};
 use crate::support::Scratch;
 
-/// What is replaced in the case, with what, where the fault is, and what is said of it.
+/// A replacement in the case, line and column of the error, and a part of its message.
 const FAULTS: &[(&str, &str, &str, &str)] = &[
     ("thickness = \"3 mm\"", "thicknes = \"3 mm\"", ":16:1: ", "unknown key \"thicknes\": did you mean \"thickness\"?"),
     ("\"5 W/cm^2\"", "\"5\"", ":28:49: ", "missing unit: expected a heat flux"),
     ("\"5 W/cm^2\"", "\"5 mm\"", ":28:49: ", "wrong dimension: expected a heat flux"),
-    ("\"3 mm\"", "\"-3 mm\"", ":16:13: ", "\"-3 mm\" is not positive"),
-    ("\"1 s\"", "\"-1 s\"", ":28:42: ", "time -1 does not rise"),
+    ("\"3 mm\"", "\"-3 mm\"", ":16:13: ", "expected a value above 0, found \"-3 mm\""),
+    ("\"1 s\"", "\"-1 s\"", ":28:42: ", "times must not decrease: -1 s follows 0 s"),
     ("\"pyrogel3350\"", "\"pyrogel335\"", ":15:12: ", "unknown material \"pyrogel335\""),
-    ("\"2 mm\"", "\"4 mm\"", ":24:9: ", "4 mm is off the layup, whose back face lies at 3.5 mm"),
+    ("\"2 mm\"", "\"4 mm\"", ":24:9: ", "depth 4 mm lies outside the layup, from 0 mm to 3.5 mm"),
     ("[0.8, 1.2]", "[1.2, 0.8]", ":34:9: ", "bounds reversed: 1.2 is not below 0.8"),
     ("\"300 K\"", "\"300 K", ":2:", "invalid basic string"),
 ];
 
-/// It ended with 2, said these on standard error and nothing on standard output, and left no file but `given`.
+/// Exit code 2, these messages on standard error, nothing on standard output, and no file besides the `given` ones.
 #[track_caller]
-pub(crate) fn refused(scratch: &Scratch, ran: Ran, given: usize, said: &[&str]) {
-    let ran = ran.ended(2).saying(said);
+pub(crate) fn refused(scratch: &Scratch, ran: Ran, given: usize, message: &[&str]) {
+    let ran = ran.ended(2).saying(message);
     assert_eq!(ran.stdout, "");
-    assert_eq!(scratch.files().len(), given, "something was written: {:?}", scratch.files());
+    assert_eq!(scratch.files().len(), given, "a file was written: {:?}", scratch.files());
 }
 
 #[test]
-fn every_fault_of_a_case_is_told_with_file_line_and_column_and_nothing_is_written() {
+fn every_error_of_a_case_is_reported_with_file_line_and_column() {
     let scratch = Scratch::new("faults");
-    for (from, to, place, said) in FAULTS {
-        assert!(CASE.contains(from), "{from:?} stands in the case");
+    for (from, to, position, message) in FAULTS {
+        assert!(CASE.contains(from), "{from:?} is not in the case");
         scratch.write("c/case.toml", CASE.replacen(from, to, 1));
-        refused(&scratch, say(&scratch, "predict c"), 1, &[&format!("c/case.toml{place}"), said]);
+        refused(&scratch, say(&scratch, "predict c"), 1, &[&format!("c/case.toml{position}"), message]);
     }
 }
 
 #[test]
-fn all_faults_of_a_case_are_told_at_once() {
+fn all_errors_of_a_case_are_reported_together() {
     let scratch = Scratch::new("faults-all");
     let broken = FAULTS[..8].iter().fold(CASE.to_owned(), |text, (from, to, ..)| text.replacen(from, to, 1));
     scratch.write("c/case.toml", broken);
-    let said = ["thicknes", "missing unit", "time -1", "pyrogel335", "bounds reversed"];
-    refused(&scratch, say(&scratch, "study c"), 1, &said);
+    let message = ["thicknes", "missing unit", "-1 s follows", "pyrogel335", "bounds reversed"];
+    refused(&scratch, say(&scratch, "study c"), 1, &message);
 }
 
 #[test]
-fn an_observation_of_no_sensor_and_one_that_is_no_number_are_told_with_their_place() {
+fn invalid_observations_are_reported_with_line_and_column() {
     let scratch = Scratch::new("faults-observed");
     let line = 1 + CASE.lines().count() + OBSERVED.lines().position(|line| line.starts_with("TC2")).expect("a line");
-    for (from, to, column, said) in
-        [("TC2 = ", "TC3 = ", 7, "no sensor \"TC3\" to observe"), ("\"320 K\"", "\"NaN K\"", 35, "not a finite number")]
+    for (from, to, column, message) in
+        [("TC2 = ", "TC3 = ", 7, "unknown sensor \"TC3\""), ("\"320 K\"", "\"NaN K\"", 35, "not a finite number")]
     {
         scratch.write("c/case.toml", CASE.to_owned() + &OBSERVED.replacen(from, to, 1));
-        refused(&scratch, say(&scratch, "estimate c"), 1, &[&format!("c/case.toml:{line}:{column}: {said}")]);
+        refused(&scratch, say(&scratch, "estimate c"), 1, &[&format!("c/case.toml:{line}:{column}: {message}")]);
     }
 }
 
 #[test]
-fn a_loss_or_a_prior_that_is_none_is_told_with_its_place() {
+fn an_invalid_loss_or_prior_is_reported_with_line_and_column() {
     let scratch = Scratch::new("faults-objective");
     let line = 1 + CASE.lines().position(|line| line.starts_with("sensors = ")).expect("a line");
-    for (key, column, said) in [
+    for (key, column, message) in [
         ("loss = \"cauchy\"", 8, "expected squares, soft-l1 or huber"),
         ("loss = \"huber=-1\"", 8, "expected a width in standard deviations above zero"),
         ("prior = \"wide\"", 9, "expected \"small\" or \"large\", found \"wide\""),
     ] {
         scratch.write("c/case.toml", CASE.replacen("sensors = ", &format!("{key}\nsensors = "), 1) + OBSERVED);
-        refused(&scratch, say(&scratch, "estimate c"), 1, &[&format!("c/case.toml:{line}:{column}: {said}")]);
+        refused(&scratch, say(&scratch, "estimate c"), 1, &[&format!("c/case.toml:{line}:{column}: {message}")]);
     }
 }
 
 #[test]
-fn cases_that_do_not_go_together_are_told_with_what_keeps_them_apart() {
+fn cases_that_cannot_be_fitted_together_are_refused_with_the_reason() {
     let scratch = Scratch::new("faults-together");
     let text = CASE.to_owned() + OBSERVED;
     scratch.write("a/case.toml", &text);
@@ -78,7 +78,7 @@ fn cases_that_do_not_go_together_are_told_with_what_keeps_them_apart() {
     scratch.write("c/case.toml", text.replacen("small = [0.8, 1.2]", "nominal = 1.5\nsmall = [1.4, 1.6]", 1));
     scratch.write("d/case.toml", text.replace("f_k", "f_other"));
     scratch.write("e/case.toml", CASE);
-    for (line, said) in [
+    for (line, message) in [
         ("estimate a b", "\"b\" has another loss or prior than \"a\"; give --loss and --prior for all"),
         ("estimate a c", "factor \"f_k\": the bounds of the cases do not overlap; the highest lower bound is 1.4"),
         (
@@ -88,12 +88,12 @@ fn cases_that_do_not_go_together_are_told_with_what_keeps_them_apart() {
         ("estimate a e", "the selected sensors of \"e\" have no samples between 0 s and 30 s"),
         ("estimate a b --sensors TC7", "--sensors: no sensor is called \"TC7\"; there are TC1, TC2"),
     ] {
-        refused(&scratch, say(&scratch, line), 5, &[said]);
+        refused(&scratch, say(&scratch, line), 5, &[message]);
     }
 }
 
 #[test]
-fn a_number_that_is_none_in_a_table_is_told_with_its_file_and_place() {
+fn an_invalid_number_in_a_table_file_is_reported_with_line_and_column() {
     let scratch = Scratch::new("faults-table");
     let (_, after) = CASE.split_once("flux = ").expect("a flux");
     let flux = &after[..after.find('\n').expect("a line")];
@@ -105,26 +105,26 @@ fn a_number_that_is_none_in_a_table_is_told_with_its_file_and_place() {
 }
 
 #[test]
-fn a_case_that_is_no_case_is_told_apart_from_one_that_is_missing() {
+fn files_that_are_not_a_case_and_missing_files_have_different_messages() {
     let scratch = Scratch::new("faults-file");
     scratch.write("empty.toml", "");
     scratch.write("binary.toml", [0x7f, b'E', b'L', b'F', 0xff, 0xfe, 0]);
     scratch.write("folder/notes.txt", "no case here");
-    for (name, said) in [
+    for (name, message) in [
         ("empty.toml", "empty.toml: the file is empty"),
         ("binary.toml", "binary.toml: not a text file"),
         ("missing.toml", "missing.toml: no such file"),
-        ("folder", "folder: the folder holds no case.toml"),
+        ("folder", "folder: the folder contains no case.toml"),
     ] {
-        refused(&scratch, bondline(&scratch, &["predict", name]), 3, &[said]);
+        refused(&scratch, bondline(&scratch, &["predict", name]), 3, &[message]);
     }
 }
 
 #[test]
-fn what_is_typed_wrong_is_told_with_what_was_expected() {
+fn invalid_arguments_are_reported_with_the_expected_value() {
     let scratch = Scratch::new("typed");
     scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
-    for (line, said) in [
+    for (line, message) in [
         ("estimate c --factors f_z", "--factors: no factor is called \"f_z\"; there are f_k, f_q"),
         ("estimate c --factors f_k,f_k", "--factors names \"f_k\" twice"),
         ("estimate c --sensors TC9", "--sensors: no sensor is called \"TC9\"; there are TC1, TC2"),
@@ -177,7 +177,7 @@ fn what_is_typed_wrong_is_told_with_what_was_expected() {
         ("materials check c/case.toml", "c/case.toml: missing key \"density\""),
         ("frobnicate c", "unrecognized subcommand 'frobnicate'"),
     ] {
-        refused(&scratch, say(&scratch, line), 1, &[said]);
+        refused(&scratch, say(&scratch, line), 1, &[message]);
     }
 }
 
@@ -189,7 +189,7 @@ fn a_case_without_observations_cannot_be_estimated() {
 }
 
 #[test]
-fn the_report_of_another_case_is_overwritten_only_when_forced() {
+fn the_report_of_another_case_is_overwritten_only_with_force() {
     let scratch = Scratch::new("another");
     scratch.write("mine/case.toml", CASE);
     scratch.write("yours/case.toml", CASE);

@@ -1,14 +1,14 @@
-//! The committed synthetic observations are those that scripts/observations.sh makes.
+//! `scripts/observations.sh` reproduces the committed synthetic observations.
 
 use super::say;
 use crate::support::{FILE_K, Scratch, root, text};
 
-/// A column of a table of numbers, by the end of its name.
+/// A column of a CSV table by its heading.
 fn column(table: &str, name: &str) -> Vec<f64> {
     let mut lines = table.lines().filter(|line| !line.starts_with('#'));
-    let place = lines.next().and_then(|head| head.split(',').position(|cell| cell == name));
-    let place = place.unwrap_or_else(|| panic!("no {name}"));
-    lines.map(|line| line.split(',').nth(place).expect("a cell").parse().expect("a number")).collect()
+    let index = lines.next().and_then(|head| head.split(',').position(|cell| cell == name));
+    let index = index.unwrap_or_else(|| panic!("no {name}"));
+    lines.map(|line| line.split(',').nth(index).expect("a cell").parse().expect("a number")).collect()
 }
 
 #[track_caller]
@@ -18,12 +18,15 @@ fn same(made: &str, committed: &str, names: &[(&str, &str)]) {
         assert_eq!(made.len(), known.len(), "{committed}");
         let worst = made.iter().zip(&known).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(worst <= FILE_K, "{committed}, {of_committed}: {worst} K; run scripts/observations.sh");
-        assert!(made.windows(2).any(|pair| (pair[1] - pair[0]).abs() > FILE_K), "a constant would pass");
+        assert!(
+            made.windows(2).any(|pair| (pair[1] - pair[0]).abs() > FILE_K),
+            "{committed}, {of_made}: the column is constant"
+        );
     }
 }
 
 #[test]
-fn committed_synthetic_observations_are_those_of_the_script() {
+fn the_script_reproduces_the_committed_synthetic_observations() {
     let scratch = Scratch::new("observations");
     let made = |case: &str, options: &str| {
         let path = root().join(case);

@@ -1,14 +1,14 @@
-//! What each thermocouple counts for: a window and a standard deviation of its own.
+//! Time window and standard deviation of single thermocouples.
 
 use super::estimates::{SAME, number, observed};
 use super::say;
 use crate::support::Scratch;
 use serde_json::{Value, json};
 
-/// Beyond this readings of TC2 are made wrong, s.
+/// Time after which the readings of TC2 are wrong, s.
 const LOOSE_S: f64 = 20.0;
 
-/// TC2 reads 80 K too much once it came loose.
+/// Add 80 K to TC2 after [`LOOSE_S`].
 fn come_loose(table: &str) -> String {
     let row = |line: &str| match (line.split_once(','), line.rsplit_once(',')) {
         (Some((time, _)), Some((rest, kelvin))) if time.parse().is_ok_and(|time_s: f64| time_s > LOOSE_S) => {
@@ -27,43 +27,45 @@ const ALL: &str = r#"--factors f_k,f_q --set estimate.window=["0s","40s"]"#;
 const OWN: &str = r#"--set observations.TC2.window=["0s","20s"]"#;
 
 #[test]
-fn readings_of_a_thermocouple_that_came_loose_say_nothing_past_the_end_of_its_own_window() {
+fn readings_after_the_window_of_a_thermocouple_do_not_count() {
     let scratch = Scratch::new("loose");
     observed(&scratch, "sound", SAME, 1);
     scratch.write("loose/case.toml", scratch.read("sound/case.toml"));
     scratch.write("loose/measured.csv", come_loose(&scratch.read("sound/measured.csv")));
 
-    // Of TC2 alone its own window is the one that cuts a sound trace for all, to the last digit.
+    // With TC2 only, its window has the same effect as --window, to the last digit.
     let own = estimated(&scratch, &format!("loose {ALL} --sensors TC2 {OWN}"));
     let cut = estimated(&scratch, &format!("sound {ALL} --sensors TC2 --window 0:20"));
     assert_eq!((&own["factors"], &own["samples"]), (&cut["factors"], &cut["samples"]));
 
-    // With TC1, which was sound throughout, the truth is found, as it is not without the window or with one typed for all.
+    // With TC1, which stays correct, the true factor is found; without the window, or with --window, it is not.
     let both = estimated(&scratch, &format!("loose {ALL} --sensors TC1,TC2 {OWN}"));
     let spoiled = estimated(&scratch, &format!("loose {ALL} --sensors TC1,TC2"));
     let typed = estimated(&scratch, &format!("loose {ALL} --sensors TC1,TC2 {OWN} --window 0:40"));
-    // Of white noise: how wide an interval is for what may follow itself differs from data set to data set.
+    // The noise is white; the standard error with autocorrelation differs between the data sets.
     let error = number(&both, "factors.f_k.independent_standard_error");
     let off = |found: &Value| (number(found, "factors.f_k.value") - 1.1).abs() / error;
     assert!(off(&both) < 4.0 && off(&spoiled) > 20.0, "{} and {} of {error}", off(&both), off(&spoiled));
     assert_eq!(typed["factors"], spoiled["factors"]);
 
-    // It is told: in numbers, in words and in the figure of the sensor.
+    // JSON, text and report show the window.
     let counted = |found: &Value| found["observed"]["loose"]["TC2"]["samples"].as_u64().expect("a number of samples");
     assert_eq!(both["observed"]["loose"]["TC2"]["window_s"], json!([0.0, LOOSE_S]));
     assert_eq!(both["observed"]["loose"]["TC1"]["window_s"], json!([0.0, 40.0]));
     assert!(counted(&both) < counted(&typed));
-    let told = say(&scratch, &format!("estimate loose {ALL} --sensors TC1,TC2 {OWN} --quiet --force")).done().stdout;
-    assert!(told.contains("What sensors count for: TC2 from 0 s to 20 s."), "{told}");
+    let text = say(&scratch, &format!("estimate loose {ALL} --sensors TC1,TC2 {OWN} --quiet --force")).done().stdout;
+    assert!(text.contains("What sensors count for: TC2 from 0 s to 20 s."), "{text}");
     let page = scratch.read("out/loose/estimate/report.html");
     assert!(page.contains("Observations and what they count for") && page.contains("0.0 to 20.0"));
     assert!(page.contains("Between 0\u{a0}s and 20\u{a0}s the prediction is off by"));
     let set = r#"--set observations.TC2.window=["50s","60s"]"#;
-    say(&scratch, &format!("estimate loose {set}")).ended(2).saying(&["window begins at 50 s"]);
+    say(&scratch, &format!("estimate loose {set}"))
+        .ended(2)
+        .saying(&["begins before 40 s, the end of the exposure, found 50 s"]);
 }
 
 #[test]
-fn a_deviation_of_its_own_is_the_column_of_it_and_draws_the_estimate_to_the_firmer_sensor() {
+fn the_standard_deviation_of_a_sensor_equals_its_column_and_weights_the_sensor() {
     let scratch = Scratch::new("firm");
     observed(&scratch, "c", SAME, 2);
     let line = "c --factors f_k --sensors TC1,TC2 --window 0:40";

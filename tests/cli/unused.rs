@@ -1,14 +1,14 @@
-//! Options that would change nothing are refused, in words that say what is missing.
+//! Options without effect are refused, with the missing condition.
 
 use super::faults::refused;
 use super::{CASE, OBSERVED, say};
 use crate::support::Scratch;
 
-/// The estimate that the case states.
+/// The factors to estimate in the case.
 const STATED: &str = "factors = [\"f_k\"]\n";
 
 #[test]
-fn an_option_that_would_change_nothing_is_refused() {
+fn an_option_without_effect_is_refused() {
     let scratch = Scratch::new("unused");
     let observed = CASE.to_owned() + OBSERVED;
     scratch.write("c/case.toml", &observed);
@@ -21,7 +21,7 @@ fn an_option_that_would_change_nothing_is_refused() {
         begun.replacen(STATED, "factors = [\"f_k\"]\nbounds = \"large\"\nstart = { f_k = 1.4 }\n", 1),
     );
     let no_samples = "c: \"TC1\" is chosen and has no samples between 0 s and 30 s; leave it out";
-    for (line, said) in [
+    for (line, message) in [
         (
             "predict c --backend cpu --device H200",
             "--device \"H200\" names a Vulkan device and --backend cpu takes none",
@@ -53,28 +53,28 @@ fn an_option_that_would_change_nothing_is_refused() {
         ("twin c --noise 0K --correlation 5s", "--correlation without noise changes nothing"),
         ("verify --group exact --device H200", "--device \"H200\": the processor marches these groups"),
     ] {
-        refused(&scratch, say(&scratch, line), 5, &[said]);
+        refused(&scratch, say(&scratch, line), 5, &[message]);
     }
 }
 
 #[test]
-fn a_device_that_verify_names_and_that_is_not_there_is_exit_3() {
+fn an_unknown_device_in_verify_gives_exit_code_3() {
     let scratch = Scratch::new("verify-device");
     say(&scratch, "verify --group twins --device Voodoo2").ended(3).saying(&["no device is called \"Voodoo2\""]);
 }
 
 #[test]
-fn a_table_of_observations_that_names_no_sensor_is_exit_2_and_not_a_case_without_observations() {
+fn a_table_of_observations_without_a_sensor_column_gives_exit_code_2() {
     let scratch = Scratch::new("unread");
     scratch.write("c/case.toml", CASE.to_owned() + "\n[observations]\nfile = \"m.csv\"\nsigma = \"2 K\"\n");
-    for (table, said) in [
-        ("time_s|TC2_K\n0|300\n10|320\n", "c/m.csv:1:1: no column of a sensor after the first one, the time"),
+    for (table, message) in [
+        ("time_s|TC2_K\n0|300\n10|320\n", "c/m.csv:1:1: no sensor column after the time column"),
         ("junk\n", "c/m.csv:1:1: no rows under this heading"),
         ("time_s,TC2_K\n", "c/m.csv:1:1: no rows under this heading"),
     ] {
         scratch.write("c/m.csv", table);
         for command in ["predict", "study"] {
-            refused(&scratch, say(&scratch, &format!("{command} c")), 2, &[said]);
+            refused(&scratch, say(&scratch, &format!("{command} c")), 2, &[message]);
         }
     }
     scratch.write("c/m.csv", "time_s\tTC2_K\n0,0\t300\n10,5\t320,5\n");

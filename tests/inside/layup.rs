@@ -191,8 +191,8 @@ fn a_contact_factor_that_scales_nothing_or_what_another_scales_is_refused() {
     let (top, base) = ("group = \"TOP\"\n", "group = \"BASE\"\n");
     assert_eq!(written(&factor("f_h", top)).expect("nothing is wrong").factors()[0].group, "TOP");
     assert_eq!(written(&factor("f_h", "")).expect("nothing is wrong").factors()[0].group, "");
-    refused(&factor("f_h", base), "no contact under \"BASE\" has a conductance to scale");
-    refused(&(factor("f_h", top) + &factor("f_all", "")), "\"f_all\" scales what factor \"f_h\" scales already");
+    refused(&factor("f_h", base), "no interface below group \"BASE\" has a contact conductance to scale");
+    refused(&(factor("f_h", top) + &factor("f_all", "")), "factors \"f_h\" and \"f_all\" scale the same property");
 }
 
 /// The two plies of [`written`] in steady state between two held faces; the sensor reads a side of their contact.
@@ -281,16 +281,22 @@ fn a_side_where_there_is_none_and_a_depth_off_the_layup_are_refused() {
     let side = |place: &str, side: &str| format!("{sensor}{place}\nside = \"{side}\"\n");
     let read = written(&side("below = \"TOP\"", "above")).expect("nothing is wrong");
     assert_eq!((read.sensors()[0].side, read.sensors()[1].side), (Side::Both, Side::Above));
-    refused(&side("depth = \"2 mm\"", "above"), "this sensor lies on no interface");
-    refused(&side("below = \"BASE\"", "below"), "this sensor lies on no interface");
+    refused(&side("depth = \"2 mm\"", "above"), "a side needs a sensor on an interface of two plies");
+    refused(&side("below = \"BASE\"", "below"), "a side needs a sensor on an interface of two plies");
     refused(&side("below = \"TOP\"", "beneath"), "expected above, below or both, found \"beneath\"");
     let factor = |group: &str, bounds: &str| {
         format!("[[factor]]\nname = \"f_d\"\nproperty = \"depth\"\ngroup = \"{group}\"\nsmall = {bounds}\n")
     };
     assert_eq!(written(&factor("TC1", "[0.8, 1.2]")).expect("nothing is wrong").factors()[0].group, "TC1");
-    refused(&factor("TC9", "[0.8, 1.2]"), "no sensor \"TC9\": did you mean \"TC1\"?");
-    refused(&factor("TC1", "[0.8, 7.2]"), "take \"TC1\" to 0.4 and 3.6 mm, off the layup from 0 to 3.5 mm");
-    refused(&(sensor.to_owned() + "depth = \"0 mm\"\n" + &factor("TC2", "[0.8, 1.2]")), "its depth is zero");
+    refused(&factor("TC9", "[0.8, 1.2]"), "unknown sensor \"TC9\": did you mean \"TC1\"?");
+    refused(
+        &factor("TC1", "[0.8, 7.2]"),
+        "the bounds move \"TC1\" to 0.4 mm and 3.6 mm, outside the layup from 0 mm to 3.5 mm",
+    );
+    refused(
+        &(sensor.to_owned() + "depth = \"0 mm\"\n" + &factor("TC2", "[0.8, 1.2]")),
+        "sensor \"TC2\" lies at 0 mm: there is no depth to scale",
+    );
 }
 
 #[test]
@@ -349,8 +355,8 @@ fn a_holder_is_read_with_its_units_and_invalid_ones_are_refused() {
     assert_eq!((holder.conductance_w_m3_k, holder.temperature_k.after(9.0)), (20e3, 310.0));
     assert!(Plan::new(&case).times_s.contains(&9.0), "a step ends on the corner of its schedule");
     assert!(written("").expect("nothing is wrong").exposure().holder.is_none());
-    refused(FACTOR, "there is no [holder] to lose heat to");
+    refused(FACTOR, "the case has no [holder]: there is no heat loss to scale");
     refused(&HOLDER.replace("m^3", "m^2"), "wrong dimension: expected a conductance in a volume such as");
-    refused(&HOLDER.replace("20 kW", "-20 kW"), "is not positive");
+    refused(&HOLDER.replace("20 kW", "-20 kW"), "expected a value above 0, found \"-20 kW/m^3/K\"");
     refused("[holder]\nconductance = \"20 kW/m^3/K\"\n", "missing key \"temperature\"");
 }

@@ -1,4 +1,4 @@
-//! `[decomposition]` of a material file: its reactions and what they leave.
+//! `[decomposition]` of a material file: reactions and residues.
 
 use super::property::{choice, conductivity, pores, provenance, table};
 use super::written::{Section, Written, all};
@@ -6,10 +6,10 @@ use crate::case::error::Read;
 use crate::case::unit::Dimension;
 use crate::case::{Conductivity, Decomposition, Mixing, Pores, PyrolysisHeat, Reaction, Residue, Sequence, Table};
 
-/// How far the density written of a residue may lie from that of the losses: what rounding to three digits does.
+/// Relative tolerance of a stated density of a residue, for numbers rounded to three digits.
 const SAME_DENSITY: f64 = 5e-3;
 
-/// What residues fall back on.
+/// Properties of the virgin material, which residues inherit.
 pub(super) struct Virgin {
     pub(super) density_kg_m3: f64,
     pub(super) heat_capacity: Table,
@@ -42,9 +42,9 @@ fn shrinkage(written: Written<'_>) -> Read<f64> {
     written.require(Decomposition::checked_shrinkage(written.quantity(Dimension::Fraction)?))
 }
 
-/// Enthalpy of the virgin substance, J/kg, at a temperature, K.
+/// Absolute enthalpy of the virgin material, J/kg, and its reference temperature, K.
 fn levels(section: &Section<'_>) -> Read<(f64, f64)> {
-    let virgin = section.required("virgin_enthalpy", "the absolute enthalpy of the virgin substance at `reference`");
+    let virgin = section.required("virgin_enthalpy", "the absolute enthalpy of the virgin material at `reference`");
     let virgin_j_kg = virgin.and_then(|written| written.quantity(Dimension::SpecificEnthalpy));
     let reference = section.required("reference", "the temperature of the enthalpies, such as \"298 K\"");
     let reference_k = reference.and_then(|written| written.quantity(Dimension::Temperature));
@@ -64,7 +64,9 @@ fn reaction(section: &Section<'_>, sequence: Sequence, absolute: bool, density_k
     let order = section.required("order", "the order of the reaction, such as 1").and_then(order);
     let loss = match section.optional("loss") {
         Some(written) => loss(written).map(|loss| (loss, 1.0)),
-        None if sequence == Sequence::Chain => Err(section.fault("missing key \"loss\": a chain has no components")),
+        None if sequence == Sequence::Chain => {
+            Err(section.fault("missing key \"loss\": expected the mass loss of each reaction of a chain, such as 0.3"))
+        }
         None => component(section, density_kg_m3),
     };
     let rate_1_s = section.positive("rate", Dimension::Rate);
@@ -75,7 +77,7 @@ fn reaction(section: &Section<'_>, sequence: Sequence, absolute: bool, density_k
         Some(written) => written.quantity(Dimension::SpecificEnthalpy),
         None if absolute => Ok(0.0),
         None => {
-            Err(section.fault("missing key \"heat\": expected the heat taken up per mass of gas, such as \"1 MJ/kg\""))
+            Err(section.fault("missing key \"heat\": expected the heat absorbed per mass of gas, such as \"1 MJ/kg\""))
         }
     };
     section.close();
@@ -94,23 +96,24 @@ fn loss(written: Written<'_>) -> Read<f64> {
     written.require(Reaction::checked_loss(written.quantity(Dimension::Fraction)?))
 }
 
-/// The loss of a component of CMA and FIAT, which fills a share of the volume with a density of its own, and what of its
-/// density can react, (ρ_v − ρ_c)/ρ_v. With ξ = (ρ_v − ρ)/(ρ_v − ρ_c) their rate becomes A ((ρ_v − ρ_c)/ρ_v)^(m−1).
+/// Mass loss of a component as in CMA and FIAT, given by its volume share and its densities, and its reactive fraction
+/// (ρ_v − ρ_c)/ρ_v. With ξ = (ρ_v − ρ)/(ρ_v − ρ_c) the rate constant becomes A ((ρ_v − ρ_c)/ρ_v)^(m−1).
 fn component(section: &Section<'_>, density_kg_m3: f64) -> Read<(f64, f64)> {
-    let share = section.required("volume_share", "a key `loss`, or the share of the volume of a component");
+    let share = section.required("volume_share", "a key `loss`, or the volume share of a component");
     let share = share.and_then(|written| written.positive(Dimension::Fraction));
     let virgin_kg_m3 = section.positive("virgin_density", Dimension::Density);
     let left = section.required("char_density", Dimension::Density.expectation());
     let char_kg_m3 = left.and_then(|written| written.not_negative(Dimension::Density));
     let (share, virgin_kg_m3, char_kg_m3) = (share?, virgin_kg_m3?, char_kg_m3?);
     if char_kg_m3 >= virgin_kg_m3 {
-        let message = format!("a char of {char_kg_m3} kg/m³ is no lighter than the {virgin_kg_m3} kg/m³ it comes from");
+        let message = format!("expected a char density below {virgin_kg_m3} kg/m³, found {char_kg_m3} kg/m³");
         return Err(left?.fault(message));
     }
     let whole_kg_m3 = share * virgin_kg_m3;
     if whole_kg_m3 > density_kg_m3 * (1.0 + SAME_DENSITY) {
-        let message =
-            format!("a component of {whole_kg_m3} kg/m³ is heavier than the substance of {density_kg_m3} kg/m³");
+        let message = format!(
+            "expected a volume share times density of at most {density_kg_m3} kg/m³, found {whole_kg_m3} kg/m³"
+        );
         return Err(section.fault(message));
     }
     let remainder = (virgin_kg_m3 - char_kg_m3) / virgin_kg_m3;
@@ -125,7 +128,7 @@ fn activation(written: Written<'_>) -> Read<f64> {
     written.require(Reaction::checked_activation(written.quantity(Dimension::MolarEnergy)?))
 }
 
-/// What the reactions leave, and the absolute enthalpy of each.
+/// The residues, and their absolute enthalpies if stated.
 fn residues(
     section: &Section<'_>,
     sequence: Sequence,
@@ -140,8 +143,9 @@ fn residues(
         if sections.len() != wanted {
             let order = sequence.words();
             let (met, count) = (sections.len(), reactions.len());
-            let message =
-                format!("{count} reactions {order} leave {wanted} [[decomposition.intermediate]], found {met}");
+            let message = format!(
+                "expected {wanted} [[decomposition.intermediate]] for {count} reactions ({order}), found {met}"
+            );
             return Err(section.fault(message));
         }
     }
@@ -159,7 +163,7 @@ fn residues(
     if read.len() == count {
         if absolute {
             return Err(
-                section.fault("absolute heat without a char: expected [decomposition.char] with its `enthalpy`")
+                section.fault("absolute enthalpies without a char: expected [decomposition.char] with `enthalpy`")
             );
         }
         let Virgin { heat_capacity, conductivity, emissivity, pores, .. } = virgin;
@@ -171,7 +175,7 @@ fn residues(
     Ok((residues, if absolute { enthalpies } else { Vec::new() }))
 }
 
-/// `density_kg_m3` is what the losses leave, unless they are at fault themselves.
+/// `density_kg_m3` follows from the mass losses; `None` if these are wrong.
 fn residue(
     section: &Section<'_>,
     intermediate: bool,
@@ -180,7 +184,7 @@ fn residue(
     density_kg_m3: Option<f64>,
 ) -> Read<(Residue, f64)> {
     let name = if intermediate {
-        section.required("name", "what the intermediate is called").and_then(Written::text)
+        section.required("name", "a name such as \"tar\"").and_then(Written::text)
     } else {
         Ok("char")
     };
@@ -205,7 +209,7 @@ fn residue(
         pores
     });
     let enthalpy = if absolute {
-        let written = section.required("enthalpy", "its absolute enthalpy at `reference`, such as \"0 J/kg\"");
+        let written = section.required("enthalpy", "the absolute enthalpy at `reference`, such as \"0 J/kg\"");
         written.and_then(|written| written.quantity(Dimension::SpecificEnthalpy))
     } else {
         Ok(0.0)
@@ -216,22 +220,23 @@ fn residue(
     Ok((Residue { name: name?.to_owned(), heat_capacity, conductivity, emissivity, pores: pores? }, enthalpy?))
 }
 
-/// A density that is written to be read: it follows from the losses, and must agree with them.
+/// A stated density, which must agree with the mass losses.
 fn density(written: Written<'_>, virgin_kg_m3: f64, left_kg_m3: Option<f64>) -> Read<()> {
     let density_kg_m3 = written.positive(Dimension::Density)?;
     if density_kg_m3 >= virgin_kg_m3 {
-        let message = format!("{density_kg_m3} kg/m³ is no lighter than the virgin substance of {virgin_kg_m3} kg/m³");
+        let message = format!("expected a density below the virgin {virgin_kg_m3} kg/m³, found {density_kg_m3} kg/m³");
         return Err(written.fault(message));
     }
     match left_kg_m3 {
         Some(left_kg_m3) if (density_kg_m3 / left_kg_m3 - 1.0).abs() > SAME_DENSITY => {
-            Err(written.fault(format!("{density_kg_m3} kg/m³ is not what the losses leave, {left_kg_m3:.1} kg/m³")))
+            let expected = format!("expected {left_kg_m3:.1} kg/m³ from the mass losses of the reactions");
+            Err(written.fault(format!("{expected}, found {density_kg_m3} kg/m³")))
         }
         _ => Ok(()),
     }
 }
 
-/// A table of its own, or `{ times_virgin = 0.95 }`.
+/// A table, or `{ times_virgin = 0.95 }`.
 fn property(written: Written<'_>, dimension: Dimension, virgin: &Table) -> Read<Table> {
     let section = written.section()?;
     let table = match section.optional("times_virgin") {
@@ -246,7 +251,7 @@ fn property(written: Written<'_>, dimension: Dimension, virgin: &Table) -> Read<
     table
 }
 
-/// As [`property`]; each part of a conductivity in three is scaled alike.
+/// As [`residue_table`]; all parts of a three-part conductivity are scaled.
 fn conducting(written: Written<'_>, virgin: &Conductivity, density_kg_m3: f64) -> Read<Conductivity> {
     let section = written.section()?;
     let conductivity = match section.optional("times_virgin") {

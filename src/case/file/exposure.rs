@@ -8,18 +8,18 @@ use crate::case::nearest::suggestion;
 use crate::case::unit::Dimension;
 use crate::case::{Emissivity, Face, Holder, Layup, OpenFace, Schedule, Sensor};
 
-/// Of a face whose case names no surroundings, K.
+/// Temperature of the surroundings if the case names none, K.
 const ROOM_K: f64 = 300.0;
 
-/// A hot face, and how deep it lies where it is held below the top of the layup.
+/// A hot face; if it is held in depth, that depth.
 pub(super) struct HotFace<'a> {
     pub(super) face: Face,
     pub(super) held: Option<(f64, Written<'a>)>,
-    /// Where the file has gas that leaves reduce the flux.
+    /// The key `blowing`, if it is above zero.
     pub(super) blowing: Option<Written<'a>>,
 }
 
-/// A back face, and the pressure there where it lets gas through.
+/// A back face, and its pressure if it is permeable.
 pub(super) struct BackFace<'a> {
     pub(super) face: Face,
     pub(super) pressure: Option<(Schedule, Written<'a>)>,
@@ -71,13 +71,13 @@ pub(super) fn back_face<'a>(case: &Section<'a>, schedules: &Schedules<'_>) -> Re
     Ok(BackFace { face: face?, pressure: pressure? })
 }
 
-/// A pressure through time, above zero.
+/// A pressure schedule, above zero.
 pub(super) fn pressure(written: Written<'_>, schedules: &Schedules<'_>) -> Read<Schedule> {
     let schedule = schedules.read(written, Dimension::Pressure)?;
     written.require(schedule.check_pressure()).map(|()| schedule)
 }
 
-/// What the layup loses sideways, where the file says.
+/// `[holder]`: lateral heat loss.
 pub(super) fn around(case: &Section<'_>, schedules: &Schedules<'_>) -> Read<Option<Holder>> {
     let Some(written) = case.optional("holder") else {
         return Ok(None);
@@ -90,7 +90,7 @@ pub(super) fn around(case: &Section<'_>, schedules: &Schedules<'_>) -> Read<Opti
     Ok(Some(Holder { conductance_w_m3_k: conductance_w_m3_k?, temperature_k: temperature_k? }))
 }
 
-/// An unknown kind leaves the other keys unread: nobody knows what they should be.
+/// The kind of a face. With an unknown kind the other keys are not read, as their meaning is unknown.
 fn kind<'a>(section: &Section<'a>, known: &[&str]) -> Read<&'a str> {
     let written = section.required("kind", &known.join(", "))?;
     let kind = written.text()?;
@@ -101,19 +101,19 @@ fn kind<'a>(section: &Section<'a>, known: &[&str]) -> Read<&'a str> {
 }
 
 fn heated(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
-    let nothing = || Ok(Schedule::constant(0.0));
+    let zero = || Ok(Schedule::constant(0.0));
     let flux = section.optional("flux");
     let radiant = section.optional("radiant_flux");
     let recovery = section.optional("recovery_enthalpy");
-    let lacks = if flux.is_none() && radiant.is_none() {
+    let complete = if flux.is_none() && radiant.is_none() {
         Err(section.fault("a heated face needs a `flux` or a `radiant_flux`"))
     } else if let (None, Some(recovery)) = (flux, recovery) {
-        Err(recovery.fault("a recovery enthalpy corrects a `flux`, and there is none"))
+        Err(recovery.fault("`recovery_enthalpy` needs a `flux`: found none"))
     } else {
         Ok(())
     };
-    let flux_w_m2 = flux.map_or_else(nothing, |written| schedules.read(written, Dimension::HeatFlux));
-    let radiant_w_m2 = radiant.map_or_else(nothing, |written| schedules.read(written, Dimension::HeatFlux));
+    let flux_w_m2 = flux.map_or_else(zero, |written| schedules.read(written, Dimension::HeatFlux));
+    let radiant_w_m2 = radiant.map_or_else(zero, |written| schedules.read(written, Dimension::HeatFlux));
     let recovery_enthalpy_j_kg = recovery.map(|written| written.positive(Dimension::SpecificEnthalpy)).transpose();
     let film = match (section.optional("coefficient"), section.optional("gas")) {
         (None, None) => Ok((0.0, Schedule::constant(ROOM_K))),
@@ -122,13 +122,13 @@ fn heated(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
             let gas = schedules.read(gas, Dimension::Temperature);
             film.and_then(|film| Ok((film, gas?)))
         }
-        (Some(film), None) => Err(film.fault("a coefficient needs the temperature of its `gas`")),
-        (None, Some(gas)) => Err(gas.fault("a gas needs a `coefficient`")),
+        (Some(film), None) => Err(film.fault("`coefficient` needs the gas temperature: expected a key `gas`")),
+        (None, Some(gas)) => Err(gas.fault("`gas` needs a heat transfer coefficient: expected a key `coefficient`")),
     };
     let emissivity = emissivity(section);
     let surroundings_k = surroundings(section, schedules);
     let blowing = section.optional("blowing").map_or(Ok(0.0), |written| blowing(written, recovery.is_some()));
-    lacks?;
+    complete?;
     let (film_w_m2_k, gas_k) = film?;
     Ok(OpenFace {
         flux_w_m2: flux_w_m2?,
@@ -143,12 +143,11 @@ fn heated(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<OpenFace> {
     })
 }
 
-/// The blowing correction needs a film coefficient, which a flux has by its recovery enthalpy.
 fn blowing(written: Written<'_>, corrected: bool) -> Read<f64> {
     written.require(OpenFace::checked_blowing(written.number()?, corrected))
 }
 
-/// What a face radiates to; a room where the file is silent.
+/// Temperature of the radiative surroundings; room temperature by default.
 fn surroundings(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<Schedule> {
     let room = || Ok(Schedule::constant(ROOM_K));
     section.optional("surroundings").map_or_else(room, |written| schedules.read(written, Dimension::Surroundings))
@@ -200,7 +199,7 @@ fn held(section: &Section<'_>, schedules: &Schedules<'_>) -> Read<Face> {
     schedules.read(temperature, Dimension::Temperature).map(Face::Held)
 }
 
-/// The material's own unless the case says otherwise.
+/// The emissivity of the material by default.
 fn emissivity(section: &Section<'_>) -> Read<Emissivity> {
     let Some(written) = section.optional("emissivity") else {
         return Ok(Emissivity::Material);

@@ -1,4 +1,4 @@
-//! `[[factor]]`: what may vary, checked against the layup and the faces that it would scale.
+//! `[[factor]]` and `[[correlation]]`, validated against the layup and the faces.
 
 use super::layup::names;
 use super::written::{Section, Written, all};
@@ -7,7 +7,7 @@ use crate::case::nearest::suggestion;
 use crate::case::scope::{A_GROUP, FactorScope, NO_GROUP, NO_STATE};
 use crate::case::{Correlation, Factor, Property};
 
-/// The factors, in the order written. Where the layup or a face is at fault, only their own keys are read.
+/// The factors in the order of the file. Without a valid layup and valid faces (`scope`) only the keys are read.
 pub(super) fn factors(case: &Section<'_>, scope: Option<FactorScope<'_>>) -> Read<Vec<Factor>> {
     let sections = case.tables("factor")?;
     let names = names(&sections, "factor");
@@ -23,7 +23,7 @@ pub(super) fn factors(case: &Section<'_>, scope: Option<FactorScope<'_>>) -> Rea
     Ok(factors)
 }
 
-/// `[[correlation]]`: factors, two at a time, that go together. Where the factors are at fault, only its keys are read.
+/// `[[correlation]]`: pairs of correlated factors. Without valid factors only the keys are read.
 pub(super) fn correlation(case: &Section<'_>, factors: Option<&[Factor]>) -> Read<Correlation> {
     let sections = case.tables("correlation")?;
     let mut pairs: Vec<(usize, usize, f64)> = Vec::new();
@@ -35,9 +35,9 @@ pub(super) fn correlation(case: &Section<'_>, factors: Option<&[Factor]>) -> Rea
         pairs.push((one, other, value));
         Ok(())
     }))?;
-    // The last one written is where a contradiction ends; there is one, as none at all contradict nothing.
-    let place = sections.last().unwrap_or(case);
-    place.require(Correlation::new(factors.map_or(0, <[Factor]>::len), &pairs))
+    // An indefinite matrix is reported at the last correlation; there is one, as an empty matrix is valid.
+    let last = sections.last().unwrap_or(case);
+    last.require(Correlation::new(factors.map_or(0, <[Factor]>::len), &pairs))
 }
 
 fn pair(section: &Section<'_>, factors: Option<&[Factor]>) -> Read<Option<(usize, usize, f64)>> {
@@ -48,7 +48,7 @@ fn pair(section: &Section<'_>, factors: Option<&[Factor]>) -> Read<Option<(usize
             let (name, factors) = (written.text()?, factors.unwrap_or_default());
             let hint = || suggestion(name, factors.iter().map(|factor| factor.name.as_str()));
             let found = factors.iter().position(|factor| factor.name == name);
-            found.ok_or_else(|| written.fault(format!("{name:?} is no factor of this case{}", hint())))
+            found.ok_or_else(|| written.fault(format!("unknown factor {name:?}{}", hint())))
         };
         match (&names[..], factors) {
             (_, None) => Ok(None),
@@ -57,7 +57,7 @@ fn pair(section: &Section<'_>, factors: Option<&[Factor]>) -> Read<Option<(usize
                 let (one, other) = (one?, other?);
                 written.require(Correlation::checked_pair(one, other, &[])).map(Some)
             }
-            _ => Err(written.fault(format!("expected {expected}, found {} of them", names.len()))),
+            _ => Err(written.fault(format!("expected {expected}, found {} names", names.len()))),
         }
     });
     let value = section
@@ -101,7 +101,7 @@ fn property(written: Written<'_>) -> Read<Property> {
     written.require(Property::named(text).ok_or_else(unknown))
 }
 
-/// A state that every ply of the group can be in, of a property that is told apart by it.
+/// A state that every ply of the group has; the property must be a conductivity.
 fn state(
     written: Written<'_>,
     property: Read<Property>,
@@ -124,7 +124,7 @@ fn bounds(written: Written<'_>) -> Read<(f64, f64)> {
     written.require(Factor::checked_bounds((low?, high?)))
 }
 
-/// The group of a factor that goes up to `highest`, empty where it has none.
+/// The group of a factor with the upper bound `highest`; empty for none.
 fn scaled(
     section: &Section<'_>,
     property: Property,

@@ -1,16 +1,16 @@
-//! The files that a case names: of a folder, or held in memory.
+//! The files that a case names, on disk or in memory.
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read as _};
 use std::path::{Path, PathBuf};
 
-/// The largest file that is read: two million rows of a time and three values are half of it.
+/// Largest file: twice the size of two million rows of a time and three values.
 pub(super) const LARGEST_BYTES: u64 = 64 << 20;
 
-/// The files that a case names, by their paths relative to the case file: `flux.csv`, `materials/felt.toml`.
+/// A source of the files that a case names, by paths relative to the case file: `flux.csv`, `materials/felt.toml`.
 ///
-/// A [`Folder`] has them on a disk, a map from paths to texts in memory:
+/// A [`Folder`] reads from disk, a map from paths to texts from memory:
 ///
 /// ```
 /// use bondline::Case;
@@ -33,7 +33,7 @@ pub(super) const LARGEST_BYTES: u64 = 64 << 20;
 /// let face = "time_s,face_K\n0,300\n10,1200\n".to_owned();
 /// let files = BTreeMap::from([("face.csv".to_owned(), face)]);
 /// assert_eq!(Case::from_toml(text, "felt", &files)?.sensors().len(), 1);
-/// let error = Case::from_toml(text, "felt", &BTreeMap::new()).expect_err("nothing holds the file");
+/// let error = Case::from_toml(text, "felt", &BTreeMap::new()).expect_err("a missing file");
 /// assert!(error.to_string().contains("no such file: face.csv"));
 /// # Ok::<(), bondline::case::CaseError>(())
 /// ```
@@ -41,13 +41,13 @@ pub trait Files {
     /// The bytes of a file: UTF-8, or UTF-16 with a byte-order mark.
     ///
     /// # Errors
-    /// Why it cannot be read, as [`ErrorKind::NotFound`] where there is none.
+    /// The file cannot be read; [`ErrorKind::NotFound`] if there is none.
     fn read(&self, path: &str) -> io::Result<Vec<u8>>;
 
-    /// Whether there is a file.
+    /// Whether the file exists.
     fn contains(&self, path: &str) -> bool;
 
-    /// What messages call a file.
+    /// The name of a file in messages.
     fn label(&self, path: &str) -> String {
         path.to_owned()
     }
@@ -58,7 +58,7 @@ pub trait Files {
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// The folder of a path; empty is the working directory.
+    /// The folder at a path; an empty path is the working directory.
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self(path.into())
     }
@@ -89,7 +89,7 @@ impl Files for BTreeMap<String, String> {
     }
 }
 
-/// The bytes of a file, one more than allowed of one that is too large.
+/// The bytes of a file, at most [`MAX_FILE_BYTES`] + 1: the caller rejects a longer one.
 pub(super) fn bytes(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(LARGEST_BYTES + 1).read_to_end(&mut bytes)?;

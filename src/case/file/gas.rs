@@ -8,7 +8,7 @@ use crate::case::unit::Dimension;
 
 pub(super) fn gas(written: Written<'_>, id: String) -> Read<Gas> {
     let top = written.section()?;
-    let name = top.required("name", "what people call the gas").and_then(Written::text);
+    let name = top.required("name", "a title of the gas").and_then(Written::text);
     let note = top.text_or("note", "");
     let provenance = provenance(&top);
     let property = |key, dimension| {

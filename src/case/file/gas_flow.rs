@@ -1,4 +1,4 @@
-//! How gas leaves a layup: `decomposition` and `[gas]` of a case.
+//! Gas transport: `decomposition` and `[gas]` of a case.
 
 use super::exposure::BackFace;
 use super::property::choice;
@@ -9,11 +9,11 @@ use crate::case::gas::UNDRIVEN;
 use crate::case::{GasFlow, GasPath, Layup, Ply};
 use std::sync::Arc;
 
-/// What gas is taken where a case names none: made by plies, or blown through them.
+/// Default gas: of pyrolysis, and of a flow driven by pressure without pyrolysis.
 const MADE: &str = "pyrolysis";
 const BLOWN: &str = "air";
 
-/// The layup as the key `decomposition` has it: without it every ply stays as it was made.
+/// The layup; without `decomposition = true` all plies are inert.
 pub(super) fn reacting(top: &Section<'_>, layup: Read<Layup>) -> Read<Layup> {
     let written = top.optional("decomposition");
     let reacts = written.map_or(Ok(false), Written::truth);
@@ -21,13 +21,13 @@ pub(super) fn reacting(top: &Section<'_>, layup: Read<Layup>) -> Read<Layup> {
     if !reacts {
         layup.plies.iter_mut().for_each(|ply| ply.material = ply.material.as_made());
     } else if !layup.plies.iter().any(Ply::makes_gas) {
-        let fault = |written: Written<'_>| written.fault("no ply is of a material with a [decomposition]");
+        let fault = |written: Written<'_>| written.fault("no ply has a material with a [decomposition]");
         return Err(written.map_or_else(|| top.fault("no ply decomposes"), fault));
     }
     Ok(layup)
 }
 
-/// How gas leaves the layup as marched; `None` where there is none that moves.
+/// Gas transport in the marched layup; `None` if no gas flows.
 pub(super) fn flow(
     top: &Section<'_>,
     references: &References<'_>,
@@ -69,7 +69,7 @@ pub(super) fn flow(
     Ok(Some(GasFlow { path, gas: Arc::new(gas) }))
 }
 
-/// What a case with gas gets that says nothing of it.
+/// Gas transport of a case with pyrolysis and without `[gas]`.
 fn standard(top: &Section<'_>, references: &References<'_>, layup: Option<&Layup>) -> Read<GasFlow> {
     let gas = references.default_gas(MADE)?;
     if let Some(layup) = layup {

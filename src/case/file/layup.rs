@@ -9,7 +9,7 @@ use crate::case::nearest::suggestion;
 use crate::case::unit::Dimension;
 use crate::case::{Layup, Ply, Sensor, Side};
 
-/// A ply and the contact below it, as written.
+/// A ply and its key `contact_below`.
 struct Layer {
     ply: Ply,
     contact_below: Option<Option<f64>>,
@@ -29,12 +29,12 @@ pub(super) fn layup(case: &Section<'_>, references: &References<'_>) -> Read<Lay
     let (everywhere, layers, _) = (everywhere?, layers?, names?);
     let below = sections.last().and_then(|section| section.optional("contact_below"));
     if let Some(written) = below {
-        return Err(written.fault("there is no ply below the last one to be in contact with"));
+        return Err(written.fault("`contact_below` needs a ply below: this is the last one"));
     }
     let is_taken = layers[..layers.len() - 1].iter().any(|layer| layer.contact_below.is_none());
     if let (Some(written), Some(_), false) = (written, everywhere, is_taken) {
-        let why = if layers.len() == 1 { "there is no interface" } else { "every ply has its own `contact_below`" };
-        return Err(written.fault(format!("a contact conductance of no interface: {why}")));
+        let why = if layers.len() == 1 { "the layup has one ply" } else { "every ply has its own `contact_below`" };
+        return Err(written.fault(format!("`contact_conductance` applies to no interface: {why}")));
     }
     let contacts = layers[..layers.len() - 1].iter().map(|layer| layer.contact_below.unwrap_or(everywhere));
     Ok(Layup {
@@ -44,7 +44,7 @@ pub(super) fn layup(case: &Section<'_>, references: &References<'_>) -> Read<Lay
     })
 }
 
-/// A ply; `reacts` where the case lets plies decompose.
+/// A ply; `reacts` is the key `decomposition` of the case.
 fn layer(section: &Section<'_>, references: &References<'_>, reacts: bool) -> Read<Layer> {
     let name = section.required("name", "a name such as \"OF1\"").and_then(Written::text);
     let group = section.optional("group").map(Written::text).transpose();
@@ -57,10 +57,10 @@ fn layer(section: &Section<'_>, references: &References<'_>, reacts: bool) -> Re
     section.close();
     if let (Some(written), Ok(true), Ok(material)) = (decomposes, own, &material) {
         if material.decomposition.is_none() {
-            return Err(written.fault(format!("{:?} has no [decomposition]", material.id)));
+            return Err(written.fault(format!("material {:?} has no [decomposition]", material.id)));
         }
         if !reacts {
-            return Err(written.fault("no ply decomposes without `decomposition = true` of the case"));
+            return Err(written.fault("`decomposition` of a ply needs `decomposition = true` of the case"));
         }
     }
     let (name, group, own) = (name?, group?, own?);
@@ -81,14 +81,14 @@ fn contact(written: Written<'_>) -> Read<Option<f64>> {
     written.positive(Dimension::Conductance).map(Some)
 }
 
-/// Every table of a list has a name of its own.
+/// Require different names in a list of tables.
 pub(super) fn names(sections: &[Section<'_>], noun: &'static str) -> Read<()> {
     let mut names = Names::of(noun);
     let named = sections.iter().filter_map(|section| section.optional("name")).filter(|written| written.is_text());
     all(named.map(|written| written.require(names.add(written.text()?)))).map(drop)
 }
 
-/// The sensors, in the order written. Without a layup to hold them against, only their own keys are read.
+/// The sensors in the order of the file. Without a valid layup only the keys are read.
 pub(super) fn sensors(case: &Section<'_>, layup: Option<&Layup>) -> Read<Vec<Sensor>> {
     let sections = case.tables("sensor")?;
     if sections.is_empty() {
@@ -105,7 +105,7 @@ fn sensor(section: &Section<'_>, layup: Option<&Layup>) -> Read<Sensor> {
     let depth_m = match (section.optional("below"), section.optional("depth")) {
         (Some(below), None) => below_ply(below, layup),
         (None, Some(depth)) => depth.not_negative(Dimension::Length).and_then(|depth_m| on(depth_m, depth, layup)),
-        (Some(_), Some(depth)) => Err(depth.fault("a sensor has a ply above it (`below`) or a `depth`, not both")),
+        (Some(_), Some(depth)) => Err(depth.fault("expected `below` or `depth`, not both")),
         (None, None) => Err(section.fault("a sensor needs `below = \"OF1\"` or `depth = \"5.72 mm\"`")),
     };
     let side = section.optional("side").map_or(Ok(Side::Both), |written| {
@@ -139,16 +139,16 @@ fn below_ply(written: Written<'_>, layup: Option<&Layup>) -> Read<f64> {
     };
     let found = layup.plies.iter().position(|ply| ply.name == name);
     let known = layup.plies.iter().map(|ply| ply.name.as_str());
-    let ply = found.ok_or_else(|| written.fault(format!("no ply {name:?}{}", suggestion(name, known))))?;
+    let ply = found.ok_or_else(|| written.fault(format!("unknown ply {name:?}{}", suggestion(name, known))))?;
     Ok(layup.faces_m()[ply])
 }
 
-/// A depth on the layup, moved onto a face that it all but meets.
+/// A depth within the layup, moved onto a face within a micrometre.
 fn on(depth_m: f64, written: Written<'_>, layup: Option<&Layup>) -> Read<f64> {
     layup.map_or(Ok(depth_m), |layup| written.require(layup.depth_m(depth_m)))
 }
 
-/// Where a held face lies: at a sensor, or at a depth on the layup.
+/// The depth of a held face, given by a sensor or as a depth.
 pub(super) fn held_at(written: Written<'_>, layup: &Layup, sensors: &[Sensor]) -> Read<f64> {
     let text = written.text()?;
     let depth_m = if let Some(sensor) = sensors.iter().find(|sensor| sensor.name == text) {
@@ -161,13 +161,13 @@ pub(super) fn held_at(written: Written<'_>, layup: &Layup, sensors: &[Sensor]) -
         return Err(written.fault(format!("expected a sensor or a depth, found {text:?}{hint}")));
     };
     if depth_m >= layup.back_m() - SAME_DEPTH_M {
-        return Err(written.fault(format!("nothing is left of the layup below {} mm, its back face", mm(depth_m))));
+        let [depth, back] = [depth_m, layup.back_m()].map(mm);
+        return Err(written.fault(format!("expected a depth above the back face at {back} mm, found {depth} mm")));
     }
     Ok(depth_m)
 }
 
-/// The layup and its sensors below a face held at a depth: what lies above has dropped out, and a sensor
-/// there cannot be asked for.
+/// The layup and its sensors below a face held at a depth. A sensor above it is an error.
 pub(super) fn below(layup: Layup, sensors: Vec<Sensor>, depth_m: f64, face: Written<'_>) -> Read<(Layup, Vec<Sensor>)> {
     let layup = layup.below(depth_m);
     let sensors = all(sensors.into_iter().map(|sensor| {
@@ -176,7 +176,7 @@ pub(super) fn below(layup: Layup, sensors: Vec<Sensor>, depth_m: f64, face: Writ
             let name = &sensor.name;
             return Err(face.fault(format!("sensor {name:?} at {lies} mm lies above the held face at {held} mm")));
         }
-        // The depths of the faces left are summed anew, and may differ from the old in the last bit.
+        // The depths of the remaining faces are summed again and may differ in the last bit.
         Ok(Sensor { depth_m: layup.on_face_m(sensor.depth_m), ..sensor })
     }))?;
     Ok((layup, sensors))

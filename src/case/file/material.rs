@@ -1,4 +1,4 @@
-//! A material file: `[density]`, `[heat_capacity]`, `[conductivity]`, `[emissivity]`, and where they are known `[pores]` and
+//! A material file: `[density]`, `[heat_capacity]`, `[conductivity]`, `[emissivity]` and optionally `[pores]` and
 //! `[decomposition]`, each with its provenance.
 
 use super::decomposition::{Virgin, decomposition};
@@ -10,17 +10,17 @@ use crate::case::{Conductivity, Material, Pores, Provenance, Table};
 
 pub(super) fn material(written: Written<'_>, id: String) -> Read<Material> {
     let top = written.section()?;
-    let name = top.required("name", "what people call the material").and_then(Written::text);
+    let name = top.required("name", "a title of the material").and_then(Written::text);
     let note = top.text_or("note", "");
     let property = |key| top.required(key, "a table of the property").and_then(Written::section);
     let density = property("density").and_then(|section| density(&section));
     let heat_capacity = property("heat_capacity").and_then(|section| tabulated(&section, Dimension::HeatCapacity));
-    // A specific extinction becomes an extinction with the density.
+    // The density converts a specific extinction to an extinction coefficient.
     let density_kg_m3 = density.as_ref().map_or(1.0, |(density_kg_m3, _)| *density_kg_m3);
     let conductivity = property("conductivity").and_then(|section| conductivity(&section, density_kg_m3));
     let emissivity = property("emissivity").and_then(|section| tabulated(&section, Dimension::Fraction));
     let pores = top.optional("pores").map(|written| pores(&written.section()?)).transpose();
-    // Where a property is at fault another stands in for it, so that the faults of the residues are told as well.
+    // Defaults replace wrong properties, so that the errors of the residues are reported too.
     let virgin = Virgin {
         density_kg_m3,
         heat_capacity: heat_capacity.as_ref().map_or_else(|_| Table::constant(1.0), |(table, _)| table.clone()),

@@ -1,8 +1,8 @@
-//! A case as written, turned into a case that holds.
+//! Reading of case, material and gas files.
 //!
-//! The file is TOML, read by hand rather than derived: every value keeps its line and column, an unknown key is a
-//! fault, and reading goes on past a fault so that all of them are told at once. `docs/reference/case-file.md` is the reference
-//! of its keys.
+//! The files are TOML. They are not deserialised with derived code: every value keeps its line and column, an unknown
+//! key is an error, and reading continues after an error, so that one run reports all of them. The keys are documented
+//! in `docs/reference/case-file.md`.
 
 mod decomposition;
 mod exposure;
@@ -37,100 +37,101 @@ use std::path::{Path, PathBuf};
 use written::{Node, Section, Written};
 
 impl Case {
-    /// A case file, or a folder that holds a `case.toml`.
+    /// Read a case file, or the `case.toml` of a folder.
     ///
     /// # Errors
-    /// Every fault of the file and of those it names, each with its line and column.
+    /// All errors of the file and of the files it names, each with line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
         Self::load_with(path, &[])
     }
 
-    /// A case with some of its keys overridden: pairs of a name and a value.
+    /// Read a case and override some of its keys with pairs of a name and a value.
     ///
-    /// A name is a factor (sets its nominal value) or a dotted key of the case file; a table of a list is met by its
-    /// `name`: `pressure`, `hot_face.surroundings`, `ply.OF1.thickness`, `f_k_INS`, `f_k_INS.small`. A value is TOML, or
-    /// a bare text such as `3 kPa`.
+    /// A name is a factor, whose nominal value is set, or a dotted key of the case file; an entry of a list is selected
+    /// by its `name`: `pressure`, `hot_face.surroundings`, `ply.OF1.thickness`, `f_k_INS`, `f_k_INS.small`. A value is
+    /// TOML or text without quotes, such as `3 kPa`.
     ///
     /// # Errors
-    /// As [`Case::load`]; a fault of an override names the override.
+    /// As [`Case::load`]; an error of an override names the override.
     pub fn load_with(path: &Path, overrides: &[(String, String)]) -> Result<Self, CaseError> {
-        let faults = Faults::default();
-        let case = located(path, &faults).and_then(|file| {
-            let mut root = document(&file, &faults)?;
-            written::all(overrides.iter().map(|(name, value)| set(&mut root, name, value, &faults)))?;
-            read(&root, &Folder::new(file.parent().unwrap_or(Path::new("."))), id(&file), &faults)
+        let diagnostics = Faults::default();
+        let case = located(path, &diagnostics).and_then(|file| {
+            let mut root = document(&file, &diagnostics)?;
+            written::all(overrides.iter().map(|(name, value)| set(&mut root, name, value, &diagnostics)))?;
+            read(&root, &Folder::new(file.parent().unwrap_or(Path::new("."))), id(&file), &diagnostics)
         });
-        faults.settle(case)?.build()
+        diagnostics.settle(case)?.build()
     }
 
-    /// A case from the text of a case file. `id` names it in messages and output; `files` has the files that the text
-    /// names, so that a case needs no disk.
+    /// Read a case from the text of a case file. `id` names it in messages and output; `files` provides the files that
+    /// the text names, from disk or memory.
     ///
     /// # Errors
-    /// Every fault of the text and of the files that it names, each with its line and column.
+    /// All errors of the text and of the files that it names, each with line and column.
     pub fn from_toml(text: &str, id: &str, files: &dyn Files) -> Result<Self, CaseError> {
-        let faults = Faults::default();
-        let case = Node::document(text, id, &faults).and_then(|root| read(&root, files, id.to_owned(), &faults));
-        faults.settle(case)?.build()
+        let diagnostics = Faults::default();
+        let case =
+            Node::document(text, id, &diagnostics).and_then(|root| read(&root, files, id.to_owned(), &diagnostics));
+        diagnostics.settle(case)?.build()
     }
 }
 
-/// The content of a document that names some files. What is wrong with it is recorded where it is written; the builder
-/// checks it as a whole.
-fn read(root: &Node, files: &dyn Files, id: String, faults: &Faults) -> Read<CaseBuilder> {
-    case(&root.read(faults).section()?, &References::new(files, faults), id)
+/// The content of a document. Errors of single values are recorded here; the builder then validates the whole case.
+fn read(root: &Node, files: &dyn Files, id: String, diagnostics: &Faults) -> Read<CaseBuilder> {
+    case(&root.read(diagnostics).section()?, &References::new(files, diagnostics), id)
 }
 
 impl Material {
-    /// The material of a file.
+    /// Read a material file.
     ///
     /// # Errors
-    /// Every fault of the file, each with its line and column.
+    /// All errors of the file, each with line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
-        let faults = Faults::default();
-        let material = document(path, &faults).and_then(|root| material::material(root.read(&faults), id(path)));
-        faults.settle(material)
+        let diagnostics = Faults::default();
+        let material =
+            document(path, &diagnostics).and_then(|root| material::material(root.read(&diagnostics), id(path)));
+        diagnostics.settle(material)
     }
 
-    /// A material of the database that is built in; `-` in a name is as good as `_`.
+    /// A material of the built-in database; `-` equals `_` in the id.
     ///
     /// # Errors
-    /// No such material: the names that there are, the nearest first.
+    /// The id is unknown; the message suggests a similar one or lists the known ones.
     pub fn named(id: &str) -> Result<Self, CaseError> {
-        let faults = Faults::default();
-        let material = named_material(id, &faults);
-        faults.settle(material)
+        let diagnostics = Faults::default();
+        let material = named_material(id, &diagnostics);
+        diagnostics.settle(material)
     }
 }
 
 impl Gas {
-    /// The gas of a file.
+    /// Read a gas file.
     ///
     /// # Errors
-    /// Every fault of the file, each with its line and column.
+    /// All errors of the file, each with line and column.
     pub fn load(path: &Path) -> Result<Self, CaseError> {
-        let faults = Faults::default();
-        let gas = document(path, &faults).and_then(|root| gas::gas(root.read(&faults), id(path)));
-        faults.settle(gas)
+        let diagnostics = Faults::default();
+        let gas = document(path, &diagnostics).and_then(|root| gas::gas(root.read(&diagnostics), id(path)));
+        diagnostics.settle(gas)
     }
 
-    /// A gas of the database that is built in; `-` in a name is as good as `_`.
+    /// A gas of the built-in database; `-` equals `_` in the id.
     ///
     /// # Errors
-    /// No such gas: the names that there are, the nearest first.
+    /// The id is unknown; the message suggests a similar one or lists the known ones.
     pub fn named(id: &str) -> Result<Self, CaseError> {
-        let faults = Faults::default();
-        let gas = named_gas(id, &faults);
-        faults.settle(gas)
+        let diagnostics = Faults::default();
+        let gas = named_gas(id, &diagnostics);
+        diagnostics.settle(gas)
     }
 }
 
-fn document(file: &Path, faults: &Faults) -> Read<Node> {
-    source::document(files::bytes(file), &file.display().to_string(), faults)
+fn document(file: &Path, diagnostics: &Faults) -> Read<Node> {
+    source::document(files::bytes(file), &file.display().to_string(), diagnostics)
 }
 
-/// The file of a path that may be a folder.
-fn located(path: &Path, faults: &Faults) -> Read<PathBuf> {
+/// The case file of a path, which may be a folder.
+fn located(path: &Path, diagnostics: &Faults) -> Read<PathBuf> {
     if !path.is_dir() {
         return Ok(path.to_owned());
     }
@@ -138,10 +139,10 @@ fn located(path: &Path, faults: &Faults) -> Read<PathBuf> {
     if file.is_file() {
         return Ok(file);
     }
-    Err(faults.record(&Place::whole(path.display().to_string()), "the folder holds no case.toml"))
+    Err(diagnostics.record(&Place::whole(path.display().to_string()), "the folder contains no case.toml"))
 }
 
-/// What a file is called: its folder's name for a `case.toml`, else its own less the ending.
+/// The name of the folder of a `case.toml`, else the name of the file without its extension.
 fn id(file: &Path) -> String {
     let whole = file.canonicalize().unwrap_or_else(|_| file.to_owned());
     let named = match whole.file_name() {
@@ -152,25 +153,25 @@ fn id(file: &Path) -> String {
 }
 
 /// Override a key of the document.
-fn set(root: &mut Node, name: &str, value: &str, faults: &Faults) -> Read<()> {
+fn set(root: &mut Node, name: &str, value: &str, diagnostics: &Faults) -> Read<()> {
     let shown = format!("--set {name}={value}");
     let mut path: Vec<&str> = name.split('.').collect();
     let factors = root.get("factor").map_or(&[][..], Node::items);
     if factors.iter().any(|factor| factor.name() == Some(path[0])) {
         if root.get(path[0]).is_some() {
             let message =
-                format!("{0:?} is a factor and a key of the file: set factor.{0}.nominal, or rename it", path[0]);
-            return Err(faults.record(&Place::whole(shown), message));
+                format!("{0:?} is both a factor and a key: set factor.{0}.nominal, or rename the factor", path[0]);
+            return Err(diagnostics.record(&Place::whole(shown), message));
         }
         path.insert(0, "factor");
         if path.len() == 2 {
             path.push("nominal");
         }
     }
-    root.set(&path, Node::inline(value, &shown)).map_err(|message| faults.record(&Place::whole(shown), message))
+    root.set(&path, Node::inline(value, &shown)).map_err(|message| diagnostics.record(&Place::whole(shown), message))
 }
 
-/// Every part is read before any is asked for, so that no fault hides another.
+/// All parts are read before the first `?`, so that no error hides another.
 fn case(top: &Section<'_>, references: &References<'_>, id: String) -> Read<CaseBuilder> {
     let name = top.text_or("name", &id);
     let note = top.text_or("note", "");
@@ -238,7 +239,7 @@ fn case(top: &Section<'_>, references: &References<'_>, id: String) -> Read<Case
     })
 }
 
-/// The layup that is marched: what a held face leaves of it, and the sensors on that.
+/// The marched layup with its sensors: the part below the held face, if there is one in depth.
 fn marched(
     layup: Read<Layup>,
     sensors: Read<Vec<Sensor>>,
@@ -252,7 +253,7 @@ fn marched(
     Ok((layup, sensors, hot_face.face))
 }
 
-/// Which figures of the report repeat figures of the paper: a number or several under the name of each.
+/// Report figures that reproduce figures of the paper: one or more numbers under the name of each.
 fn paper_figures(top: &Section<'_>) -> Read<Vec<(String, Vec<usize>)>> {
     let Some(written) = top.optional("paper_figures") else { return Ok(Vec::new()) };
     let number = |written: Written<'_>| written.require(paper_figure(written.number()?));
@@ -262,7 +263,7 @@ fn paper_figures(top: &Section<'_>) -> Read<Vec<(String, Vec<usize>)>> {
     }))
 }
 
-/// What a file says of cells and steps; where it states neither, a pilot chooses both.
+/// `[resolution]`; without cells and time steps both are adapted to the tolerance.
 fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Resolution> {
     let standard = Resolution::default();
     let Some(written) = top.optional("resolution") else {
@@ -275,14 +276,14 @@ fn resolution(top: &Section<'_>, plies: usize, duration_s: Read<f64>) -> Read<Re
     let tolerance = section.optional("tolerance");
     let stated =
         ["cells", "first_step", "growth", "largest_step"].into_iter().find(|key| section.optional(key).is_some());
-    let tolerance_k = match (tolerance, stated) {
-        (Some(written), Some(key)) => {
-            Err(written.fault(format!("a tolerance leaves cells and steps to a pilot: it cannot stand beside {key:?}")))
-        }
-        (Some(written), None) => written.positive(Dimension::TemperatureDifference).map(Some),
-        (None, Some(_)) => Ok(None),
-        (None, None) => Ok(standard.tolerance_k),
-    };
+    let tolerance_k =
+        match (tolerance, stated) {
+            (Some(written), Some(key)) => Err(written
+                .fault(format!("expected `tolerance` or {key:?}, not both: a tolerance sets cells and time steps"))),
+            (Some(written), None) => written.positive(Dimension::TemperatureDifference).map(Some),
+            (None, Some(_)) => Ok(None),
+            (None, None) => Ok(standard.tolerance_k),
+        };
     let growth = section
         .optional("growth")
         .map_or(Ok(standard.growth), |written| written.require(Resolution::checked_growth(written.number()?)));

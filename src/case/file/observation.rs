@@ -9,8 +9,8 @@ use crate::case::observation::checked_window_s;
 use crate::case::unit::Dimension;
 use crate::case::{Bounds, Estimate, Factor, LossFunction, Observation, Sensor};
 
-/// Observations from a CSV, or written out under the names of their sensors, and what is said of each sensor beside. Samples
-/// after the duration are left out.
+/// Observations from a table file or under the names of the sensors, with `window` and `sigma` of single sensors.
+/// Samples after the end of the exposure are dropped.
 pub(super) fn observations(
     case: &Section<'_>,
     references: &References<'_>,
@@ -36,14 +36,14 @@ pub(super) fn observations(
     let more = all(own.iter().filter_map(|own| match (found.iter().any(|(name, _)| name == own.name), own.samples) {
         (true, None) => None,
         (true, Some(samples)) => {
-            Some(Err(samples.fault(format!("sensor {:?} is observed in the file already", own.name))))
+            Some(Err(samples.fault(format!("duplicate samples of {:?}: the file has its column", own.name))))
         }
         (false, _) => Some(own.observed(sigma_k, file.is_some()).map(|observation| (own.name.to_owned(), observation))),
     }))?;
     found.extend(more);
     let has_own = |name: &str| own.iter().any(|own| own.name == name && own.sigma_k.is_some());
     if let Some(written) = of_all.filter(|_| found.iter().all(|(name, _)| has_own(name))) {
-        return Err(written.fault("a `sigma` of no sensor: each that is observed has one of its own"));
+        return Err(written.fault("`sigma` applies to no sensor: every observed sensor has its own"));
     }
     all(found.into_iter().map(|(name, observation)| {
         let observation = within(observation, duration_s.unwrap_or(f64::INFINITY), written)?;
@@ -54,7 +54,7 @@ pub(super) fn observations(
     }))
 }
 
-/// What is written under the name of a sensor: its samples, `[["0 s", "300 K"]]`, or a table of what it has of its own.
+/// The value under the name of a sensor: samples `[["0 s", "300 K"]]`, or a table with `samples`, `window` and `sigma`.
 struct Own<'a> {
     name: &'a str,
     written: Written<'a>,
@@ -78,7 +78,7 @@ impl<'a> Own<'a> {
         Ok(Self { name, written, sensor, samples, window: window?, sigma_k: sigma_k? })
     }
 
-    /// The samples written out, with the sensor's own deviation or else that of all.
+    /// The samples in the case file, with the standard deviation of the sensor or else the common one.
     fn observed(&self, sigma_k: Option<f64>, has_file: bool) -> Read<Observation> {
         let Some(samples) = self.samples else {
             let name = self.name;
@@ -87,13 +87,13 @@ impl<'a> Own<'a> {
             return Err(self.written.fault(format!("sensor {name:?} has no samples: {expected}")));
         };
         let sigma_k = self.sigma_k.or(sigma_k);
-        let sigma_k = sigma_k.ok_or_else(|| samples.fault("observations written out need a `sigma`"))?;
+        let sigma_k = sigma_k.ok_or_else(|| samples.fault("missing standard deviation: expected a key `sigma`"))?;
         let (times_s, temperatures_k) = points(samples, Dimension::Temperature, false)?;
         let sigma_k = vec![sigma_k; times_s.len()];
         Ok(Observation { sensor: self.sensor, times_s, temperatures_k, sigma_k, window_s: None })
     }
 
-    /// The observation with the sensor's own window, within which one sample lies at least.
+    /// The observation with the window of the sensor, which must contain a sample.
     fn trusted(&self, observation: Observation) -> Read<Observation> {
         let Some((written, window_s)) = self.window else { return Ok(observation) };
         let window_s = written.require(observation.sampled_window_s(window_s, self.name))?;
@@ -105,17 +105,17 @@ fn sigma(written: Written<'_>) -> Read<f64> {
     written.positive(Dimension::TemperatureDifference)
 }
 
-/// The sensor of a name; the first one stands in where the sensors themselves are at fault.
+/// The index of the sensor of a name; 0 without valid sensors.
 fn sensor(name: &str, sensors: Option<&[Sensor]>) -> Result<usize, String> {
     let Some(sensors) = sensors else {
         return Ok(0);
     };
     let known = sensors.iter().map(|sensor| sensor.name.as_str());
     let found = sensors.iter().position(|sensor| sensor.name == name);
-    found.ok_or_else(|| format!("no sensor {name:?} to observe{}", suggestion(name, known)))
+    found.ok_or_else(|| format!("unknown sensor {name:?}{}", suggestion(name, known)))
 }
 
-/// The columns of a CSV: `TC1_K` and, where neither the sensor nor the case is given a sigma, `TC1_sigma_K`.
+/// The columns of a table file: `TC1_K` and, without a `sigma` of the sensor or the case, `TC1_sigma_K`.
 fn measured(
     file: Written<'_>,
     references: &References<'_>,
@@ -123,49 +123,50 @@ fn measured(
     sigma_k: Option<f64>,
     own: &[Own<'_>],
 ) -> Read<Vec<(String, Observation)>> {
-    let faults = file.faults();
+    let diagnostics = file.diagnostics();
     let sheet = references.sheet(file)?;
     let columns: Vec<(usize, &str)> = sheet.stems().collect();
     let traces = columns.iter().filter(|(_, stem)| !stem.ends_with("_sigma"));
     if traces.clone().next().is_none() {
         let names = sensors.unwrap_or_default().iter().map(|sensor| format!("{}_K", sensor.name));
         let names = names.collect::<Vec<_>>().join(", ");
-        let message = format!("no column of a sensor after the first one, the time: expected some of {names}");
-        return Err(sheet.fault(0, faults, message));
+        let message = format!("no sensor column after the time column: expected some of {names}");
+        return Err(sheet.fault(0, diagnostics, message));
     }
     let unmatched = columns.iter().filter_map(|&(column, stem)| Some((column, stem.strip_suffix("_sigma")?)));
     let unmatched = all(unmatched.map(|(column, stem)| {
         let matched = columns.iter().any(|(_, other)| *other == stem);
-        let message = format!("standard deviation of {stem:?}, which has no column of its own");
-        if matched { Ok(()) } else { Err(sheet.fault(column, faults, message)) }
+        let message = format!("standard deviation without samples: expected a column \"{stem}_K\"");
+        if matched { Ok(()) } else { Err(sheet.fault(column, diagnostics, message)) }
     }));
     let read = all(traces.map(|&(column, stem)| {
         if columns.iter().any(|&(other, name)| other < column && name == stem) {
-            return Err(sheet.fault(column, faults, format!("sensor {stem:?} has a column before this one")));
+            return Err(sheet.fault(column, diagnostics, format!("duplicate column of sensor {stem:?}")));
         }
-        let sensor = sensor(stem, sensors).map_err(|message| sheet.fault(column, faults, message))?;
-        let (times_s, temperatures_k) = sheet.series(column, Dimension::Temperature, false, faults)?;
+        let sensor = sensor(stem, sensors).map_err(|message| sheet.fault(column, diagnostics, message))?;
+        let (times_s, temperatures_k) = sheet.series(column, Dimension::Temperature, false, diagnostics)?;
         let spread = columns.iter().find(|(_, other)| other.strip_suffix("_sigma") == Some(stem));
         let own_k = own.iter().find(|own| own.name == stem).and_then(|own| own.sigma_k);
         let sigma_k = match (own_k.or(sigma_k), spread) {
             (Some(sigma_k), _) => vec![sigma_k; times_s.len()],
             (None, Some(&(spread, _))) => {
-                let (at_s, sigmas_k) = sheet.series(spread, Dimension::TemperatureDifference, false, faults)?;
+                let (at_s, sigmas_k) = sheet.series(spread, Dimension::TemperatureDifference, false, diagnostics)?;
                 let bad = at_s.iter().zip(&sigmas_k).find(|(_, sigma_k)| **sigma_k <= 0.0);
                 if let Some((time_s, sigma_k)) = bad {
-                    let message = format!("standard deviation {sigma_k} K at {time_s} s is not positive");
-                    return Err(sheet.fault(spread, faults, message));
+                    let message = format!("expected a standard deviation above 0 K, found {sigma_k} K at {time_s} s");
+                    return Err(sheet.fault(spread, diagnostics, message));
                 }
                 if at_s != times_s {
-                    let message = format!("standard deviations of {stem:?} do not stand at the times of its samples");
-                    return Err(sheet.fault(spread, faults, message));
+                    let message =
+                        format!("expected a standard deviation of {stem:?} at each of its sample times and no other");
+                    return Err(sheet.fault(spread, diagnostics, message));
                 }
                 sigmas_k
             }
             (None, None) => {
                 let message =
                     format!("missing standard deviation: expected a column \"{stem}_sigma_K\" or a key `sigma`");
-                return Err(sheet.fault(column, faults, message));
+                return Err(sheet.fault(column, diagnostics, message));
             }
         };
         Ok((stem.to_owned(), Observation { sensor, times_s, temperatures_k, sigma_k, window_s: None }))
@@ -177,7 +178,9 @@ fn within(mut observation: Observation, duration_s: f64, written: Written<'_>) -
     let first_s = written.require(Observation::checked_first_s(observation.times_s[0]))?;
     let count = observation.times_s.partition_point(|&time_s| time_s <= duration_s);
     if count == 0 {
-        return Err(written.fault(format!("observed from {first_s} s on, after the duration of {duration_s} s")));
+        return Err(written.fault(format!(
+            "expected samples up to {duration_s} s, the end of the exposure, found the first at {first_s} s"
+        )));
     }
     observation.times_s.truncate(count);
     observation.temperatures_k.truncate(count);
@@ -185,7 +188,7 @@ fn within(mut observation: Observation, duration_s: f64, written: Written<'_>) -
     Ok(observation)
 }
 
-/// What the case proposes to estimate; nothing where it is silent.
+/// `[estimate]`; the default settings without it.
 pub(super) fn estimate(
     case: &Section<'_>,
     factors: Option<&[Factor]>,
@@ -226,20 +229,20 @@ fn loss(written: Written<'_>) -> Read<LossFunction> {
     written.require(LossFunction::named(text).map_err(|message| format!("{message}, found {text:?}")))
 }
 
-/// Names of a list, as indices into those that there are; as none where those are at fault.
+/// The indices of a list of names; empty if the known names are not valid.
 fn indices(section: &Section<'_>, key: &'static str, known: Option<Vec<String>>) -> Read<Vec<usize>> {
     let (Some(written), Some(known)) = (section.optional(key), known) else {
         return Ok(Vec::new());
     };
+    let noun = key.trim_end_matches('s');
     let mut met = Vec::new();
     all(written.list()?.into_iter().map(|written| {
         let name = written.text()?;
         let hint = || suggestion(name, known.iter().map(String::as_str));
         let index = known.iter().position(|other| other == name);
-        let index =
-            index.ok_or_else(|| written.fault(format!("{name:?} is none of the {key} of this case{}", hint())))?;
+        let index = index.ok_or_else(|| written.fault(format!("unknown {noun} {name:?}{}", hint())))?;
         if met.contains(&index) {
-            return Err(written.fault(format!("{name:?} stands twice")));
+            return Err(written.fault(format!("{noun} {name:?} is listed twice")));
         }
         met.push(index);
         Ok(index)
@@ -257,16 +260,16 @@ fn bounds(written: Written<'_>) -> Read<Bounds> {
     written.require(Bounds::named(text).ok_or_else(|| format!("expected \"small\" or \"large\", found {text:?}")))
 }
 
-/// Starts by the names of the factors chosen; the nominal value of one that is not named.
+/// Start values of the chosen factors; the nominal value by default.
 fn start(section: &Section<'_>, chosen: &[usize], factors: &[Factor], bounds: Bounds) -> Read<Vec<f64>> {
     let mut start: Vec<f64> = chosen.iter().map(|&index| factors[index].nominal).collect();
     all(section.others().into_iter().map(|(name, written)| {
-        let place = chosen.iter().position(|&index| factors[index].name == name).ok_or_else(|| {
+        let position = chosen.iter().position(|&index| factors[index].name == name).ok_or_else(|| {
             let known = chosen.iter().map(|&index| factors[index].name.as_str());
-            written.fault(format!("{name:?} is none of the factors to estimate{}", suggestion(name, known)))
+            written.fault(format!("{name:?} is not a factor to estimate{}", suggestion(name, known)))
         })?;
-        let value = Estimate::checked_start(written.number()?, &factors[chosen[place]], bounds);
-        start[place] = written.require(value)?;
+        let value = Estimate::checked_start(written.number()?, &factors[chosen[position]], bounds);
+        start[position] = written.require(value)?;
         Ok(())
     }))?;
     Ok(start)

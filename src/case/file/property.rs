@@ -1,5 +1,4 @@
-//! Properties over temperature and pressure, how gas passes, and where numbers came from: what the files of materials and
-//! gases share.
+//! Keys that material and gas files share: tables over temperature and pressure, pores, provenance.
 
 use super::written::{Section, Written, all};
 use crate::case::error::Read;
@@ -7,23 +6,23 @@ use crate::case::nearest::suggestion;
 use crate::case::unit::{Dimension, conversion};
 use crate::case::{Conductivity, Mark, OutOfRange, Parts, Pores, Provenance, Table};
 
-/// Klinkenberg's slip of air, `b = 4 λp/r`, times the radius of the pores and over the temperature, Pa m/K: with the mean free
-/// path of [`air_mean_free_path_m`](crate::case::air::air_mean_free_path_m).
+/// Klinkenberg slip of air, `b r/T` with `b = 4 λp/r`, Pa m/K, and λ from
+/// [`air_mean_free_path_m`](crate::case::air::air_mean_free_path_m).
 const SLIP_PA_M_K: f64 = 9.332e-5;
 
-/// A table over temperature, a table a pressure, or parts; a specific extinction is of the density.
+/// A table, a table per pressure, or three parts; the density converts a specific extinction.
 pub(super) fn conductivity(section: &Section<'_>, density_kg_m3: f64) -> Read<Conductivity> {
     if let Some(written) = section.optional("at") {
         pressures(written).map(Conductivity::Tables)
     } else if section.optional("solid").is_some() {
         parts(section, density_kg_m3).map(Conductivity::Parts)
     } else {
-        // A single table holds at every pressure, so the pressure it is filed under does not matter.
+        // A single table holds at all pressures: the value of its pressure has no effect.
         table(section, Dimension::Conductivity).map(|table| Conductivity::Tables(vec![(101_325.0, table)]))
     }
 }
 
-/// `[[conductivity.at]]`: a table a pressure.
+/// `[[conductivity.at]]`: a table per pressure.
 fn pressures(written: Written<'_>) -> Read<Vec<(f64, Table)>> {
     let mut last_pa = 0.0;
     all(written.list()?.into_iter().map(|written| {
@@ -51,7 +50,7 @@ fn parts(section: &Section<'_>, density_kg_m3: f64) -> Read<Parts> {
     let extinction = section.optional("extinction").map(|written| written.positive(Dimension::Extinction));
     let specific = section.optional("specific_extinction");
     let extinction_1_m = match (extinction, specific) {
-        (Some(_), Some(written)) => Err(written.fault("an extinction or a specific extinction, not both")),
+        (Some(_), Some(written)) => Err(written.fault("expected `extinction` or `specific_extinction`, not both")),
         (Some(extinction), None) => extinction.map(Some),
         (None, Some(written)) => {
             written.positive(Dimension::SpecificExtinction).map(|specific| Some(specific * density_kg_m3))
@@ -73,7 +72,7 @@ fn parts(section: &Section<'_>, density_kg_m3: f64) -> Read<Parts> {
     })
 }
 
-/// `value = "900 J/kg/K"`, or columns `temperatures_k` and `values` in the `unit` named.
+/// `value = "900 J/kg/K"`, or lists `temperatures_k` and `values` with a `unit`.
 pub(super) fn table(section: &Section<'_>, dimension: Dimension) -> Read<Table> {
     if let Some(written) = section.optional("value") {
         let value = written.quantity(dimension)?;
@@ -89,7 +88,7 @@ pub(super) fn table(section: &Section<'_>, dimension: Dimension) -> Read<Table> 
             written.text().and_then(|unit| written.require(conversion(unit, dimension).map(|(scale, _)| scale)))
         }
     };
-    let listed = section.required("values", "a list of values, one a temperature");
+    let listed = section.required("values", "a list of values, one per temperature");
     let values = listed.and_then(numbers);
     let (temperatures_k, outside, scale, values) = (temperatures_k?, outside?, scale?, values?);
     let si = values.iter().map(|(value, _)| value * scale).collect();
@@ -119,12 +118,12 @@ fn outside(written: Written<'_>) -> Read<OutOfRange> {
     }
 }
 
-/// `[pores]`; what a residue leaves out is that of the virgin substance.
+/// `[pores]`; a residue inherits missing keys from the virgin material.
 pub(super) fn pores(section: &Section<'_>, virgin: Option<Pores>) -> Read<Pores> {
     let porosity = match (section.optional("porosity"), virgin) {
         (Some(written), _) => porosity(written),
         (None, Some(virgin)) => Ok(virgin.porosity),
-        (None, None) => Err(section.fault("missing key \"porosity\": expected the share of the volume that gas fills")),
+        (None, None) => Err(section.fault("missing key \"porosity\": expected a volume fraction such as 0.9")),
     };
     let permeability = match (section.optional("permeability"), virgin) {
         (Some(written), _) => written.not_negative(Dimension::Permeability),
@@ -147,7 +146,7 @@ fn porosity(written: Written<'_>) -> Read<f64> {
     written.require(Pores::checked_porosity(written.quantity(Dimension::Fraction)?))
 }
 
-/// The word of a key among those known; the first stands in where the key is absent.
+/// The value of a key with a fixed set of words; the first one by default.
 pub(super) fn choice<T: Copy>(section: &Section<'_>, key: &'static str, known: &[(&'static str, T)]) -> Read<T> {
     let Some(written) = section.optional(key) else {
         return Ok(known[0].1);
@@ -158,16 +157,18 @@ pub(super) fn choice<T: Copy>(section: &Section<'_>, key: &'static str, known: &
     found.ok_or_else(|| written.fault(format!("unknown {key} {word:?}{}", suggestion(word, words()))))
 }
 
-/// Where the numbers of a table came from. The uncertainty is written as people say it, plus or minus so much at
-/// 95 %, and kept as one standard deviation: half of that.
+/// Provenance. `uncertainty` is the half-width of the 95 % interval in the file and one standard deviation, half of it,
+/// here.
 pub(super) fn provenance(section: &Section<'_>) -> Read<Provenance> {
     let mark = section.required("mark", "read, remembered, estimated or paper").and_then(|written| {
         let mark = written.text()?;
         let known = "expected read, remembered, estimated or paper";
         Mark::named(mark).ok_or_else(|| written.fault(format!("{known}, found {mark:?}")))
     });
-    let source = section.required("source", "where the numbers are from, in words").and_then(Written::text);
-    let uncertainty = section.required("uncertainty", "a share such as \"30 %\"");
+    let source = section
+        .required("source", "the publication, the supplier, or the basis of the estimate")
+        .and_then(Written::text);
+    let uncertainty = section.required("uncertainty", "a relative uncertainty such as \"30 %\"");
     let uncertainty = uncertainty.and_then(|written| written.not_negative(Dimension::Fraction));
     Ok(Provenance { mark: mark?, source: source?.to_owned(), relative_uncertainty: uncertainty? / 2.0 })
 }

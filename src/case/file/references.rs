@@ -1,4 +1,4 @@
-//! What a case refers to: files beside it, and the database of materials and gases that is built in.
+//! Resolution of references: files next to the case, and the built-in database of materials and gases.
 
 use super::files::Files;
 use super::sheet::{Series, Sheet};
@@ -13,47 +13,48 @@ use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Finds what a case refers to.
+/// Resolves the references of a case.
 pub(super) struct References<'a> {
     files: &'a dyn Files,
-    faults: &'a Faults,
-    /// Materials met so far, so that plies of one material share it.
+    diagnostics: &'a Faults,
+    /// Materials read so far: plies of one material share it.
     materials: RefCell<Vec<(String, Arc<Material>)>>,
 }
 
 impl<'a> References<'a> {
-    pub(super) fn new(files: &'a dyn Files, faults: &'a Faults) -> Self {
-        Self { files, faults, materials: RefCell::default() }
+    pub(super) fn new(files: &'a dyn Files, diagnostics: &'a Faults) -> Self {
+        Self { files, diagnostics, materials: RefCell::default() }
     }
 
-    /// `"pyrogel3350"`: of `materials/pyrogel3350.toml` beside the case where there is one, else of the database that is
-    /// built in; or `{ file = "mine.toml" }`.
+    /// `"pyrogel3350"`: `materials/pyrogel3350.toml` next to the case if it exists, else the built-in material; or
+    /// `{ file = "mine.toml" }`.
     pub(super) fn material(&self, written: Written<'_>) -> Read<Arc<Material>> {
         if let Some((path, id)) = self.own(written, "materials")? {
-            return self
-                .shared(&self.files.label(&path), || material::material(self.document(&path)?.read(self.faults), id));
+            return self.shared(&self.files.label(&path), || {
+                material::material(self.document(&path)?.read(self.diagnostics), id)
+            });
         }
         let id = written.text()?;
         let (id, text) = written.require(library::text(id).ok_or_else(|| unknown_material(id)))?;
-        self.shared(id, || built_in_material(id, text, self.faults))
+        self.shared(id, || built_in_material(id, text, self.diagnostics))
     }
 
-    /// As a material, its folder `gases`.
+    /// As [`material`](Self::material), with the folder `gases`.
     pub(super) fn gas(&self, written: Written<'_>) -> Read<Gas> {
         if let Some((path, id)) = self.own(written, "gases")? {
-            return gas::gas(self.document(&path)?.read(self.faults), id);
+            return gas::gas(self.document(&path)?.read(self.diagnostics), id);
         }
         let id = written.text()?;
         let (id, text) = written.require(library::gas_text(id).ok_or_else(|| unknown_gas(id)))?;
-        built_in_gas(id, text, self.faults)
+        built_in_gas(id, text, self.diagnostics)
     }
 
-    /// The gas that a case has which names none.
+    /// The gas of a case that names none.
     pub(super) fn default_gas(&self, id: &str) -> Read<Gas> {
-        named_gas(id, self.faults)
+        named_gas(id, self.diagnostics)
     }
 
-    /// The path and the id of what lies beside the case; `None` of what can only be built in.
+    /// Path and id of a file next to the case; `None` if there is no such file.
     fn own(&self, written: Written<'_>, folder: &str) -> Read<Option<(String, String)>> {
         if written.is_table() {
             let section = written.section()?;
@@ -78,7 +79,7 @@ impl<'a> References<'a> {
         Ok(material)
     }
 
-    /// The path of a file beside the case, which must be there.
+    /// The path of a file next to the case, which must exist.
     fn path<'w>(&self, written: Written<'w>) -> Read<&'w str> {
         let path = written.text()?;
         if self.files.contains(path) {
@@ -88,36 +89,36 @@ impl<'a> References<'a> {
     }
 
     fn document(&self, path: &str) -> Read<Node> {
-        document(self.files.read(path), &self.files.label(path), self.faults)
+        document(self.files.read(path), &self.files.label(path), self.diagnostics)
     }
 
     pub(super) fn sheet(&self, written: Written<'_>) -> Read<Sheet> {
         let path = self.path(written)?;
-        Sheet::read(self.files.read(path), &self.files.label(path), self.faults)
+        Sheet::read(self.files.read(path), &self.files.label(path), self.diagnostics)
     }
 
-    /// A column of a file over time; the column may be left out of a file of two.
+    /// A column of a table file over time; `column` is optional if the file has only one besides time.
     pub(super) fn series(&self, file: Written<'_>, column: Option<Written<'_>>, dimension: Dimension) -> Read<Series> {
         let name = column.map(Written::text).transpose();
         let sheet = self.sheet(file)?;
         let index = column.unwrap_or(file).require(sheet.named(name?))?;
-        sheet.series(index, dimension, true, self.faults)
+        sheet.series(index, dimension, true, self.diagnostics)
     }
 }
 
-/// The material of a name of the database that is built in.
-pub(super) fn named_material(id: &str, faults: &Faults) -> Read<Material> {
+/// A material of the built-in database.
+pub(super) fn named_material(id: &str, diagnostics: &Faults) -> Read<Material> {
     match library::text(id) {
-        Some((id, text)) => built_in_material(id, text, faults),
-        None => Err(faults.record(&Place::whole(id), unknown_material(id))),
+        Some((id, text)) => built_in_material(id, text, diagnostics),
+        None => Err(diagnostics.record(&Place::whole(id), unknown_material(id))),
     }
 }
 
-/// The gas of a name of the database that is built in.
-pub(super) fn named_gas(id: &str, faults: &Faults) -> Read<Gas> {
+/// A gas of the built-in database.
+pub(super) fn named_gas(id: &str, diagnostics: &Faults) -> Read<Gas> {
     match library::gas_text(id) {
-        Some((id, text)) => built_in_gas(id, text, faults),
-        None => Err(faults.record(&Place::whole(id), unknown_gas(id))),
+        Some((id, text)) => built_in_gas(id, text, diagnostics),
+        None => Err(diagnostics.record(&Place::whole(id), unknown_gas(id))),
     }
 }
 
@@ -129,12 +130,12 @@ fn unknown_gas(id: &str) -> String {
     format!("unknown gas {id:?}{}", suggestion(id, library::known_gases()))
 }
 
-fn built_in_material(id: &str, text: &str, faults: &Faults) -> Read<Material> {
-    let root = Node::document(text, &format!("data/materials/{id}.toml"), faults)?;
-    material::material(root.read(faults), id.to_owned())
+fn built_in_material(id: &str, text: &str, diagnostics: &Faults) -> Read<Material> {
+    let root = Node::document(text, &format!("data/materials/{id}.toml"), diagnostics)?;
+    material::material(root.read(diagnostics), id.to_owned())
 }
 
-fn built_in_gas(id: &str, text: &str, faults: &Faults) -> Read<Gas> {
-    let root = Node::document(text, &format!("data/gases/{id}.toml"), faults)?;
-    gas::gas(root.read(faults), id.to_owned())
+fn built_in_gas(id: &str, text: &str, diagnostics: &Faults) -> Read<Gas> {
+    let root = Node::document(text, &format!("data/gases/{id}.toml"), diagnostics)?;
+    gas::gas(root.read(diagnostics), id.to_owned())
 }

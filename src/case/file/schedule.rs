@@ -1,4 +1,4 @@
-//! What runs through time: a value, a list of points or a column of a CSV, and what holds where these do not reach.
+//! Schedules: a constant, a list of points or a column of a table file, and the values outside the points.
 
 use super::references::References;
 use super::sheet::Series;
@@ -9,17 +9,17 @@ use crate::case::layup::SAME_DEPTH_M;
 use crate::case::table;
 use crate::case::unit::Dimension;
 
-/// Times closer than this share of the duration are one instant, as in a march.
+/// Times closer than this fraction of the duration are equal, as in a march.
 const SAME_INSTANT: f64 = 1e-9;
 
-/// How schedules are read: the files beside the case, and the run that they must cover.
+/// Context of a schedule: the files of the case, and the duration to cover.
 pub(super) struct Schedules<'a> {
     pub(super) references: &'a References<'a>,
-    /// `None` where the duration is at fault; then no schedule is held against it.
+    /// `None` if the duration is not valid; coverage is then not checked.
     pub(super) duration_s: Option<f64>,
 }
 
-/// What a quantity is where its points do not reach.
+/// The value outside the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Outside {
     /// The first value before the first point, the last one after the last.
@@ -28,7 +28,7 @@ enum Outside {
 }
 
 impl Schedules<'_> {
-    /// A value for all time, points `[["41 s", "26.7 W/cm^2"]]`, `{ points = [[…]], outside = "hold" }`, or
+    /// A constant, points `[["41 s", "26.7 W/cm^2"]]`, `{ points = [[…]], outside = "hold" }`, or
     /// `{ file = "flux.csv", column = "flux_w_cm2", outside = "zero" }`.
     pub(super) fn read(&self, written: Written<'_>, dimension: Dimension) -> Read<Schedule> {
         if written.is_list() {
@@ -44,7 +44,7 @@ impl Schedules<'_> {
         let series = match (file, listed, column) {
             (Some(file), None, _) => self.references.series(file, column, dimension),
             (None, Some(listed), None) => points(listed, dimension, true),
-            (None, _, Some(column)) => Err(column.fault("a column is one of a `file`, and there is none")),
+            (None, _, Some(column)) => Err(column.fault("`column` needs a `file`: found none")),
             (Some(_), Some(listed), _) => Err(listed.fault("expected a `file` or `points`, not both")),
             (None, None, None) => Err(section
                 .fault("missing key \"file\": expected { file = \"flux.csv\" } or { points = [[\"0 s\", \"…\"], …] }")),
@@ -53,7 +53,7 @@ impl Schedules<'_> {
         self.whole(series, outside, written, dimension)
     }
 
-    /// The schedule of some points, which must cover the run or say what holds outside of them.
+    /// The schedule of some points, which must cover the duration or have a value `outside`.
     fn whole(
         &self,
         (mut times_s, mut values): Series,
@@ -71,7 +71,7 @@ impl Schedules<'_> {
                 let form = if written.is_list() { "{ points = […], outside = … }" } else { "a key `outside`" };
                 let spans = shown(&spans, 1.0, "s");
                 let message = format!(
-                    "nothing is said from {spans}: points reach from {first_s} s to {last_s} s; expected {form} with \
+                    "no value from {spans}: the points cover {first_s} s to {last_s} s; expected {form} with \
                      \"hold\"{zero}"
                 );
                 return Err(written.fault(message));
@@ -99,7 +99,7 @@ fn outside(section: &Section<'_>, dimension: Dimension) -> Read<Option<Outside>>
     match written.text()? {
         "hold" => Ok(Some(Outside::Hold)),
         "zero" if dimension == Dimension::HeatFlux => Ok(Some(Outside::Zero)),
-        "zero" => Err(written.fault("only a heat flux is zero outside of its points: expected \"hold\"")),
+        "zero" => Err(written.fault("only a heat flux can be zero outside its points: expected \"hold\"")),
         other if dimension == Dimension::HeatFlux => {
             Err(written.fault(format!("expected \"hold\" or \"zero\", found {other:?}")))
         }
@@ -107,7 +107,7 @@ fn outside(section: &Section<'_>, dimension: Dimension) -> Read<Option<Outside>>
     }
 }
 
-/// The stretches of a whole that points from a first to a last leave out, longer than what counts as one place.
+/// The parts of the interval `start..end` outside `first..last`, if longer than `same`.
 fn uncovered((first, last): (f64, f64), (start, end): (f64, f64), same: f64) -> Vec<(f64, f64)> {
     let spans = [(start, first.min(end)), (last.max(start), end)];
     spans.into_iter().filter(|(from, to)| to - from > same).collect()
@@ -115,23 +115,23 @@ fn uncovered((first, last): (f64, f64), (start, end): (f64, f64), same: f64) -> 
 
 /// `0 s to 10 s and from 20 s to 300 s`.
 fn shown(spans: &[(f64, f64)], scale: f64, unit: &str) -> String {
-    // To nine places, without what rounding adds to a sum of thicknesses.
+    // Nine decimals hide the rounding error of a sum of thicknesses.
     let round = |value: f64| (value * scale * 1e9).round() / 1e9;
     let spans: Vec<String> =
         spans.iter().map(|&(from, to)| format!("{} {unit} to {} {unit}", round(from), round(to))).collect();
     spans.join(" and from ")
 }
 
-/// Pairs of a time and a value, the times rising; `jumps` lets one stand twice in a row.
+/// Pairs of an increasing time and a value; `jumps` allows equal times.
 pub(super) fn points(written: Written<'_>, dimension: Dimension, jumps: bool) -> Read<Series> {
     rising(written, Dimension::Time, dimension, jumps)
 }
 
-/// Temperature at the start: a value, or points of a depth and a value, which must cover the layup or say what holds
-/// outside of them.
+/// Initial temperature: a value, or points of a depth and a value, which must cover the layup or have a value
+/// `outside`.
 pub(super) struct Initial<'a> {
     pub(super) points: Vec<(f64, f64)>,
-    /// What must cover the layup: a list without a word on what lies outside of it.
+    /// Points without a value `outside`, which must cover the layup.
     bare: Option<Written<'a>>,
 }
 
@@ -155,7 +155,7 @@ impl<'a> Initial<'a> {
         Ok(Self { points, bare: outside.is_none().then_some(written) })
     }
 
-    /// That points reach over the layup from its hot face to its back.
+    /// Require that the points cover the layup from hot face to back face.
     pub(super) fn check(&self, top_m: f64, back_m: f64) -> Read<()> {
         let Some(written) = self.bare else { return Ok(()) };
         let reach_m = (self.points[0].0, self.points[self.points.len() - 1].0);
@@ -165,7 +165,7 @@ impl<'a> Initial<'a> {
         }
         let (spans, reach) = (shown(&spans, 1e3, "mm"), shown(&[reach_m], 1e3, "mm"));
         Err(written.fault(format!(
-            "nothing is said from {spans}: points reach from {reach}; expected {{ points = […], outside = \"hold\" }}"
+            "no value from {spans}: the points cover {reach}; expected {{ points = […], outside = \"hold\" }}"
         )))
     }
 }
@@ -174,9 +174,9 @@ fn rising(written: Written<'_>, along: Dimension, dimension: Dimension, jumps: b
     let mut last = f64::NEG_INFINITY;
     let pairs = all(written.list()?.into_iter().map(|point| {
         let [at, value] = point.pair()?;
-        let (place, value) = (at.quantity(along), value.quantity(dimension));
+        let (argument, value) = (at.quantity(along), value.quantity(dimension));
         let noun = if along == Dimension::Time { "time" } else { "depth" };
-        last = at.require(table::rising(noun, last, place?, jumps))?;
+        last = at.require(table::rising(noun, last, argument?, jumps))?;
         Ok((last, value?))
     }))?;
     Ok(pairs.into_iter().unzip())

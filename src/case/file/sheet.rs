@@ -1,7 +1,7 @@
-//! Tables as written: a heading line `time_s,flux_w_cm2,TC1_K`, then numbers; the unit of a column ends its heading.
+//! Table files (CSV and similar): a heading line `time_s,flux_w_cm2,TC1_K`, then numbers. A heading ends in its unit.
 //!
-//! The text is kept once and each cell is kept as a number, so that a million rows take no text of their own. A fault
-//! is rare: its line and column are found in the text when it is recorded.
+//! Cells are stored as numbers, which saves memory with a million rows. Line and column of an error are found in the
+//! text when it is recorded.
 
 mod dialect;
 
@@ -14,10 +14,10 @@ use dialect::Dialect;
 use std::io;
 use std::sync::Arc;
 
-/// Faults recorded of one column, and of the lengths of rows, before reading gives up.
+/// Errors recorded per column, and of row lengths, before reading stops.
 const MOST_FAULTS: usize = 10;
 
-/// How a heading ends, and the unit it means; letters of either case.
+/// Suffixes of a heading, in upper or lower case, and their units.
 const SUFFIXES: &[(&str, &str)] = &[
     ("_btu_ft2_s", "BTU/ft^2/s"),
     ("_kw_m2", "kW/m^2"),
@@ -34,16 +34,16 @@ const SUFFIXES: &[(&str, &str)] = &[
     ("_h", "h"),
 ];
 
-/// A table of numbers, read but not yet understood.
+/// A table of numbers without interpretation of units.
 #[derive(Debug)]
 pub(super) struct Sheet {
     file: Arc<str>,
     text: String,
     dialect: Dialect,
     columns: Vec<Column>,
-    /// Where each row begins in the text, in bytes; blank lines and comments may stand before it.
+    /// Byte offset of each row in the text; blank lines and comments may precede the row.
     starts: Vec<usize>,
-    /// Row after row, one number a column: NaN where the value is missing, infinite where the cell holds no finite number.
+    /// Numbers in row-major order: NaN for a missing value, infinite for a cell without a finite number.
     numbers: Vec<f64>,
 }
 
@@ -61,46 +61,47 @@ pub(super) type Series = (Vec<f64>, Vec<f64>);
 
 impl Sheet {
     /// # Errors
-    /// No such file; no heading; a heading that stands twice or is missing; no rows; a row of another length than the
-    /// heading; a quote that is not closed.
-    pub(super) fn read(bytes: io::Result<Vec<u8>>, label: &str, faults: &Faults) -> Read<Self> {
-        let mut text = source::text(bytes, label, faults)?;
+    /// No such file; no heading; a duplicate or missing column heading; no rows; a row with too few or too many values;
+    /// an unclosed quote.
+    pub(super) fn read(bytes: io::Result<Vec<u8>>, label: &str, diagnostics: &Faults) -> Read<Self> {
+        let mut text = source::text(bytes, label, diagnostics)?;
         let file: Arc<str> = label.into();
         if text.contains('\r') {
             text = text.replace("\r\n", "\n").replace('\r', "\n");
         }
         let dialect = Dialect::of(&text);
         if let Some((line, column, message)) = dialect.quotes(&text) {
-            return Err(faults.record(&Place { file, at: Some((line, column)) }, message));
+            return Err(diagnostics.record(&Place { file, at: Some((line, column)) }, message));
         }
         let mut sheet = Self { file, text, dialect, columns: Vec::new(), starts: Vec::new(), numbers: Vec::new() };
         let text = std::mem::take(&mut sheet.text);
-        let read = sheet.rows(&text, faults);
+        let read = sheet.rows(&text, diagnostics);
         sheet.text = text;
         read.map(|()| sheet)
     }
 
-    fn rows(&mut self, text: &str, faults: &Faults) -> Read<()> {
+    fn rows(&mut self, text: &str, diagnostics: &Faults) -> Read<()> {
         let mut reader = self.dialect.reader(text);
         let mut record = csv::StringRecord::new();
         let mut faulty = Ok(());
         let mut met = 0;
-        let failed = |error: csv::Error, file: &Arc<str>| faults.record(&Place::whole(file.clone()), error.to_string());
+        let failed =
+            |error: csv::Error, file: &Arc<str>| diagnostics.record(&Place::whole(file.clone()), error.to_string());
         while met < MOST_FAULTS && reader.read_record(&mut record).map_err(|error| failed(error, &self.file))? {
             if record.iter().all(|cell| cell.trim().is_empty()) {
                 continue;
             }
             let start = record.position().map_or(0, |at| at.byte() as usize);
             if self.columns.is_empty() {
-                self.columns = self.headings(text, start, &record, faults)?;
+                self.columns = self.headings(text, start, &record, diagnostics)?;
                 continue;
             }
             let count = self.columns.len();
             let has_more = record.iter().skip(count).any(|cell| !cell.trim().is_empty());
             if record.len() < count || has_more {
                 let place = self.dialect.place(text, start, 0);
-                let message = format!("{} values under {count} headings{}", record.len(), self.dialect.commas());
-                faulty = Err(faults.record(&Place { file: self.file.clone(), at: Some(place) }, message));
+                let message = format!("found {} values under {count} headings{}", record.len(), self.dialect.commas());
+                faulty = Err(diagnostics.record(&Place { file: self.file.clone(), at: Some(place) }, message));
                 met += 1;
                 continue;
             }
@@ -110,26 +111,32 @@ impl Sheet {
         faulty?;
         let Some(time) = self.columns.first() else {
             let message = "no heading: expected a line such as \"time_s,TC1_K\"";
-            return Err(faults.record(&Place::whole(self.file.clone()), message));
+            return Err(diagnostics.record(&Place::whole(self.file.clone()), message));
         };
         if self.starts.is_empty() {
-            return Err(faults.record(&time.place, "no rows under this heading"));
+            return Err(diagnostics.record(&time.place, "no rows under this heading"));
         }
         Ok(())
     }
 
-    /// The columns that a heading names; separators at its end head none.
-    fn headings(&self, text: &str, start: usize, record: &csv::StringRecord, faults: &Faults) -> Read<Vec<Column>> {
+    /// The columns of a heading line; separators at its end are ignored.
+    fn headings(
+        &self,
+        text: &str,
+        start: usize,
+        record: &csv::StringRecord,
+        diagnostics: &Faults,
+    ) -> Read<Vec<Column>> {
         let mut columns: Vec<Column> = Vec::new();
         let trailing = (0..record.len()).rev().take_while(|&index| record[index].trim().is_empty()).count();
         for (index, heading) in record.iter().take(record.len() - trailing).enumerate() {
             let place = Place { file: self.file.clone(), at: Some(self.dialect.place(text, start, index)) };
             let heading = heading.trim().to_owned();
             if heading.is_empty() {
-                return Err(faults.record(&place, format!("column {} has no heading", index + 1)));
+                return Err(diagnostics.record(&place, format!("column {} has no heading", index + 1)));
             }
             if columns.iter().any(|other| other.heading == heading) {
-                return Err(faults.record(&place, format!("column {heading:?} stands twice")));
+                return Err(diagnostics.record(&place, format!("duplicate column {heading:?}")));
             }
             let (stem, unit) = split(&heading);
             columns.push(Column { stem: stem.to_owned(), unit, heading, place });
@@ -141,25 +148,25 @@ impl Sheet {
         Place { file: self.file.clone(), at: Some(self.dialect.place(&self.text, self.starts[row], column)) }
     }
 
-    /// The headings but the time's: index and name less its unit.
+    /// Index and name without unit of each column after the time.
     pub(super) fn stems(&self) -> impl Iterator<Item = (usize, &str)> {
         self.columns.iter().enumerate().skip(1).map(|(index, column)| (index, column.stem.as_str()))
     }
 
-    /// A fault at the heading of a column; the first is that of the time.
-    pub(super) fn fault(&self, column: usize, faults: &Faults, message: String) -> Faulty {
-        faults.record(&self.columns[column].place, message)
+    /// Record an error at the heading of a column; column 0 is the time.
+    pub(super) fn fault(&self, column: usize, diagnostics: &Faults, message: String) -> Faulty {
+        diagnostics.record(&self.columns[column].place, message)
     }
 
-    /// The column of a name, with or without its unit; without a name, the only one beside the time.
+    /// The column of a name, with or without its unit; without a name, the only column after the time.
     ///
     /// # Errors
-    /// A message: no such column, or more than one to choose from.
+    /// A message: unknown or ambiguous column.
     pub(super) fn named(&self, name: Option<&str>) -> Result<usize, String> {
         let headings: Vec<&str> = self.columns.iter().skip(1).map(|column| column.heading.as_str()).collect();
         let Some(name) = name else {
             return match headings.as_slice() {
-                [] => Err(format!("{} has no column beside the first one, the time", self.file)),
+                [] => Err(format!("{} has only a time column: expected a column of values", self.file)),
                 [_] => Ok(1),
                 _ => Err(format!("{} has {} columns: choose one with a key `column`", self.file, self.columns.len())),
             };
@@ -179,19 +186,25 @@ impl Sheet {
         }
     }
 
-    /// A column over the times of the first one; rows without the value are left out. Times rise; `jumps` lets one
-    /// stand twice in a row.
-    pub(super) fn series(&self, column: usize, dimension: Dimension, jumps: bool, faults: &Faults) -> Read<Series> {
+    /// A column over the times of the first one, without the rows where it has no value. Times must increase; `jumps`
+    /// allows equal ones.
+    pub(super) fn series(
+        &self,
+        column: usize,
+        dimension: Dimension,
+        jumps: bool,
+        diagnostics: &Faults,
+    ) -> Read<Series> {
         let (time, value) = (&self.columns[0], &self.columns[column]);
         let expected = "expected a first column such as \"time_s\"";
-        let seconds = scale(time, Dimension::Time, faults, expected);
+        let seconds = scale(time, Dimension::Time, diagnostics, expected);
         let example = match dimension {
             Dimension::HeatFlux => "flux_w_cm2".to_owned(),
             Dimension::Pressure => "pressure_kpa".to_owned(),
             _ => format!("{}_K", value.stem),
         };
         let expected = format!("expected a heading with a unit such as {example:?}");
-        let si = scale(value, dimension, faults, &expected);
+        let si = scale(value, dimension, diagnostics, &expected);
         let (seconds, si) = (seconds?, si?);
         let (mut times_s, mut values) = (Vec::with_capacity(self.starts.len()), Vec::with_capacity(self.starts.len()));
         let mut last_s = f64::NEG_INFINITY;
@@ -202,14 +215,15 @@ impl Sheet {
             }
             let (time_s, si_value) = (cells[0] * seconds.0 + seconds.1, cells[column] * si.0 + si.1);
             let fault = if !time_s.is_finite() {
-                self.no_number(row, 0, faults)
+                self.no_number(row, 0, diagnostics)
             } else if !si_value.is_finite() {
-                self.no_number(row, column, faults)
+                self.no_number(row, column, diagnostics)
             } else if !rises(last_s, time_s, jumps) {
-                let message = format!("time {time_s} s does not rise: the row before is at {last_s} s");
-                faults.record(&self.place(row, 0), message)
+                let rule = if jumps { "must not decrease" } else { "must increase" };
+                let message = format!("times {rule}: {time_s} s follows {last_s} s");
+                diagnostics.record(&self.place(row, 0), message)
             } else if !dimension.is_allowed(si_value) {
-                faults.record(&self.place(row, column), format!("{si_value} K is {}", dimension.limit()))
+                diagnostics.record(&self.place(row, column), format!("{si_value} K is {}", dimension.limit()))
             } else {
                 last_s = time_s;
                 times_s.push(time_s);
@@ -223,16 +237,15 @@ impl Sheet {
         }
         faulty?;
         if values.is_empty() {
-            return Err(faults.record(&value.place, format!("column {:?} holds no value", value.heading)));
+            return Err(diagnostics.record(&value.place, format!("column {:?} has no value", value.heading)));
         }
         Ok((times_s, values))
     }
 
-    /// That a cell which is needed holds no number.
-    fn no_number(&self, row: usize, column: usize, faults: &Faults) -> Faulty {
+    /// Record a missing time or a cell that is not a finite number.
+    fn no_number(&self, row: usize, column: usize, diagnostics: &Faults) -> Faulty {
         let mut record = csv::StringRecord::new();
         let mut reader = self.dialect.reader(&self.text[self.starts[row]..]);
-        // This text was read once already, so that it is read again.
         let text = match reader.read_record(&mut record) {
             Ok(true) => record.get(column).unwrap_or_default().trim(),
             _ => "",
@@ -242,20 +255,20 @@ impl Sheet {
         } else {
             format!("expected a finite number, found {text:?}{}", self.dialect.hint(text))
         };
-        faults.record(&self.place(row, column), message)
+        diagnostics.record(&self.place(row, column), message)
     }
 }
 
-fn scale(column: &Column, dimension: Dimension, faults: &Faults, expected: &str) -> Read<(f64, f64)> {
+fn scale(column: &Column, dimension: Dimension, diagnostics: &Faults, expected: &str) -> Read<(f64, f64)> {
     let Some(unit) = column.unit else {
         let message = format!("missing unit in heading {:?}: {expected}", column.heading);
-        return Err(faults.record(&column.place, message));
+        return Err(diagnostics.record(&column.place, message));
     };
     conversion(unit, dimension)
-        .map_err(|message| faults.record(&column.place, format!("{message}, found {:?}", column.heading)))
+        .map_err(|message| diagnostics.record(&column.place, format!("{message}, found {:?}", column.heading)))
 }
 
-/// `TC1_K` is `TC1` in `K`.
+/// Name and unit: `TC1_K` is `TC1` in `K`.
 fn split(heading: &str) -> (&str, Option<&'static str>) {
     let lower = heading.to_ascii_lowercase();
     let found = SUFFIXES.iter().find(|(suffix, _)| lower.ends_with(suffix));

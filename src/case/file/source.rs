@@ -1,37 +1,37 @@
-//! The text of a file's bytes, or why they are none.
+//! Decoding of text files.
 
 use super::files::LARGEST_BYTES;
 use super::written::Node;
 use crate::case::error::{Faults, Place, Read, unreadable};
 use std::io;
 
-/// The document of a TOML file, which messages call `label`.
-pub(super) fn document(bytes: io::Result<Vec<u8>>, label: &str, faults: &Faults) -> Read<Node> {
-    Node::document(&text(bytes, label, faults)?, label, faults)
+/// Parse a TOML file; `label` is its name in messages.
+pub(super) fn document(bytes: io::Result<Vec<u8>>, label: &str, diagnostics: &Faults) -> Read<Node> {
+    Node::document(&text(bytes, label, diagnostics)?, label, diagnostics)
 }
 
-/// The text of a file, without a byte-order mark: UTF-8, or UTF-16 where the mark says so.
-pub(super) fn text(bytes: io::Result<Vec<u8>>, label: &str, faults: &Faults) -> Read<String> {
+/// The text of a file in UTF-8, or in UTF-16 with a byte-order mark; the mark is removed.
+pub(super) fn text(bytes: io::Result<Vec<u8>>, label: &str, diagnostics: &Faults) -> Read<String> {
     let place = Place::whole(label);
-    let bytes = bytes.map_err(|error| faults.record(&place, unreadable(&error)))?;
+    let bytes = bytes.map_err(|error| diagnostics.record(&place, unreadable(&error)))?;
     if bytes.len() as u64 > LARGEST_BYTES {
-        return Err(faults.record(&place, format!("too large: more than {} MiB", LARGEST_BYTES >> 20)));
+        return Err(diagnostics.record(&place, format!("too large: more than {} MiB", LARGEST_BYTES >> 20)));
     }
-    let text = decoded(bytes).map_err(|message| faults.record(&place, format!("not a text file: {message}")))?;
-    // A zero byte is valid UTF-8 and never text.
+    let text = decoded(bytes).map_err(|message| diagnostics.record(&place, format!("not a text file: {message}")))?;
+    // A zero byte is valid UTF-8, but a text file has none.
     if let Some(at) = text.find('\0') {
-        return Err(faults.record(&place, format!("not a text file: byte {at} is zero")));
+        return Err(diagnostics.record(&place, format!("not a text file: byte {at} is zero")));
     }
     if text.trim_start().is_empty() {
-        return Err(faults.record(&place, "the file is empty"));
+        return Err(diagnostics.record(&place, "the file is empty"));
     }
     Ok(text)
 }
 
-/// The text of bytes, without a byte-order mark.
+/// Decode bytes, without the byte-order mark.
 ///
 /// # Errors
-/// Which byte is not of the encoding.
+/// The position of the first invalid byte or character.
 fn decoded(bytes: Vec<u8>) -> Result<String, String> {
     let unit: fn([u8; 2]) -> u16 = match bytes.as_slice() {
         [0xff, 0xfe, ..] => u16::from_le_bytes,
@@ -46,11 +46,11 @@ fn decoded(bytes: Vec<u8>) -> Result<String, String> {
         }
     };
     if bytes.len() % 2 == 1 {
-        return Err(format!("its mark says UTF-16, and {} bytes are an odd number", bytes.len()));
+        return Err(format!("expected an even number of bytes in UTF-16, found {}", bytes.len()));
     }
     let units = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
     char::decode_utf16(units)
         .enumerate()
-        .map(|(at, unit)| unit.map_err(|_| format!("character {at} is half a pair of UTF-16")))
+        .map(|(at, unit)| unit.map_err(|_| format!("character {at} is an unpaired UTF-16 surrogate")))
         .collect()
 }

@@ -1,4 +1,4 @@
-//! What a case file may say, and what is said of one that is wrong.
+//! Reading of case files: valid content and error messages.
 
 mod correlation;
 mod observed;
@@ -20,7 +20,7 @@ fn load(name: &str) -> Case {
     Case::load(&shipped(name)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A folder of its own, removed with the value; the name keeps tests that run side by side apart.
+/// A temporary folder, removed on drop; each test has its own name.
 struct Scratch(PathBuf);
 
 impl Scratch {
@@ -43,8 +43,8 @@ impl Drop for Scratch {
     }
 }
 
-/// A case with nothing wrong, a line a key: what the faults below are made in.
-const WHOLE: &str = r#"name = "Two plies"
+/// A valid case with one key per line, in which the tests introduce errors.
+const VALID_CASE: &str = r#"name = "Two plies"
 initial_temperature = "300 K"
 contact_conductance = "500 W/m^2/K"
 duration = "100 s"
@@ -89,11 +89,11 @@ sensors = ["TC2"]
 window = ["0 s", "50 s"]
 "#;
 
-/// What is wrong with the whole case after a replacement.
-fn faults(name: &str, from: &str, to: &str) -> Vec<String> {
-    assert_eq!(WHOLE.matches(from).count(), 1, "{from:?} stands once in the whole case");
+/// The errors of the valid case after a replacement.
+fn errors(name: &str, from: &str, to: &str) -> Vec<String> {
+    assert_eq!(VALID_CASE.matches(from).count(), 1, "{from:?} is not exactly once in the case");
     let scratch = Scratch::new(name);
-    let path = scratch.write("case.toml", WHOLE.replacen(from, to, 1));
+    let path = scratch.write("case.toml", VALID_CASE.replacen(from, to, 1));
     match Case::load(&path) {
         Ok(_) => Vec::new(),
         Err(error) => error.faults.iter().map(ToString::to_string).collect(),
@@ -113,7 +113,7 @@ fn every_shipped_case_loads() {
 }
 
 #[test]
-fn the_case_of_run_2259_is_as_the_paper_states_it() {
+fn the_case_of_run_2259_has_the_values_of_the_paper() {
     let case = load("lcat-2259");
     assert_eq!(case.layup.plies.len(), 5);
     assert_eq!(case.layup.contacts_w_m2_k, [Some(500.0); 4]);
@@ -132,7 +132,7 @@ fn the_case_of_run_2259_is_as_the_paper_states_it() {
 }
 
 #[test]
-fn a_held_face_drops_what_lies_above_it_and_keeps_the_depths_of_the_rest() {
+fn a_held_face_removes_the_plies_above_it_and_keeps_the_depths_of_the_others() {
     let (whole, held) = (load("lcat-2259"), load("lcat-2259-tc3"));
     assert_eq!(held.layup.plies.len(), 2);
     assert_eq!(held.layup.contacts_w_m2_k, [Some(500.0)]);
@@ -144,11 +144,11 @@ fn a_held_face_drops_what_lies_above_it_and_keeps_the_depths_of_the_rest() {
     let cut = case.unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(cut.layup.plies.len(), 3);
     assert!((cut.layup.plies[0].thickness_m - 2.0e-3).abs() < 1e-12);
-    assert_eq!(cut.sensors[0].depth_m, cut.layup.faces_m()[0], "a sensor on an interface stays on it to the last bit");
+    assert_eq!(cut.sensors[0].depth_m, cut.layup.faces_m()[0], "a sensor on an interface stays on it to the bit");
 }
 
 #[test]
-fn measured_traces_keep_their_error_bars_and_a_blind_sensor_has_none() {
+fn measured_traces_keep_their_standard_deviations() {
     let case = load("kaowool");
     assert_eq!(case.observations.len(), 2);
     assert_eq!(case.sensors[2].name, "TC3");
@@ -156,58 +156,53 @@ fn measured_traces_keep_their_error_bars_and_a_blind_sensor_has_none() {
     assert_eq!((first.times_s.len(), first.temperatures_k[120], first.sigma_k[0]), (121, 821.0, 0.5));
     let short = Case::load_with(&shipped("kaowool"), &[("duration".into(), "600 s".into())]);
     let short = short.unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(short.observations[0].times_s.len(), 61, "samples after the duration are left out");
+    assert_eq!(short.observations[0].times_s.len(), 61, "samples after the end of the exposure must be dropped");
 }
 
 #[test]
-fn a_whole_case_has_no_fault() {
-    assert_eq!(faults("whole", "Two plies", "Two plies of cloth"), Vec::<String>::new());
+fn a_valid_case_has_no_error() {
+    assert_eq!(errors("whole", "Two plies", "Two plies of cloth"), Vec::<String>::new());
 }
 
-/// A replacement in the whole case; line and column of the fault; what is said of it.
+/// A replacement in the valid case; line and column of the error; a part of its message.
 const BROKEN: &[(&str, &str, &str, &str)] = &[
     ("thickness = \"3 mm\"", "thicknes = \"3 mm\"", ":16:1:", "unknown key \"thicknes\": did you mean \"thickness\"?"),
     ("\"5 W/cm^2\"", "\"5\"", ":28:49:", "missing unit: expected a heat flux such as \"26.7 W/cm^2\", found \"5\""),
     ("\"100 s\"", "100", ":4:12:", "missing unit: expected a time"),
     ("\"5 W/cm^2\"", "\"5 mm\"", ":28:49:", "wrong dimension: expected a heat flux"),
-    ("\"3 mm\"", "\"-3 mm\"", ":16:13:", "\"-3 mm\" is not positive"),
+    ("\"3 mm\"", "\"-3 mm\"", ":16:13:", "expected a value above 0, found \"-3 mm\""),
     ("\"3 mm\"", "\"nan mm\"", ":16:13:", "not a finite number"),
-    ("\"1 s\"", "\"-1 s\"", ":28:42:", "time -1 does not rise"),
+    ("\"1 s\"", "\"-1 s\"", ":28:42:", "times must not decrease: -1 s follows 0 s"),
     ("\"320 K\"", "\"NaN K\"", ":38:35:", "not a finite number"),
-    ("[\"10 s\"", "[\"0 s\"", ":38:27:", "time 0 does not rise"),
-    (
-        "\"pyrogel3350\"",
-        "\"pyrogel335\"",
-        ":15:12:",
-        "unknown material \"pyrogel335\": did you mean \"pyrogel3350\"? known:",
-    ),
-    ("\"2 mm\"", "\"4 mm\"", ":24:9:", "4 mm is off the layup, whose back face lies at 3.5 mm"),
-    ("below = \"TOP\"", "below = \"TIP\"", ":20:9:", "no ply \"TIP\": did you mean \"TOP\"?"),
+    ("[\"10 s\"", "[\"0 s\"", ":38:27:", "times must increase: 0 s follows 0 s"),
+    ("\"pyrogel3350\"", "\"pyrogel335\"", ":15:12:", "unknown material \"pyrogel335\": did you mean \"pyrogel3350\"?"),
+    ("\"2 mm\"", "\"4 mm\"", ":24:9:", "depth 4 mm lies outside the layup, from 0 mm to 3.5 mm"),
+    ("below = \"TOP\"", "below = \"TIP\"", ":20:9:", "unknown ply \"TIP\": did you mean \"TOP\"?"),
     ("depth = \"2 mm\"", "lag = \"1 s\"", ":22:1:", "a sensor needs `below"),
-    ("TC2 = [", "TC3 = [", ":38:7:", "no sensor \"TC3\" to observe: did you mean \"TC1\"?"),
+    ("TC2 = [", "TC3 = [", ":38:7:", "unknown sensor \"TC3\": did you mean \"TC1\"?"),
     ("[0.9, 1.1]", "[1.1, 0.9]", ":34:9:", "bounds reversed: 1.1 is not below 0.9"),
-    ("[0.9, 1.1]", "[0.0, 1.1]", ":34:9:", "bounds 0 to 1.1 are not positive"),
+    ("[0.9, 1.1]", "[0.0, 1.1]", ":34:9:", "expected bounds above 0, found 0 to 1.1"),
     ("[0.9, 1.1]", "[0.9, 1.1]\nnominal = 1.2", ":35:11:", "nominal 1.2 lies outside the small bounds 0.9 to 1.1"),
-    ("[0.9, 1.1]", "[0.9, 1.1]\nlarge = [0.95, 1.5]", ":30:1:", "do not hold the small"),
     (
-        "group = \"INS\"\nproperty",
-        "group = \"GB\"\nproperty",
-        ":32:9:",
-        "no ply of the marched layup is of group \"GB\"",
+        "[0.9, 1.1]",
+        "[0.9, 1.1]\nlarge = [0.95, 1.5]",
+        ":30:1:",
+        "expected large bounds that contain the small bounds 0.9 to 1.1, found 0.95 to 1.5",
     ),
+    ("group = \"INS\"\nproperty", "group = \"GB\"\nproperty", ":32:9:", "unknown group \"GB\" of the marched layup"),
     ("\"conductivity\"", "\"conductance\"", ":33:12:", "did you mean \"conductivity\"?"),
     (
         "\"conductivity\"",
         "\"emissivity\"",
         ":32:9:",
-        "no open face with the emissivity of its material is of group \"INS\"",
+        "no ply of group \"INS\" has a face that radiates with the emissivity of its material",
     ),
     ("\"conductivity\"", "\"heating\"", ":32:9:", "expected no `group`"),
     (
         "group = \"INS\"\nproperty = \"conductivity\"",
         "property = \"loss\"",
         ":30:1:",
-        "the back face gives off nothing",
+        "the back face has neither a film nor radiation",
     ),
     (
         "group = \"INS\"\nproperty = \"conductivity\"",
@@ -215,11 +210,16 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
         ":32:9:",
         "has no radiative part",
     ),
-    ("name = \"BASE\"", "name = \"TOP\"", ":13:8:", "a ply before this one is named \"TOP\" too"),
-    ("name = \"TC2\"", "name = \"TC1\"", ":23:8:", "a sensor before this one is named \"TC1\" too"),
+    ("name = \"BASE\"", "name = \"TOP\"", ":13:8:", "duplicate ply name \"TOP\""),
+    ("name = \"TC2\"", "name = \"TC1\"", ":23:8:", "duplicate sensor name \"TC1\""),
     ("[\"0 s\", \"50 s\"]", "[\"50 s\", \"0 s\"]", ":43:10:", "window reversed: 50 s is not before 0 s"),
-    ("[\"0 s\", \"50 s\"]", "[\"200 s\", \"250 s\"]", ":43:10:", "window begins at 200 s"),
-    ("factors = [\"f_k\"]", "factors = [\"f_cp\"]", ":41:12:", "\"f_cp\" is none of the factors of this case"),
+    (
+        "[\"0 s\", \"50 s\"]",
+        "[\"200 s\", \"250 s\"]",
+        ":43:10:",
+        "expected a window that begins before 100 s, the end of the exposure, found 200 s",
+    ),
+    ("factors = [\"f_k\"]", "factors = [\"f_cp\"]", ":41:12:", "unknown factor \"f_cp\""),
     (
         "sensors = [\"TC2\"]",
         "sensors = [\"TC2\"]\nstart = { f_k = 2.0 }",
@@ -236,107 +236,109 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
 ];
 
 #[test]
-fn every_fault_is_told_with_its_line_its_column_and_what_was_expected() {
-    let mut untold = Vec::new();
-    for (index, &(from, to, place, fragment)) in BROKEN.iter().enumerate() {
-        let found = faults(&format!("broken-{index}"), from, to);
-        if !found.iter().any(|fault| fault.contains(place) && fault.contains(fragment)) {
-            untold.push(format!("{to:?} at {place} {fragment:?}: {found:#?}"));
+fn every_error_is_reported_with_line_column_and_expected_value() {
+    let mut missing = Vec::new();
+    for (index, &(from, to, position, fragment)) in BROKEN.iter().enumerate() {
+        let found = errors(&format!("broken-{index}"), from, to);
+        if !found.iter().any(|fault| fault.contains(position) && fault.contains(fragment)) {
+            missing.push(format!("{to:?} at {position} {fragment:?}: {found:#?}"));
         }
     }
-    assert!(untold.is_empty(), "{}", untold.join("\n"));
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
 }
 
 #[test]
-fn all_faults_of_a_file_are_told_at_once_in_the_order_of_its_lines() {
+fn all_errors_of_a_file_are_reported_together_in_the_order_of_its_lines() {
     let scratch = Scratch::new("all");
-    let text = WHOLE
+    let text = VALID_CASE
         .replace("\"0.5 mm\"", "\"0.5\"")
         .replace("\"2 mm\"", "\"2 K\"")
         .replace("\"1 s\"", "\"-1 s\"")
         .replace("[0.9, 1.1]", "[1.1, 0.9]")
         .replace("\"320 K\"", "\"320 degX\"")
         .replace("[\"0 s\", \"50 s\"]", "[\"50 s\", \"0 s\"]");
-    let error = Case::load(&scratch.write("case.toml", text)).expect_err("six faults");
+    let error = Case::load(&scratch.write("case.toml", text)).expect_err("six errors");
     let lines: Vec<usize> = error.faults.iter().filter_map(|fault| Some(fault.place.at?.0)).collect();
     assert_eq!(lines, [10, 24, 28, 34, 38, 43], "{error}");
-    assert!(error.to_string().ends_with("\n6 faults"), "{error}");
+    assert!(error.to_string().ends_with("\n6 errors"), "{error}");
 }
 
 #[test]
-fn no_character_that_lacks_or_is_another_makes_reading_panic() {
+fn no_missing_or_replaced_character_makes_the_reader_panic() {
     let scratch = Scratch::new("spoiled");
     let mut refused = 0;
-    for (at, _) in WHOLE.char_indices() {
+    for (at, _) in VALID_CASE.char_indices() {
         let other = ["", "é", "[", "\"", "9"][at % 5];
-        let spoiled = format!("{}{other}{}", &WHOLE[..at], &WHOLE[at + 1..]);
+        let spoiled = format!("{}{other}{}", &VALID_CASE[..at], &VALID_CASE[at + 1..]);
         refused += usize::from(Case::load(&scratch.write("case.toml", spoiled)).is_err());
     }
-    assert!(2 * refused > WHOLE.len(), "most of them are refused: {refused}");
+    assert!(2 * refused > VALID_CASE.len(), "only {refused} are refused");
 }
 
 #[test]
 fn two_factors_on_one_property_of_a_ply_are_refused() {
-    let more = "[[factor]]\nname = \"f_k_BASE\"\ngroup = \"BASE\"\nproperty = \"conductivity\"\nsmall = [0.9, 1.1]\n\n[observations]";
-    let found = faults("overlap", "[observations]", more);
-    assert!(found[0].contains("factor \"f_k_BASE\" scales what factor \"f_k\" scales already"), "{found:?}");
+    let more = "[[factor]]\nname = \"f_k_BASE\"\ngroup = \"BASE\"\nproperty = \"conductivity\"\nsmall = [0.9, 1.1]\n\n\
+                [observations]";
+    let found = errors("overlap", "[observations]", more);
+    assert!(found[0].contains("factors \"f_k\" and \"f_k_BASE\" scale the same property"), "{found:?}");
     let other = more.replace("conductivity", "heat_capacity");
-    assert_eq!(faults("no-overlap", "[observations]", &other), Vec::<String>::new());
+    assert_eq!(errors("no-overlap", "[observations]", &other), Vec::<String>::new());
 }
 
 #[test]
-fn a_file_that_is_no_case_says_so() {
+fn a_file_that_is_not_a_case_is_reported() {
     let scratch = Scratch::new("files");
-    let said = |path: &Path| Case::load(path).expect_err("no case").to_string();
-    assert!(said(&scratch.write("empty.toml", "")).contains("empty.toml: the file is empty\n1 fault"));
-    assert!(said(&scratch.write("blank.toml", "\n \n")).contains("the file is empty"));
-    assert!(said(&scratch.write("binary.toml", [0x7f, 0x45, 0xff, 0xfe])).contains("not a text file"));
-    assert!(said(&scratch.write("zero.toml", "name = \"\0\"")).contains("not a text file"));
-    assert!(said(&scratch.0.join("nowhere.toml")).contains("nowhere.toml: no such file"));
-    assert!(said(&scratch.0).contains("the folder holds no case.toml"));
+    let message = |path: &Path| Case::load(path).expect_err("no case").to_string();
+    assert!(message(&scratch.write("empty.toml", "")).contains("empty.toml: the file is empty\n1 error"));
+    assert!(message(&scratch.write("blank.toml", "\n \n")).contains("the file is empty"));
+    assert!(message(&scratch.write("binary.toml", [0x7f, 0x45, 0xff, 0xfe])).contains("not a text file"));
+    assert!(message(&scratch.write("zero.toml", "name = \"\0\"")).contains("not a text file"));
+    assert!(message(&scratch.0.join("nowhere.toml")).contains("nowhere.toml: no such file"));
+    assert!(message(&scratch.0).contains("the folder contains no case.toml"));
 }
 
 #[test]
-fn an_override_reaches_any_key_and_its_fault_names_it() {
+fn an_override_sets_any_key_and_its_error_names_it() {
     let path = shipped("lcat-2259");
     let set = |name: &str, value: &str| Case::load_with(&path, &[(name.to_owned(), value.to_owned())]);
-    let holds = |name: &str, value: &str| set(name, value).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(holds("pressure", "3.1 kPa").exposure.pressure_pa.after(0.0), 3100.0);
-    assert_eq!(holds("f_k_INS", "1.1").factors[3].nominal, 1.1);
-    assert_eq!(holds("f_k_INS.small", "[0.5, 1.5]").factors[3].small, (0.5, 1.5));
-    assert_eq!(holds("resolution.cells", "48").resolution.cells, 48);
-    assert_eq!(holds("ply.INS1.thickness", "2 mm").layup.plies[2].thickness_m, 0.002);
-    assert_eq!(holds("contact_conductance", "perfect").layup.contacts_w_m2_k, [None; 4]);
-    let said = |name: &str, value: &str| set(name, value).expect_err("a fault").to_string();
+    let valid = |name: &str, value: &str| set(name, value).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(valid("pressure", "3.1 kPa").exposure.pressure_pa.after(0.0), 3100.0);
+    assert_eq!(valid("f_k_INS", "1.1").factors[3].nominal, 1.1);
+    assert_eq!(valid("f_k_INS.small", "[0.5, 1.5]").factors[3].small, (0.5, 1.5));
+    assert_eq!(valid("resolution.cells", "48").resolution.cells, 48);
+    assert_eq!(valid("ply.INS1.thickness", "2 mm").layup.plies[2].thickness_m, 0.002);
+    assert_eq!(valid("contact_conductance", "perfect").layup.contacts_w_m2_k, [None; 4]);
+    let message = |name: &str, value: &str| set(name, value).expect_err("an error").to_string();
     assert!(
-        said("presure", "3 kPa").contains("--set presure=3 kPa: unknown key \"presure\": did you mean \"pressure\"?")
+        message("presure", "3 kPa")
+            .contains("--set presure=3 kPa: unknown key \"presure\": did you mean \"pressure\"?")
     );
-    assert!(said("pressure", "3").contains("--set pressure=3: missing unit: expected a pressure"));
+    assert!(message("pressure", "3").contains("--set pressure=3: missing unit: expected a pressure"));
     assert!(
-        said("f_k_INS", "1.6").contains("--set f_k_INS=1.6: nominal 1.6 lies outside the small bounds 0.75 to 1.25")
+        message("f_k_INS", "1.6").contains("--set f_k_INS=1.6: nominal 1.6 lies outside the small bounds 0.75 to 1.25")
     );
-    assert!(said("ply.INS9.thickness", "2 mm").contains("nothing here is named \"INS9\""));
-    assert!(said("pressure.high", "2 Pa").contains("lies under a key that is no table"));
+    assert!(message("ply.INS9.thickness", "2 mm").contains("no entry is named \"INS9\""));
+    assert!(message("pressure.high", "2 Pa").contains("is under a key that is not a table"));
 }
 
 #[test]
-fn a_material_beside_the_case_comes_before_the_one_built_in() {
+fn a_material_next_to_the_case_replaces_the_built_in_one() {
     let scratch = Scratch::new("own");
     std::fs::create_dir_all(scratch.0.join("materials")).expect("a folder in a temporary folder");
     let own = include_str!("../../../data/materials/pyrogel3350.toml").replace("170 kg/m^3", "110 kg/m^3");
     scratch.write("materials/pyrogel3350.toml", &own);
-    let path = scratch.write("case.toml", WHOLE);
+    let path = scratch.write("case.toml", VALID_CASE);
     let case = Case::load(&path).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(case.layup.plies[1].material.density_kg_m3, 110.0);
     scratch.write("materials/pyrogel3350.toml", own.replace("0.93", "-0.93"));
-    let said = Case::load(&path).expect_err("a material at fault").to_string();
-    assert!(said.contains("materials/pyrogel3350.toml:23:20: -0.93 is not positive"), "{said}");
+    let message = Case::load(&path).expect_err("a wrong material").to_string();
+    assert!(message.contains("materials/pyrogel3350.toml:23:20: expected a value above 0, found -0.93"), "{message}");
 }
 
 #[test]
 fn a_sensor_above_a_held_face_is_refused() {
     let held = "kind = \"held\"\nat = \"TC2\"\ntemperature = \"400 K\"";
-    let found = faults(
+    let found = errors(
         "above",
         "kind = \"heated\"\nflux = { points = [[\"0 s\", \"0 W/cm^2\"], [\"1 s\", \"5 W/cm^2\"]], outside = \"hold\" }",
         held,

@@ -1,4 +1,4 @@
-//! TOML as written: every value knows its line and column, and whoever reads it records what is wrong there.
+//! TOML values with line and column, and typed access that records errors at that position.
 
 use crate::case::check;
 use crate::case::error::{Faults, Faulty, Place, Read};
@@ -9,7 +9,7 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A value and where it was written.
+/// A value and its position in the file.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     place: Place,
@@ -19,12 +19,12 @@ pub(super) struct Node {
 #[derive(Clone, Debug)]
 enum Value {
     Text(String),
-    /// A bare number, as written.
+    /// The text of a number without quotes.
     Number(String),
     List(Vec<Node>),
     Table(Vec<Entry>),
     Truth(bool),
-    /// A date: what no key of ours takes.
+    /// A value of a type that no key takes, such as a date.
     Other(&'static str),
 }
 
@@ -36,14 +36,14 @@ struct Entry {
 }
 
 impl Node {
-    /// The tree of a whole document; a syntax error hides what follows it, so a tree comes only without any.
-    pub(super) fn document(text: &str, file: &str, faults: &Faults) -> Read<Self> {
+    /// Parse a document. A syntax error hides the keys after it, so there is no tree if there is any.
+    pub(super) fn document(text: &str, file: &str, diagnostics: &Faults) -> Read<Self> {
         let source = Source::new(text, file);
         let (table, errors) = DeTable::parse_recoverable(text);
         let mut faulty = None;
         for error in errors {
             let start = error.span().map_or(text.len(), |span| span.start);
-            faulty = Some(faults.record(&source.place(start), error.message()));
+            faulty = Some(diagnostics.record(&source.place(start), error.message()));
         }
         match faulty {
             Some(faulty) => Err(faulty),
@@ -51,7 +51,7 @@ impl Node {
         }
     }
 
-    /// The value of an override: TOML where it reads as TOML, else the bare text, so that `3 kPa` needs no quotes.
+    /// The value of an override: TOML if it parses, else text, so that `3 kPa` needs no quotes.
     pub(super) fn inline(text: &str, file: &str) -> Self {
         let place = Place::whole(file);
         match DeValue::parse(text) {
@@ -63,10 +63,10 @@ impl Node {
         }
     }
 
-    /// Put a value under a dotted path; a table of an array is met by its `name`. Tables that lack are made.
+    /// Set the value at a dotted path; an entry of an array is selected by its `name`. Missing tables are added.
     ///
     /// # Errors
-    /// The part of the path that leads nowhere.
+    /// A message, if a part of the path does not exist or is not a table.
     pub(super) fn set(&mut self, path: &[&str], new: Self) -> Result<(), String> {
         let Some((first, rest)) = path.split_first() else {
             *self = new;
@@ -84,9 +84,9 @@ impl Node {
             Value::List(nodes) => nodes
                 .iter_mut()
                 .find(|node| node.name() == Some(first))
-                .ok_or_else(|| format!("nothing here is named {first:?}"))?
+                .ok_or_else(|| format!("no entry is named {first:?}"))?
                 .set(rest, new),
-            _ => Err(format!("{first:?} lies under a key that is no table")),
+            _ => Err(format!("{first:?} is under a key that is not a table")),
         }
     }
 
@@ -105,7 +105,7 @@ impl Node {
         }
     }
 
-    /// The values of a list; none of anything else.
+    /// The values of a list; empty for other values.
     pub(super) fn items(&self) -> &[Self] {
         match &self.value {
             Value::List(nodes) => nodes,
@@ -113,16 +113,16 @@ impl Node {
         }
     }
 
-    pub(super) fn read<'a>(&'a self, faults: &'a Faults) -> Written<'a> {
-        Written { node: self, faults }
+    pub(super) fn read<'a>(&'a self, diagnostics: &'a Faults) -> Written<'a> {
+        Written { node: self, diagnostics }
     }
 }
 
-/// A text, to turn offsets into lines and columns.
+/// Converts byte offsets of a text to lines and columns.
 struct Source<'a> {
     file: Arc<str>,
     text: &'a str,
-    /// Where each line begins.
+    /// Byte offset of each line.
     lines: Vec<usize>,
 }
 
@@ -167,25 +167,25 @@ impl<'a> Source<'a> {
     }
 }
 
-/// A value under the reader's eye.
+/// A value with access to the error record.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Written<'a> {
     node: &'a Node,
-    faults: &'a Faults,
+    diagnostics: &'a Faults,
 }
 
 impl<'a> Written<'a> {
     pub(super) fn fault(self, message: impl Into<String>) -> Faulty {
-        self.faults.record(&self.node.place, message)
+        self.diagnostics.record(&self.node.place, message)
     }
 
-    /// The value that a rule lets through, or its message as a fault here.
+    /// The value, or the message of the rule recorded at this position.
     pub(super) fn require<T>(self, rule: Result<T, String>) -> Read<T> {
         rule.map_err(|message| self.fault(message))
     }
 
-    pub(super) fn faults(self) -> &'a Faults {
-        self.faults
+    pub(super) fn diagnostics(self) -> &'a Faults {
+        self.diagnostics
     }
 
     pub(super) fn text(self) -> Read<&'a str> {
@@ -203,10 +203,10 @@ impl<'a> Written<'a> {
         }
     }
 
-    /// A bare number.
+    /// A number without quotes.
     pub(super) fn number(self) -> Read<f64> {
         let Value::Number(text) = &self.node.value else {
-            return Err(self.fault(format!("expected a bare number, found {}", self.kind())));
+            return Err(self.fault(format!("expected a number without quotes, found {}", self.kind())));
         };
         match text.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
@@ -214,7 +214,7 @@ impl<'a> Written<'a> {
         }
     }
 
-    /// Text with a unit, in SI. A bare number is a missing unit, but for a fraction.
+    /// A quantity with a unit, in SI. Only a fraction needs no unit.
     pub(super) fn quantity(self, dimension: Dimension) -> Read<f64> {
         match &self.node.value {
             Value::Text(text) | Value::Number(text) => self.require(quantity(text, dimension)),
@@ -230,11 +230,13 @@ impl<'a> Written<'a> {
         self.require(check::not_negative(self.quantity(dimension)?, self.shown()))
     }
 
-    /// The values of a list, one or more.
+    /// The values of a list, at least one.
     pub(super) fn list(self) -> Read<Vec<Self>> {
         match &self.node.value {
-            Value::List(nodes) if nodes.is_empty() => Err(self.fault("the list is empty")),
-            Value::List(nodes) => Ok(nodes.iter().map(|node| node.read(self.faults)).collect()),
+            Value::List(nodes) if nodes.is_empty() => {
+                Err(self.fault("expected at least one value, found an empty list"))
+            }
+            Value::List(nodes) => Ok(nodes.iter().map(|node| node.read(self.diagnostics)).collect()),
             _ => Err(self.fault(format!("expected a list, found {}", self.kind()))),
         }
     }
@@ -244,14 +246,17 @@ impl<'a> Written<'a> {
         let values = self.list()?;
         let count = values.len();
         <[Written<'a>; 2]>::try_from(values)
-            .map_err(|_| self.fault(format!("expected a pair, found a list of {count}")))
+            .map_err(|_| self.fault(format!("expected a list of 2, found a list of {count}")))
     }
 
     pub(super) fn section(self) -> Read<Section<'a>> {
         match &self.node.value {
-            Value::Table(entries) => {
-                Ok(Section { place: &self.node.place, entries, faults: self.faults, asked: RefCell::default() })
-            }
+            Value::Table(entries) => Ok(Section {
+                place: &self.node.place,
+                entries,
+                diagnostics: self.diagnostics,
+                asked: RefCell::default(),
+            }),
             _ => Err(self.fault(format!("expected a table of keys, found {}", self.kind()))),
         }
     }
@@ -279,7 +284,7 @@ impl<'a> Written<'a> {
     fn kind(self) -> &'static str {
         match self.node.value {
             Value::Text(_) => "text",
-            Value::Number(_) => "a bare number",
+            Value::Number(_) => "a number without quotes",
             Value::List(_) => "a list",
             Value::Table(_) => "a table of keys",
             Value::Truth(_) => "true or false",
@@ -288,31 +293,32 @@ impl<'a> Written<'a> {
     }
 }
 
-/// A table of keys. Each key is asked for by name; what nobody asked for is a fault when it closes.
+/// A table of keys. Every key is requested by name; [`deny_unknown_keys`](Self::deny_unknown_keys) reports those that
+/// were not requested.
 #[derive(Debug)]
 pub(super) struct Section<'a> {
     place: &'a Place,
     entries: &'a [Entry],
-    faults: &'a Faults,
+    diagnostics: &'a Faults,
     asked: RefCell<Vec<&'static str>>,
 }
 
 impl<'a> Section<'a> {
     pub(super) fn fault(&self, message: impl Into<String>) -> Faulty {
-        self.faults.record(self.place, message)
+        self.diagnostics.record(self.place, message)
     }
 
-    /// The value that a rule lets through, or its message as a fault of the whole table.
+    /// The value, or the message of the rule recorded at the table.
     pub(super) fn require<T>(&self, rule: Result<T, String>) -> Read<T> {
         rule.map_err(|message| self.fault(message))
     }
 
     pub(super) fn optional(&self, key: &'static str) -> Option<Written<'a>> {
         self.asked.borrow_mut().push(key);
-        self.entries.iter().find(|entry| entry.key == key).map(|entry| entry.node.read(self.faults))
+        self.entries.iter().find(|entry| entry.key == key).map(|entry| entry.node.read(self.diagnostics))
     }
 
-    /// `expected` says what the key would hold: `a time such as "200 s"`.
+    /// `expected` describes the value in the message: `a time such as "200 s"`.
     pub(super) fn required(&self, key: &'static str, expected: &str) -> Read<Written<'a>> {
         self.optional(key).ok_or_else(|| self.fault(format!("missing key {key:?}: expected {expected}")))
     }
@@ -329,7 +335,7 @@ impl<'a> Section<'a> {
         self.optional(key).map_or(Ok(default), Written::text).map(|text| text.trim().to_owned())
     }
 
-    /// The tables of `[[key]]`, none where the key is absent.
+    /// The tables of `[[key]]`; empty if the key is missing.
     pub(super) fn tables(&self, key: &'static str) -> Read<Vec<Self>> {
         match self.optional(key) {
             None => Ok(Vec::new()),
@@ -337,24 +343,24 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The keys that nobody asked for, with their values: names of the analyst's own, such as sensors.
+    /// The keys not requested so far, with their values: names chosen by the analyst, such as sensors.
     pub(super) fn others(&self) -> Vec<(&'a str, Written<'a>)> {
         let asked = self.asked.borrow();
         let free = self.entries.iter().filter(|entry| !asked.contains(&entry.key.as_str()));
-        free.map(|entry| (entry.key.as_str(), entry.node.read(self.faults))).collect()
+        free.map(|entry| (entry.key.as_str(), entry.node.read(self.diagnostics))).collect()
     }
 
-    /// Every key left over is unknown.
+    /// Record every key that was not requested as unknown.
     pub(super) fn close(&self) {
         let asked = self.asked.borrow();
         for entry in self.entries.iter().filter(|entry| !asked.contains(&entry.key.as_str())) {
             let hint = suggestion(&entry.key, asked.iter().copied());
-            self.faults.record(&entry.place, format!("unknown key {:?}{hint}", entry.key));
+            self.diagnostics.record(&entry.place, format!("unknown key {:?}{hint}", entry.key));
         }
     }
 }
 
-/// All of them, or the last fault; every one is read.
+/// All values, or the last error; the iterator is always exhausted.
 pub(super) fn all<T>(reads: impl IntoIterator<Item = Read<T>>) -> Read<Vec<T>> {
     let mut values = Vec::new();
     let mut faulty = None;

@@ -1,9 +1,9 @@
-//! Quantities as written and what is said of those that are wrong.
+//! Quantities with units, and the messages for wrong ones.
 
 use super::*;
 
 #[test]
-fn quantities_become_si() {
+fn quantities_are_converted_to_si() {
     let known: &[(&str, Dimension, f64)] = &[
         ("0.51 mm", Dimension::Length, 0.51e-3),
         ("2in", Dimension::Length, 0.0508),
@@ -46,7 +46,7 @@ fn quantities_become_si() {
 }
 
 #[test]
-fn every_wrong_quantity_says_what_was_expected_and_what_was_found() {
+fn every_wrong_quantity_is_reported_with_the_expected_and_the_found_text() {
     let wrong: &[(&str, Dimension, &str)] = &[
         ("26.7", Dimension::HeatFlux, "missing unit: expected a heat flux such as \"26.7 W/cm^2\", found \"26.7\""),
         ("3 mm", Dimension::HeatFlux, "wrong dimension: expected a heat flux"),
@@ -55,7 +55,7 @@ fn every_wrong_quantity_says_what_was_expected_and_what_was_found() {
         ("3 W/m^2 K", Dimension::Conductance, "wrong dimension: expected a heat transfer coefficient"),
         ("3 W/m^2 K", Dimension::Conductance, ": a space multiplies; write \"W/m^2/K\", found \"3 W/m^2 K\""),
         ("9 J/kg K", Dimension::HeatCapacity, ": a space multiplies; write \"J/kg/K\""),
-        ("9 W/m^2 s", Dimension::Conductance, "not what this unit measures, found \"9 W/m^2 s\""),
+        ("9 W/m^2 s", Dimension::Conductance, "not a quantity in this unit, found \"9 W/m^2 s\""),
         ("3 W/m^2 )", Dimension::Conductance, "is not understood at \")\""),
         ("3 furlong", Dimension::Length, "unknown unit \"furlong\""),
         ("3 (m", Dimension::Length, "lacks a closing parenthesis"),

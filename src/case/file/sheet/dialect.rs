@@ -1,20 +1,20 @@
-//! The dialect of a table: what separates its values, which decimal mark its numbers have, where its cells stand.
+//! The dialect of a table file: separator, decimal mark, quotes and positions of cells.
 
-/// What stands for a cell that holds no finite number.
+/// Marks a cell that is not a finite number.
 pub(super) const OTHER: f64 = f64::INFINITY;
 
-/// Words for a value that is missing, in letters of either case; so does an empty cell.
+/// Words for a missing value, in upper or lower case; an empty cell is one too.
 const MISSING: [&str; 3] = ["nan", "na", "n/a"];
 
 #[derive(Debug)]
 pub(super) struct Dialect {
     separator: char,
-    /// The decimal mark of the numbers met so far; `None` before the first that has one.
+    /// The decimal mark of the numbers so far; `None` before the first one.
     mark: Option<char>,
 }
 
 impl Dialect {
-    /// The separator is a semicolon or a tab where the heading has one outside of quotes, else a comma.
+    /// The separator: a semicolon or a tab if the heading has one outside quotes, else a comma.
     pub(super) fn of(text: &str) -> Self {
         let heading = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
         let has = |separator: &char| outside_quotes(heading).any(|(_, c)| c == *separator);
@@ -31,8 +31,8 @@ impl Dialect {
             .from_reader(text.as_bytes())
     }
 
-    /// Line, column and message of the first quote that is not closed on its line, or stands within a value. The
-    /// reader would join lines at the one and leave out the other.
+    /// Line, column and message of the first quote that is not closed on its line or is inside a value. The CSV reader
+    /// would join lines at the former and drop the latter.
     pub(super) fn quotes(&self, text: &str) -> Option<(usize, usize, &'static str)> {
         if !text.contains('"') {
             return None;
@@ -40,21 +40,21 @@ impl Dialect {
         let quoted = text.lines().enumerate().filter(|(_, line)| line.contains('"') && !line.starts_with('#'));
         quoted.into_iter().find_map(|(index, line)| {
             self.cells(line).into_iter().find_map(|(at, cell)| {
-                // Without the quotes around it, and with doubled ones taken for one that is meant.
-                let around = cell.len() > 1 && cell.starts_with('"') && cell.ends_with('"');
-                let inner = if around { &cell[1..cell.len() - 1] } else { cell };
+                // Doubled quotes inside a quoted value are one quote.
+                let is_quoted = cell.len() > 1 && cell.starts_with('"') && cell.ends_with('"');
+                let inner = if is_quoted { &cell[1..cell.len() - 1] } else { cell };
                 let message = match (cell.contains('"'), is_open(cell)) {
                     (false, _) => return None,
                     (true, true) => "a quoted value is not closed on its line",
-                    _ if around && !inner.replace("\"\"", "").contains('"') => return None,
-                    _ => "a quote within a value: expected quotes around all of it",
+                    _ if is_quoted && !inner.replace("\"\"", "").contains('"') => return None,
+                    _ => "a quote inside a value: expected quotes around the whole value",
                 };
                 Some((index + 1, column(line, at), message))
             })
         })
     }
 
-    /// The cells of a line as written, each with the byte at which it begins.
+    /// The cells of a line with their quotes, each with its byte offset.
     fn cells<'l>(&self, line: &'l str) -> Vec<(usize, &'l str)> {
         let mut ends: Vec<usize> =
             outside_quotes(line).filter(|(_, c)| *c == self.separator).map(|(at, _)| at).collect();
@@ -69,8 +69,8 @@ impl Dialect {
             .collect()
     }
 
-    /// Line and column, counted in characters from one, of a cell of the row that begins at a byte or after the blank
-    /// lines and comments there.
+    /// Line and column, counted in characters from one, of a cell of the row at byte `start`, or after the blank lines
+    /// and comments there.
     pub(super) fn place(&self, text: &str, start: usize, cell: usize) -> (usize, usize) {
         let mut start = start;
         let line = loop {
@@ -85,8 +85,8 @@ impl Dialect {
         (number, column(line, at))
     }
 
-    /// The number of a cell: NaN where it is missing, [`OTHER`] where it is no finite number, or has another decimal
-    /// mark than the numbers before it.
+    /// The number in a cell: NaN if it is missing, [`NOT_FINITE`] if it is not a finite number or has another decimal mark
+    /// than the numbers before.
     pub(super) fn number(&mut self, cell: &str) -> f64 {
         let cell = cell.trim();
         if cell.is_empty() || MISSING.iter().any(|missing| cell.eq_ignore_ascii_case(missing)) {
@@ -101,35 +101,35 @@ impl Dialect {
         number
     }
 
-    /// Why a cell with digits may be no number.
+    /// The likely reason why a cell with digits is not a number.
     pub(super) fn hint(&self, cell: &str) -> &'static str {
         const MARKS: [char; 7] = [',', '.', '\'', '’', ' ', '\u{a0}', '\u{202f}'];
         let is_number = |text: &str| text.parse().is_ok_and(f64::is_finite);
         if self.separator == ',' && cell.contains(',') {
-            ": where commas separate values, a number has a decimal point and no thousands separator"
+            ": with commas between values, a number needs a decimal point and no thousands separator"
         } else if is_number(cell) || with_point(cell).is_some_and(f64::is_finite) {
-            ": numbers before it have another decimal mark"
+            ": the numbers before have another decimal mark"
         } else if cell.contains(MARKS) && is_number(&cell.replace(MARKS, "")) {
-            ": numbers have no thousands separators"
+            ": numbers must have no thousands separators"
         } else {
             ""
         }
     }
 
-    /// What decimal commas do where commas separate values.
+    /// A hint on decimal commas if commas separate values.
     pub(super) fn commas(&self) -> &'static str {
         if self.separator == ',' { "; decimal commas need semicolons or tabs between values" } else { "" }
     }
 }
 
-/// A number with one decimal comma and no point.
+/// Parse a number with one decimal comma and no point.
 fn with_point(cell: &str) -> Option<f64> {
     let (whole, rest) = cell.split_once(',')?;
     let is_plain = !whole.contains('.') && !rest.contains([',', '.']);
     if is_plain { format!("{whole}.{rest}").parse().ok() } else { None }
 }
 
-/// The characters of a line that are not within quotes, and the byte of each; a quote itself is within.
+/// The characters of a line outside quotes, each with its byte offset; the quotes themselves are left out.
 fn outside_quotes(line: &str) -> impl Iterator<Item = (usize, char)> {
     let mut is_quoted = false;
     line.char_indices().filter(move |(_, c)| {
@@ -140,12 +140,12 @@ fn outside_quotes(line: &str) -> impl Iterator<Item = (usize, char)> {
     })
 }
 
-/// Whether quotes that a text opens stay open.
+/// Whether a text has an unclosed quote.
 fn is_open(text: &str) -> bool {
     text.matches('"').count() % 2 == 1
 }
 
-/// The column of a byte of a line, counted in characters from one.
+/// The column of a byte offset in a line, counted in characters from one.
 fn column(line: &str, at: usize) -> usize {
     line[..at].chars().count() + 1
 }

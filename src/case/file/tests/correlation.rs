@@ -1,9 +1,9 @@
-//! Factors that go together, as a case file says it.
+//! Correlated factors in a case file.
 
-use super::{Scratch, WHOLE, faults};
+use super::{Scratch, VALID_CASE, errors};
 use crate::case::Case;
 
-/// The whole case with another factor, and these correlations.
+/// Two more factors and these correlations for the valid case.
 fn more(correlations: &[(&str, &str)]) -> String {
     let pair = |(factors, value): &(&str, &str)| format!("[[correlation]]\nfactors = {factors}\nvalue = {value}\n\n");
     let third = "[[factor]]\nname = \"f_third\"\ngroup = \"INS\"\nproperty = \"heat_capacity\"\nsmall = [0.9, 1.1]\n\n\
@@ -12,19 +12,19 @@ fn more(correlations: &[(&str, &str)]) -> String {
 }
 
 fn refused(name: &str, correlations: &[(&str, &str)]) -> Vec<String> {
-    faults(name, "[observations]", &more(correlations))
+    errors(name, "[observations]", &more(correlations))
 }
 
 #[test]
-fn factors_may_go_together_two_at_a_time() {
+fn pairs_of_factors_can_be_correlated() {
     let scratch = Scratch::new("together");
     let pairs = [("[\"f_k\", \"f_third\"]", "0.6"), ("[\"f_fourth\", \"f_third\"]", "-0.5")];
-    let case = Case::load(&scratch.write("case.toml", WHOLE.replacen("[observations]", &more(&pairs), 1)));
+    let case = Case::load(&scratch.write("case.toml", VALID_CASE.replacen("[observations]", &more(&pairs), 1)));
     let case = case.unwrap_or_else(|error| panic!("{error}"));
-    let place = |name: &str| case.factors.iter().position(|factor| factor.name == name).expect("a factor");
-    let (k, third, fourth) = (place("f_k"), place("f_third"), place("f_fourth"));
+    let index = |name: &str| case.factors.iter().position(|factor| factor.name == name).expect("a factor");
+    let (k, third, fourth) = (index("f_k"), index("f_third"), index("f_fourth"));
     assert_eq!(case.correlation.pairs(), [(k, third, 0.6), (fourth, third, -0.5)]);
-    // The rows, multiplied with one another, are the matrix again.
+    // L Lᵀ is the correlation matrix.
     let rows = case.correlation.rows();
     let product = |a: usize, b: usize| rows[a].iter().zip(&rows[b]).map(|(one, other)| one * other).sum::<f64>();
     for (a, b, value) in [(k, third, 0.6), (third, fourth, -0.5), (k, fourth, 0.0), (third, third, 1.0)] {
@@ -33,14 +33,14 @@ fn factors_may_go_together_two_at_a_time() {
 }
 
 #[test]
-fn correlations_that_cannot_be_are_refused_where_they_are_written() {
+fn invalid_correlations_are_refused_with_line_and_column() {
     let pair = "[\"f_k\", \"f_third\"]";
-    for (index, (correlations, said)) in [
+    for (number, (correlations, message)) in [
         (vec![(pair, "1")], "expected a correlation above -1 and below 1, found 1"),
-        (vec![(pair, "0.5"), ("[\"f_third\", \"f_k\"]", "0.4")], "is given already"),
-        (vec![("[\"f_k\", \"f_k\"]", "0.5")], "a factor goes with itself"),
-        (vec![("[\"f_k\"]", "0.5")], "expected two factors such as [\"f_k_INS\", \"f_rho_INS\"], found 1 of them"),
-        (vec![("[\"f_k\", \"f_thirt\"]", "0.5")], "\"f_thirt\" is no factor of this case"),
+        (vec![(pair, "0.5"), ("[\"f_third\", \"f_k\"]", "0.4")], "is stated twice"),
+        (vec![("[\"f_k\", \"f_k\"]", "0.5")], "a factor is paired with itself"),
+        (vec![("[\"f_k\"]", "0.5")], "expected two factors such as [\"f_k_INS\", \"f_rho_INS\"], found 1 names"),
+        (vec![("[\"f_k\", \"f_thirt\"]", "0.5")], "unknown factor \"f_thirt\""),
         (
             vec![(pair, "0.9"), ("[\"f_third\", \"f_fourth\"]", "0.9"), ("[\"f_k\", \"f_fourth\"]", "-0.9")],
             "their matrix is not positive definite",
@@ -49,8 +49,8 @@ fn correlations_that_cannot_be_are_refused_where_they_are_written() {
     .into_iter()
     .enumerate()
     {
-        let found = refused(&format!("together-{index}"), &correlations);
-        assert!(found.len() == 1 && found[0].contains(said), "{found:?}, not {said}");
-        assert!(found[0].contains("case.toml:"), "{found:?} has its line");
+        let found = refused(&format!("together-{number}"), &correlations);
+        assert!(found.len() == 1 && found[0].contains(message), "{found:?}, not {message}");
+        assert!(found[0].contains("case.toml:"), "{found:?} has no line");
     }
 }

@@ -1,10 +1,10 @@
-//! Which figures of the paper a case repeats.
+//! Figures of the paper that a case reproduces.
 
 use super::{load, shipped};
 use crate::case::Case;
 
 #[test]
-fn the_cases_of_the_paper_say_which_of_its_figures_they_repeat_and_no_other_case_does() {
+fn only_the_cases_of_the_paper_name_figures_that_they_reproduce() {
     let folders = std::fs::read_dir(shipped("")).expect("the cases");
     let names = folders.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
     let cited = names.filter(|name| shipped(name).is_dir() && !load(name).paper_figures.is_empty());
@@ -17,7 +17,7 @@ fn the_cases_of_the_paper_say_which_of_its_figures_they_repeat_and_no_other_case
     let written = |number: &str| Case::load_with(&shipped("slab"), &[("paper_figures.nominal".into(), number.into())]);
     assert_eq!(written("6").expect("a case").paper_figures, [("nominal".to_owned(), vec![6])]);
     for wrong in ["0", "6.5", "six"] {
-        let said = written(wrong).expect_err("no number of a figure").to_string();
-        assert!(said.contains("paper_figures.nominal") && said.contains("expected"), "{wrong}: {said}");
+        let message = written(wrong).expect_err("not a figure number").to_string();
+        assert!(message.contains("paper_figures.nominal") && message.contains("expected"), "{wrong}: {message}");
     }
 }

@@ -1,17 +1,17 @@
-//! Schedules: where their points reach, and what holds where they do not.
+//! Schedules: coverage by their points, and values outside them.
 
-use super::{Scratch, WHOLE, faults};
+use super::{Scratch, VALID_CASE, errors};
 use crate::case::{Case, Face, Schedule};
 
 const FLUX: &str = r#"flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }"#;
 
-/// The whole case with another flux.
+/// The valid case with another flux.
 fn with_flux(flux: &str) -> String {
-    assert!(WHOLE.contains(FLUX));
-    WHOLE.replacen(FLUX, flux, 1)
+    assert!(VALID_CASE.contains(FLUX));
+    VALID_CASE.replacen(FLUX, flux, 1)
 }
 
-/// The flux of the case with another one.
+/// The flux schedule of the case after the replacement of its flux.
 fn flux(scratch: &Scratch, flux: &str) -> Schedule {
     let case = Case::load(&scratch.write("case.toml", with_flux(flux))).unwrap_or_else(|error| panic!("{error}"));
     let Face::Open(face) = case.exposure.hot_face else { panic!("an open face") };
@@ -19,7 +19,7 @@ fn flux(scratch: &Scratch, flux: &str) -> Schedule {
 }
 
 #[test]
-fn a_flux_that_says_zero_outside_of_its_points_heats_between_them_alone() {
+fn a_flux_with_zero_outside_is_zero_before_and_after_its_points() {
     let scratch = Scratch::new("zero");
     scratch.write("q.csv", "time_s,q_w_m2\n10,7\n20,9\n");
     let listed = r#"[["10 s", "7 W/m^2"], ["20 s", "9 W/m^2"]]"#;
@@ -34,7 +34,7 @@ fn a_flux_that_says_zero_outside_of_its_points_heats_between_them_alone() {
 }
 
 #[test]
-fn points_that_cover_the_run_within_rounding_need_no_word_on_what_lies_outside() {
+fn points_that_cover_the_duration_within_rounding_need_no_key_outside() {
     let scratch = Scratch::new("covered");
     for points in [
         r#"[["0 s", "7 W/m^2"], ["100 s", "9 W/m^2"]]"#,
@@ -45,43 +45,43 @@ fn points_that_cover_the_run_within_rounding_need_no_word_on_what_lies_outside()
     ] {
         flux(&scratch, &format!("flux = {points}"));
     }
-    let found = faults("all-but", FLUX, r#"flux = [["0 s", "7 W/m^2"], ["99.9999 s", "9 W/m^2"]]"#);
-    assert!(found.len() == 1 && found[0].contains("nothing is said from 99.9999 s to 100 s"), "{found:?}");
+    let found = errors("all-but", FLUX, r#"flux = [["0 s", "7 W/m^2"], ["99.9999 s", "9 W/m^2"]]"#);
+    assert!(found.len() == 1 && found[0].contains("no value from 99.9999 s to 100 s"), "{found:?}");
 }
 
-/// What stands for the flux; what is said of it.
+/// The flux, and a part of the error message.
 const FLUXES: &[(&str, &str)] = &[
     (
         r#"flux = [["10 s", "7 W/m^2"], ["20 s", "9 W/m^2"]]"#,
-        ":28:8: nothing is said from 0 s to 10 s and from 20 s to 100 s: points reach from 10 s to 20 s; expected \
+        ":28:8: no value from 0 s to 10 s and from 20 s to 100 s: the points cover 10 s to 20 s; expected \
          { points = […], outside = … } with \"hold\" or \"zero\"",
     ),
     (
         r#"flux = { points = [["0 s", "7 W/m^2"], ["20 s", "9 W/m^2"]] }"#,
-        ":28:8: nothing is said from 20 s to 100 s: points reach from 0 s to 20 s; expected a key `outside`",
+        ":28:8: no value from 20 s to 100 s: the points cover 0 s to 20 s; expected a key `outside`",
     ),
-    (r#"flux = { file = "q.csv" }"#, ":28:8: nothing is said from 0 s to 10 s and from 20 s to 100 s"),
-    (r#"flux = [["200 s", "7 W/m^2"], ["300 s", "9 W/m^2"]]"#, ":28:8: nothing is said from 0 s to 100 s: points"),
-    (r#"flux = [["-9 s", "7 W/m^2"], ["-1 s", "9 W/m^2"]]"#, ":28:8: nothing is said from 0 s to 100 s: points"),
+    (r#"flux = { file = "q.csv" }"#, ":28:8: no value from 0 s to 10 s and from 20 s to 100 s"),
+    (r#"flux = [["200 s", "7 W/m^2"], ["300 s", "9 W/m^2"]]"#, ":28:8: no value from 0 s to 100 s: the points cover"),
+    (r#"flux = [["-9 s", "7 W/m^2"], ["-1 s", "9 W/m^2"]]"#, ":28:8: no value from 0 s to 100 s: the points cover"),
     (r#"flux = { file = "q.csv", outside = "none" }"#, ":28:36: expected \"hold\" or \"zero\", found \"none\""),
     (r#"flux = { file = "q.csv", points = [["0 s", "7 W/m^2"]] }"#, ":28:35: expected a `file` or `points`, not both"),
-    (r#"flux = { points = [["0 s", "7 W/m^2"]], column = "q" }"#, ":28:50: a column is one of a `file`"),
+    (r#"flux = { points = [["0 s", "7 W/m^2"]], column = "q" }"#, ":28:50: `column` needs a `file`"),
     (r#"flux = { outside = "hold" }"#, ":28:8: missing key \"file\": expected { file = \"flux.csv\" } or { points"),
     (r#"flux = { file = "q.csv", outsid = "hold" }"#, ":28:26: unknown key \"outsid\": did you mean \"outside\"?"),
 ];
 
 #[test]
-fn a_schedule_that_leaves_out_some_of_the_run_is_refused_with_the_spans_that_it_leaves_out() {
+fn a_schedule_that_does_not_cover_the_duration_is_refused_with_the_uncovered_spans() {
     let scratch = Scratch::new("uncovered");
     scratch.write("q.csv", "time_s,q_w_m2\n10,7\n20,9\n30,NaN\n");
     for &(written, expected) in FLUXES {
-        let said = Case::load(&scratch.write("case.toml", with_flux(written))).expect_err(written).to_string();
-        assert!(said.contains(expected), "{expected}: {said}");
+        let message = Case::load(&scratch.write("case.toml", with_flux(written))).expect_err(written).to_string();
+        assert!(message.contains(expected), "{expected}: {message}");
     }
 }
 
 #[test]
-fn every_schedule_must_cover_the_run_and_only_fluxes_may_be_zero_outside() {
+fn every_schedule_must_cover_the_duration_and_only_fluxes_may_be_zero_outside() {
     let through = |unit: &str| format!("[[\"0 s\", \"300 {unit}\"], [\"50 s\", \"310 {unit}\"]]");
     let heated = |more: &str| format!("{FLUX}\n{more}");
     let held = "\"held\"\ntemperature = VALUE";
@@ -105,51 +105,50 @@ fn every_schedule_must_cover_the_run_and_only_fluxes_may_be_zero_outside() {
         ("[[factor]]", "[holder]\nconductance = \"9 kW/m^3/K\"\ntemperature = VALUE\n\n[[factor]]".to_owned(), "K"),
     ];
     for (index, (from, to, unit)) in cases.iter().enumerate() {
-        let of = |form: &str, value: &str| faults(&format!("every-{index}-{form}"), from, &to.replace("VALUE", value));
+        let of = |form: &str, value: &str| errors(&format!("every-{index}-{form}"), from, &to.replace("VALUE", value));
         let found = of("bare", &through(unit));
-        assert!(found.iter().any(|fault| fault.contains("nothing is said from 50 s to 100 s")), "{to}: {found:?}");
+        assert!(found.iter().any(|fault| fault.contains("no value from 50 s to 100 s")), "{to}: {found:?}");
         let found = of("hold", &format!("{{ points = {}, outside = \"hold\" }}", through(unit)));
-        // Without gas that flows a pressure of the back is refused for another reason.
+        // Without gas a back-face pressure is refused for another reason.
         assert!(found.iter().all(|fault| fault.contains("Darcy")), "{to}: {found:?}");
         let found = of("zero", &format!("{{ points = {}, outside = \"zero\" }}", through(unit)));
-        let refused = found.iter().any(|fault| fault.contains("only a heat flux is zero outside of its points"));
+        let refused = found.iter().any(|fault| fault.contains("only a heat flux can be zero outside its points"));
         assert_eq!(refused, *unit != "W/m^2", "{to}: {found:?}");
     }
 }
 
 #[test]
-fn a_longer_run_by_an_override_asks_for_what_its_schedule_leaves_out() {
+fn a_longer_duration_by_an_override_must_be_covered_too() {
     let scratch = Scratch::new("longer");
     let whole = with_flux(r#"flux = [["0 s", "7 W/m^2"], ["100 s", "9 W/m^2"]]"#);
     let path = scratch.write("case.toml", whole);
     let loaded = |duration: &str| Case::load_with(&path, &[("duration".into(), duration.into())]);
     assert!(loaded("60 s").is_ok());
-    let said = loaded("400 s").expect_err("nothing is known of 300 s").to_string();
-    assert!(said.contains("case.toml:28:8: nothing is said from 100 s to 400 s"), "{said}");
+    let message = loaded("400 s").expect_err("300 s without values").to_string();
+    assert!(message.contains("case.toml:28:8: no value from 100 s to 400 s"), "{message}");
 }
 
 #[test]
-fn temperatures_at_the_start_reach_over_the_layup_or_say_that_they_are_held() {
+fn initial_temperatures_cover_the_layup_or_are_held_outside() {
     let of = |name: &str, written: &str| {
-        faults(name, "initial_temperature = \"300 K\"", &format!("initial_temperature = {written}"))
+        errors(name, "initial_temperature = \"300 K\"", &format!("initial_temperature = {written}"))
     };
     let short = r#"[["1 mm", "300 K"], ["3 mm", "310 K"]]"#;
     let found = of("short", short);
     assert!(
         found.len() == 1
-            && found[0].contains(
-                ":2:23: nothing is said from 0 mm to 1 mm and from 3 mm to 3.5 mm: points reach from 1 mm to 3 mm"
-            ),
+            && found[0]
+                .contains(":2:23: no value from 0 mm to 1 mm and from 3 mm to 3.5 mm: the points cover 1 mm to 3 mm"),
         "{found:?}"
     );
     assert_eq!(of("held", &format!("{{ points = {short}, outside = \"hold\" }}")), Vec::<String>::new());
     assert_eq!(of("whole", r#"[["0 mm", "300 K"], ["3.5 mm", "310 K"]]"#), Vec::<String>::new());
     let found = of("zero", &format!("{{ points = {short}, outside = \"zero\" }}"));
-    assert!(found.iter().any(|fault| fault.contains("only a heat flux is zero")), "{found:?}");
+    assert!(found.iter().any(|fault| fault.contains("only a heat flux can be zero")), "{found:?}");
 }
 
 #[test]
-fn a_face_may_radiate_to_space_at_zero_kelvin_by_a_number_and_by_a_file() {
+fn a_face_may_radiate_to_space_at_zero_kelvin() {
     let scratch = Scratch::new("space");
     scratch.write("sky.csv", "time_s,sky_K\n0,0\n100,4\n");
     for surroundings in ["\"0 K\"", "\"-273.15 degC\"", "{ file = \"sky.csv\" }"] {
@@ -159,8 +158,8 @@ fn a_face_may_radiate_to_space_at_zero_kelvin_by_a_number_and_by_a_file() {
         assert_eq!(face.surroundings_k.after(0.0), 0.0);
     }
     scratch.write("sky.csv", "time_s,sky_K\n0,0\n100,-4\n");
-    let said = Case::load(&scratch.0.join("case.toml")).expect_err("below zero").to_string();
-    assert!(said.contains("sky.csv:3:5: -4 K is below absolute zero"), "{said}");
-    let found = faults("gas-at-zero", FLUX, &format!("{FLUX}\ncoefficient = \"9 W/m^2/K\"\ngas = \"0 K\""));
+    let message = Case::load(&scratch.0.join("case.toml")).expect_err("below zero").to_string();
+    assert!(message.contains("sky.csv:3:5: -4 K is below absolute zero"), "{message}");
+    let found = errors("gas-at-zero", FLUX, &format!("{FLUX}\ncoefficient = \"9 W/m^2/K\"\ngas = \"0 K\""));
     assert!(found[0].contains("not above absolute zero"), "{found:?}");
 }
