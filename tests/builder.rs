@@ -109,7 +109,9 @@ const BREAKS: &[Break] = &[
         Some(decomposition(case)?.reactions.iter_mut().for_each(|reaction| reaction.loss = 0.99))
     }),
     ("layup.plies[0].material.decomposition.reactions[0].mass_loss", |case| Some(reaction(case)?.loss = 1.5)),
-    ("layup.plies[0].material.decomposition.reactions[0].rate_1_s", |case| Some(reaction(case)?.rate_1_s = 0.0)),
+    ("layup.plies[0].material.decomposition.reactions[0].pre_exponential_1_s", |case| {
+        Some(reaction(case)?.rate_1_s = 0.0)
+    }),
     ("layup.plies[0].material.decomposition.reactions[0].order", |case| Some(reaction(case)?.order = -1.0)),
     ("layup.plies[0].material.decomposition.reactions[0].activation_j_mol", |case| {
         Some(reaction(case)?.activation_j_mol = -1.0)

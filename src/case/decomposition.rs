@@ -208,10 +208,10 @@ impl Reaction {
 
     fn check(&self, at: &Field<'_>, heat: &PyrolysisHeat) {
         at.field("mass_loss").require(Self::checked_loss(self.loss));
-        at.positive("rate_1_s", self.rate_1_s);
+        at.positive("pre_exponential_1_s", self.rate_1_s);
         at.field("activation_j_mol").require(Self::checked_activation(self.activation_j_mol));
         at.field("order").require(Self::checked_order(self.order));
-        at.not_negative("onset_k", self.onset_k);
+        at.not_negative("onset_temperature_k", self.onset_k);
         at.finite("heat_j_kg", self.heat_j_kg);
         if self.heat_j_kg != 0.0 && *heat != PyrolysisHeat::OfReaction {
             at.field("heat_j_kg").fault(PyrolysisHeat::NONE_OF_REACTION);
