@@ -1,22 +1,21 @@
-//! A headless Chromium: a page is opened, and its console is the channel back.
+//! Headless Chromium: opens a page and reads its console.
 
 use crate::support::Scratch;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// What a page writes on the console before the JSON of its result, which ends the session.
+/// Prefix of the console line with the JSON result of a page, which ends the session.
 pub(crate) const RESULT: &str = "SEEN ";
 
 fn chromium() -> PathBuf {
     let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
     let path = std::env::var_os("PATH").unwrap_or_default();
     let found = std::env::split_paths(&path).flat_map(|folder| names.map(|name| folder.join(name)));
-    found.into_iter().find(|file| file.is_file()).expect("no browser to open a page in: apt-get install chromium")
+    found.into_iter().find(|file| file.is_file()).expect("no browser found: apt-get install chromium")
 }
 
-/// The lines of the console of a page up to its result. The port keeps a browser without a window open until it is
-/// killed.
+/// Console lines of a page up to its result. The debugging port keeps the headless browser open until it is killed.
 pub(crate) fn console(scratch: &Scratch, page: &Path, flags: &[&str]) -> Vec<String> {
     let profile = scratch.path().join("profile");
     let mut browser = Command::new(chromium())
@@ -44,7 +43,7 @@ pub(crate) fn console(scratch: &Scratch, page: &Path, flags: &[&str]) -> Vec<Str
     lines
 }
 
-/// The JSON that a page wrote as its result, and the lines before it.
+/// The JSON result of a page, and the console lines before it.
 pub(crate) fn result(mut lines: Vec<String>) -> (serde_json::Value, Vec<String>) {
     let last = lines.pop().unwrap_or_default();
     let written = last.split_once(RESULT).and_then(|(_, rest)| rest.rsplit_once("\", source"));

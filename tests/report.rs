@@ -1,4 +1,4 @@
-//! The page as an analyst's browser sees it.
+//! The report page in a browser.
 
 use crate::browser::{console, result};
 use crate::cli::{CASE, OBSERVED, charring, say};
@@ -7,11 +7,11 @@ use crate::support::{Scratch, cases, root, text};
 /// A phone, CSS pixels.
 const PHONE: u32 = 390;
 const DESK: u32 = 1280;
-/// What a page may weigh.
+/// Maximum size of a page.
 const PAGE_BYTES: usize = 2_000_000;
 
-/// Frames the page so wide and says on the console what became of it. Charts are drawn as they come into view: the
-/// frame is as tall as the page. One that is not drawn after 300 frames will not be.
+/// Shows the page in a frame of a given width and writes its state to the console. Charts are drawn as they come into
+/// view, so the frame is as tall as the page; a chart not drawn after 300 animation frames has failed.
 const FRAME: &str = r#"<!DOCTYPE html>
 <meta charset="utf-8"><title>frame</title>
 <iframe src="page.html" style="border:0;width:WIDTHpx;height:30000px"></iframe>
@@ -43,7 +43,7 @@ const FRAME: &str = r#"<!DOCTYPE html>
 </script>
 "#;
 
-/// What is wrong with `page.html` of the folder in a window so wide.
+/// Faults of `page.html` in a window of a given width.
 fn faults(scratch: &Scratch, width: u32) -> Vec<String> {
     let frame = scratch.write(&format!("frame-{width}.html"), FRAME.replace("WIDTH", &width.to_string()));
     let (seen, said) = result(console(scratch, &frame, &["--disable-gpu", "--window-size=1400,30000"]));
@@ -56,10 +56,10 @@ fn faults(scratch: &Scratch, width: u32) -> Vec<String> {
         faults.push(format!("{} pixels wide in a window of {}", number("scroll"), number("width")));
     }
     if seen["requests"].as_array().is_none_or(|requests| !requests.is_empty()) {
-        faults.push(format!("asks for {}", seen["requests"]));
+        faults.push(format!("requests {}", seen["requests"]));
     }
     if number("print") == 0 {
-        faults.push("no style for paper".to_owned());
+        faults.push("no print style".to_owned());
     }
     if number("stills") > 0 {
         faults.push(format!("{} still images shown on screen", number("stills")));
@@ -67,14 +67,14 @@ fn faults(scratch: &Scratch, width: u32) -> Vec<String> {
     let plotly = seen["plotly"].as_str().unwrap_or_default();
     let row = format!("| `plotly.js-cartesian-dist-min` | {plotly} | MIT |");
     if !text("src/report/html/vendor/README.md").contains(&row) {
-        faults.push(format!("plotly.js {plotly} runs, the README of the vendored script names another"));
+        faults.push(format!("plotly.js {plotly} runs, the README of the vendored script names another version"));
     }
     faults.extend(overweight(&scratch.read("page.html")));
     faults
 }
 
 fn overweight(page: &str) -> Option<String> {
-    (page.len() > PAGE_BYTES).then(|| format!("{} bytes, of {PAGE_BYTES} at most", page.len()))
+    (page.len() > PAGE_BYTES).then(|| format!("{} bytes, at most {PAGE_BYTES} expected", page.len()))
 }
 
 /// The page of a study of a small case.
@@ -85,7 +85,7 @@ fn studied(scratch: &Scratch, case: &str) -> String {
 }
 
 #[test]
-fn the_page_opens_without_an_error_draws_every_chart_asks_for_nothing_and_fits_a_phone() {
+fn the_page_draws_every_chart_without_errors_or_requests_and_fits_a_phone() {
     let scratch = Scratch::new("page");
     for case in [CASE, &charring()] {
         scratch.write("page.html", studied(&scratch, case));
@@ -96,7 +96,7 @@ fn the_page_opens_without_an_error_draws_every_chart_asks_for_nothing_and_fits_a
 }
 
 #[test]
-fn pages_of_a_ply_sized_of_a_flux_recovered_and_of_twins_studied_open_as_well() {
+fn pages_of_sizing_flux_inversion_and_coverage_studies_are_sound() {
     let scratch = Scratch::new("pages");
     scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
     for line in [
@@ -112,33 +112,33 @@ fn pages_of_a_ply_sized_of_a_flux_recovered_and_of_twins_studied_open_as_well() 
     }
 }
 
-/// Each spoils the page in one way, and is caught by the faults it must be caught by.
+/// Negative controls: each defect of the page must be detected.
 #[test]
-fn a_spoiled_page_is_caught() {
+fn defects_of_a_page_are_detected() {
     let scratch = Scratch::new("spoiled");
     let page = studied(&scratch, CASE);
     let wide = "<div style=\"width:2000px\">wide</div>";
     let heavy = format!("<!--{}-->", " ".repeat(PAGE_BYTES));
     let asking = "<img src=\"http://127.0.0.1:9/picture.png\" alt=\"\">";
-    for (from, to, caught) in [
+    for (from, to, expected) in [
         ("id=\"charts\">{", "id=\"charts\">{{", &["console: ", "0 of ", "still images shown"] as &[&str]),
         ("id=\"plotly\">", "id=\"plotly\">AAAA", &["console: ", "0 of ", "still images shown", "plotly.js none runs"]),
-        ("</main>", &format!("</main>{heavy}"), &["bytes, of 2000000 at most"]),
+        ("</main>", &format!("</main>{heavy}"), &["bytes, at most 2000000 expected"]),
         ("</main>", &format!("{wide}{asking}</main>"), &["pixels wide", "picture.png"]),
-        ("@media print", "@media tv", &["no style for paper"]),
+        ("@media print", "@media tv", &["no print style"]),
     ] {
-        assert!(page.contains(from), "{from:?} stands on the page");
+        assert!(page.contains(from), "{from:?} is not on the page");
         scratch.write("page.html", page.replacen(from, to, 1));
         let found = faults(&scratch, PHONE);
-        for fault in caught {
-            assert!(found.iter().any(|said| said.contains(fault)), "{fault:?} is not caught: {found:?}");
+        for fault in expected {
+            assert!(found.iter().any(|text| text.contains(fault)), "{fault:?} is not detected: {found:?}");
         }
     }
 }
 
-/// A citation of a figure that no study draws would never be seen.
+/// Every figure that a case cites is drawn by `study`.
 #[test]
-fn the_study_of_a_shipped_case_draws_every_figure_that_repeats_one_of_the_paper_on_a_page_of_two_megabytes_at_most() {
+fn studies_of_shipped_cases_draw_every_cited_figure_on_a_page_of_at_most_two_megabytes() {
     let scratch = Scratch::new("cited");
     let mut judged = 0;
     for case in cases().into_iter().filter(|case| !case.paper_figures().is_empty()) {

@@ -1,4 +1,4 @@
-//! What a report shows of an answer, and which answers there are.
+//! The interface between the results of a study and its report, and the list of all results.
 
 use super::ReportError;
 use super::figure::Figure;
@@ -7,53 +7,51 @@ use super::files::table::File;
 use crate::study::answers::Answers;
 use crate::study::nominal::Nominal;
 
-/// An answer, as the report shows it. Each is implemented in one file, beside its figures and sentences; page, files
-/// and screen go over [`all`] of them and name none.
+/// A result as the report shows it. Page, files and screen iterate over [`all`] results and name none.
 ///
-/// `answers` are those at hand, of which this is one: an answer may be told beside another.
+/// `answers` holds all results of the run, this one among them.
 pub(super) trait Answer {
-    /// Whether the question is another than the prediction: it comes first on page and screen, and the screen leaves
-    /// the table of the prediction out.
+    /// Whether it comes first on page and screen; the screen then omits the table of the prediction.
     fn leads(&self) -> bool {
         false
     }
 
-    /// Whether observations count for it.
+    /// Whether it uses observations.
     fn uses_observations(&self) -> bool {
         true
     }
 
-    /// The march at the nominal factors, where it has one.
+    /// Its march at the nominal factors, if any.
     fn nominal(&self) -> Option<&Nominal> {
         None
     }
 
-    /// The march at fitted factors, where it has one.
+    /// Its march at the estimated factors, if any.
     fn fitted(&self) -> Option<&Nominal> {
         None
     }
 
-    /// Members drawn at random, where it has such.
+    /// Its numbers of sampled members, if any.
     fn members(&self) -> Option<Members> {
         None
     }
 
-    /// Facts for the head of the page, such as a number of members.
+    /// Facts for the header of the page, such as the number of members.
     fn facts(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// What was found, in sentences.
+    /// Its findings.
     fn findings(&self, _: &Answers) -> Vec<Finding> {
         Vec::new()
     }
 
-    /// Reasons for doubt, each a sentence or two.
+    /// Its warnings, each of one or two sentences.
     fn warnings(&self, _: &Answers) -> Vec<String> {
         Vec::new()
     }
 
-    /// Its figures, each with the anchor of the section that it belongs to.
+    /// Its figures, each with the anchor of its section.
     fn figures(&self, _: &Answers) -> Vec<(&'static str, Figure)> {
         Vec::new()
     }
@@ -63,7 +61,7 @@ pub(super) trait Answer {
         Vec::new()
     }
 
-    /// How its numbers were found, a paragraph each.
+    /// Paragraphs on the methods used.
     fn method(&self, _: &Answers) -> Vec<String> {
         Vec::new()
     }
@@ -76,7 +74,7 @@ pub(super) trait Answer {
         Ok(Vec::new())
     }
 
-    /// Puts its keys into `summary.json`.
+    /// Write its keys to `summary.json`.
     ///
     /// # Errors
     /// When JSON cannot be written.
@@ -89,13 +87,13 @@ pub(super) trait Answer {
         Vec::new()
     }
 
-    /// Lines that the screen has behind those of all answers, where there is room.
+    /// Lines shown after those of all results if there is room.
     fn screen_at_the_end(&self, _: &Answers) -> Vec<String> {
         Vec::new()
     }
 }
 
-/// The answers at hand, in the order of their figures and tables. A new one has its line here.
+/// All results of the run, in the order of their figures and tables. A new kind of result is registered here.
 pub(super) fn all(answers: &Answers) -> Vec<&dyn Answer> {
     fn shown<T: Answer>(answer: &Option<T>) -> Option<&dyn Answer> {
         answer.as_ref().map(|answer| answer as &dyn Answer)
@@ -104,7 +102,7 @@ pub(super) fn all(answers: &Answers) -> Vec<&dyn Answer> {
         shown(&answers.nominal),
         shown(&answers.uncertainty),
         shown(&answers.sensitivity),
-        // With the posterior and the comparison with another case.
+        // Includes the posterior and the model comparison.
         shown(&answers.estimated),
         shown(&answers.sizing),
         shown(&answers.history),
@@ -113,26 +111,26 @@ pub(super) fn all(answers: &Answers) -> Vec<&dyn Answer> {
     each.into_iter().flatten().collect()
 }
 
-/// The answers at hand in the order in which page and screen show them.
+/// All results in the order of page and screen.
 pub(super) fn in_reading_order(answers: &Answers) -> Vec<&dyn Answer> {
     let mut each = all(answers);
     each.sort_by_key(|answer| !answer.leads());
     each
 }
 
-/// One finding: what it is about and the sentence.
+/// One finding: its label and its text.
 pub(super) struct Finding {
     pub about: &'static str,
     pub said: String,
 }
 
-/// A section of the page; its figures follow its content. One that has neither is left out.
+/// A section of the page; its figures follow its content. A section with neither is omitted.
 pub(super) struct Section {
     pub anchor: &'static str,
     pub title: &'static str,
-    /// Markup.
+    /// HTML.
     pub content: String,
-    /// Whether captions stand above their figures.
+    /// Whether captions are above their figures.
     pub captions_first: bool,
 }
 
@@ -142,19 +140,19 @@ impl Section {
     }
 }
 
-/// Members drawn, and those that completed the march.
+/// Numbers of members requested and completed.
 pub(super) struct Members {
     pub asked: usize,
     pub ok: usize,
 }
 
-/// How much of each kind the screen shows at most.
+/// Limits of the screen: rows of each kind.
 pub(super) struct Room {
     pub sensors: usize,
     pub factors: usize,
     pub fitted: usize,
-    /// Whether many answers share the screen.
+    /// Whether many results share the screen.
     pub is_shared: bool,
-    /// Whether an answer to another question than the prediction leads.
+    /// Whether a result other than the prediction comes first.
     pub is_led: bool,
 }

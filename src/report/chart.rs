@@ -1,4 +1,4 @@
-//! A figure as a chart: the traces and the layout that plotly.js draws, as JSON.
+//! A figure as an interactive chart: traces and layout of plotly.js, as JSON.
 //!
 //! Trace and layout attributes are those of the plotly.js reference, <https://plotly.com/javascript/reference/>.
 
@@ -71,7 +71,7 @@ pub(super) fn draw(figure: &Figure) -> Value {
                     "type": "rect", "xref": "x", "yref": "paper", "x0": from, "x1": to, "y0": 0, "y1": 1,
                     "layer": "below", "line": {"width": 0}, "fillcolor": faded(Ink::Series(4), 0.12),
                 }));
-                // A shape has no entry in the legend: an empty trace stands in for it.
+                // Shapes have no legend entry: an empty trace provides it.
                 traces.push(named(
                     name,
                     json!({
@@ -81,7 +81,7 @@ pub(super) fn draw(figure: &Figure) -> Value {
                 ));
             }
             Layer::Cells { values } => traces.push(cells(figure, values)),
-            // It has axes of its own: see `corner`.
+            // Drawn by `corner`.
             Layer::Corner { .. } => {}
             Layer::Contours { name, x, y, values, levels } => {
                 let lines = contour::lines(x, y, values, levels);
@@ -115,7 +115,7 @@ pub(super) fn draw(figure: &Figure) -> Value {
 }
 
 fn layout(figure: &Figure, traces: &[Value], shapes: Vec<Value>) -> Value {
-    // One box for all curves at a time, where they are few enough for a box.
+    // A common hover box for all curves, if they are few.
     let together = matches!(figure.x.scale, Scale::Linear)
         && figure.layers.len() <= 9
         && !figure.layers.iter().any(|layer| matches!(layer, Layer::Contours { .. }));
@@ -129,7 +129,7 @@ fn layout(figure: &Figure, traces: &[Value], shapes: Vec<Value>) -> Value {
     })
 }
 
-/// `extent` is the lowest and the highest value shown.
+/// `extent` is the range shown.
 fn axis(axis: &Axis, extent: (f64, f64), vertical: bool) -> Value {
     let mut out = json!({
         "title": {"text": escaped(&axis.label), "standoff": 8},
@@ -152,7 +152,7 @@ fn axis(axis: &Axis, extent: (f64, f64), vertical: bool) -> Value {
             out["tickmode"] = json!("array");
             out["tickvals"] = json!((0..names.len()).collect::<Vec<usize>>());
             out["ticktext"] = json!(names.iter().map(|name| escaped(name)).collect::<Vec<String>>());
-            // Many names side by side would run into one another.
+            // Many horizontal names would overlap.
             if !vertical && names.len() > 4 {
                 out["tickangle"] = json!(-40);
             }
@@ -161,7 +161,7 @@ fn axis(axis: &Axis, extent: (f64, f64), vertical: bool) -> Value {
         }
     }
     if let Some((low, high)) = axis.range {
-        // Rows of a table read downwards.
+        // Rows of a matrix run downwards.
         let down = vertical && matches!(axis.scale, Scale::Names(_));
         out["range"] = if down { json!([high, low]) } else { json!([low, high]) };
     }
@@ -170,7 +170,7 @@ fn axis(axis: &Axis, extent: (f64, f64), vertical: bool) -> Value {
 
 fn cells(figure: &Figure, values: &[Vec<f64>]) -> Value {
     let names: &[String] = if let Scale::Names(names) = &figure.y.scale { names } else { &[] };
-    let said: Vec<Vec<String>> = values
+    let labels: Vec<Vec<String>> = values
         .iter()
         .map(|row| row.iter().map(|v| if v.is_finite() { format!("{v:.2}") } else { "–".to_owned() }).collect())
         .collect();
@@ -184,13 +184,13 @@ fn cells(figure: &Figure, values: &[Vec<f64>]) -> Value {
     json!({
         "type": "heatmap", "z": values.iter().map(|row| numbers(row)).collect::<Vec<Value>>(),
         "zmin": -1, "zmax": 1, "colorscale": [stop(-1.0), stop(0.0), stop(1.0)], "xgap": 2, "ygap": 2,
-        "text": said, "texttemplate": "%{text}", "customdata": pairs,
+        "text": labels, "texttemplate": "%{text}", "customdata": pairs,
         "hovertemplate": "%{customdata}: %{z:.3f}<extra></extra>",
         "colorbar": {"thickness": 12, "tickvals": [-1, -0.5, 0, 0.5, 1]},
     })
 }
 
-/// One level, from the lines that the still has too: plotly's own contours want a rectangular grid.
+/// One contour level, from the lines of the static image: the contours of plotly require a rectangular grid.
 fn level_line(name: &str, levels: &[f64], level: f64, lines: &[contour::Line]) -> Value {
     let (first, last) = logarithms(levels);
     let share = if last > first { (level.log10() - first) / (last - first) } else { 0.0 };
@@ -204,15 +204,16 @@ fn level_line(name: &str, levels: &[f64], level: f64, lines: &[contour::Line]) -
     })
 }
 
-/// The colours of levels: no point, but its colour bar.
+/// The colour bar of the levels, on a trace without points.
 fn level_key(name: &str, levels: &[f64]) -> Value {
     let (first, last) = logarithms(levels);
     let shown = levels.iter().step_by(2);
+    let stops = (0..=6).map(|n| f64::from(n) / 6.0).map(|t| json!([t, css(rising(t))]));
     json!({
         "type": "scatter", "mode": "markers", "x": [null], "y": [null], "hoverinfo": "skip", "showlegend": false,
         "marker": {
             "color": [first], "cmin": first, "cmax": last, "showscale": true,
-            "colorscale": (0..=6).map(|n| json!([f64::from(n) / 6.0, css(rising(f64::from(n) / 6.0))])).collect::<Vec<Value>>(),
+            "colorscale": stops.collect::<Vec<Value>>(),
             "colorbar": {
                 "title": {"text": escaped(name), "side": "right"}, "thickness": 12,
                 "tickvals": shown.clone().map(|level| level.log10()).collect::<Vec<f64>>(),
@@ -222,7 +223,7 @@ fn level_key(name: &str, levels: &[f64]) -> Value {
     })
 }
 
-/// Those of the first and the last level.
+/// Decimal logarithms of the first and the last level.
 fn logarithms(levels: &[f64]) -> (f64, f64) {
     (levels.first().map_or(0.0, |level| level.log10()), levels.last().map_or(1.0, |level| level.log10()))
 }
@@ -236,12 +237,12 @@ fn named(name: &str, mut trace: Value) -> Value {
     trace
 }
 
-/// plotly reads a few tags in its texts; a name is a name.
+/// Escape a text: plotly interprets some HTML tags.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// Six significant digits are more than a screen shows; what is no number is a gap.
+/// Numbers rounded to six significant digits, more than a screen resolves; NaN becomes `null`, a gap.
 fn numbers(values: &[f64]) -> Value {
     Value::Array(values.iter().map(|value| number(*value)).collect())
 }
@@ -281,7 +282,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_named_layer_of_a_study_is_named_in_its_chart() {
+    fn every_named_layer_of_a_study_has_its_name_in_the_chart() {
         let outcomes = fixture::outcomes();
         for figure in figures::all(&outcomes.answers("study")) {
             let text = draw(&figure).to_string();
@@ -305,7 +306,7 @@ mod tests {
                 entries += 1;
                 assert!(
                     trace["name"].as_str().is_some_and(|name| !name.is_empty()),
-                    "a swatch without a name: {trace}"
+                    "a legend entry without a name: {trace}"
                 );
             }
         }
@@ -313,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_a_gap_and_the_rest_keeps_six_digits() {
+    fn nan_is_a_gap_and_numbers_have_six_digits() {
         assert_eq!(numbers(&[f64::NAN, 873.123456, 0.0, 1.234_567_89e-7]).to_string(), "[null,873.123,0,1.23457e-7]");
     }
 }

@@ -1,15 +1,15 @@
-//! Lines of equal value over a grid.
+//! Contour lines of a function on a structured grid (marching triangles).
 
 use std::collections::{HashMap, VecDeque};
 
-/// A straight piece of a line of equal value: its two ends.
+/// A segment of a contour line: its two end points.
 type Piece = [(f64, f64); 2];
 
-/// The points of a line of equal value; a closed line ends at its first point.
+/// The points of a contour line; a closed line ends at its first point.
 pub(super) type Line = Vec<(f64, f64)>;
 
-/// The lines of every level of a positive quantity, where `values[j][i]` stands at `x[j][i]`, `y[j][i]`. Between
-/// points its logarithm is taken as straight; far below the lowest level a value would only bend the lines around it.
+/// Contour lines of a positive function for every level, `values[j][i]` at `x[j][i]`, `y[j][i]`. The logarithm is
+/// interpolated linearly. Values far below the lowest level are raised, as they would distort the lines around them.
 pub(super) fn lines(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], levels: &[f64]) -> Vec<Vec<Line>> {
     let lowest = match levels {
         [first, second, ..] => first * first / second,
@@ -20,12 +20,12 @@ pub(super) fn lines(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], levels:
     levels.iter().map(|level| level_lines(x, y, &logarithms, level.log10())).collect()
 }
 
-/// The lines on which `values` takes the level, where `values[j][i]` stands at `x[j][i]`, `y[j][i]`.
+/// Contour lines of one level, `values[j][i]` at `x[j][i]`, `y[j][i]`, interpolated linearly.
 pub(super) fn level_lines(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], level: f64) -> Vec<Line> {
     joined(&pieces(x, y, values, level))
 }
 
-/// Joins pieces that have an end in common, to the last bit, into lines.
+/// Join segments into lines. End points match if they are equal to the last bit.
 fn joined(pieces: &[Piece]) -> Vec<Line> {
     let key = |(x, y): (f64, f64)| (x.to_bits(), y.to_bits());
     let mut meeting: HashMap<(u64, u64), Vec<usize>> = HashMap::new();
@@ -34,7 +34,7 @@ fn joined(pieces: &[Piece]) -> Vec<Line> {
             meeting.entry(key(*end)).or_default().push(index);
         }
     }
-    // A level through a corner has pieces without length there.
+    // A level through a grid point gives segments of zero length there.
     let mut free: Vec<bool> = pieces.iter().map(|[from, to]| from != to).collect();
     let mut lines = Vec::new();
     for first in 0..pieces.len() {
@@ -63,10 +63,10 @@ fn other_end([from, to]: Piece, end: (f64, f64)) -> (f64, f64) {
     if from == end { to } else { from }
 }
 
-/// The pieces on which `values` takes the level, where `values[j][i]` stands at `x[j][i]`, `y[j][i]`.
+/// The segments of one level, `values[j][i]` at `x[j][i]`, `y[j][i]`.
 ///
-/// Each quadrilateral is cut into two triangles, in which a plane through the corners has exactly one straight
-/// line of a level: no saddle needs a decision. Triangles with a corner that is no number are left out.
+/// Each quadrilateral is split into two triangles, in which a linear interpolant has exactly one segment, so that no
+/// saddle is ambiguous. Triangles with a corner that is NaN are skipped.
 fn pieces(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], level: f64) -> Vec<Piece> {
     let corner = |i: usize, j: usize| (x[j][i], y[j][i], values[j][i]);
     let mut found = Vec::new();
@@ -80,17 +80,17 @@ fn pieces(x: &[Vec<f64>], y: &[Vec<f64>], values: &[Vec<f64>], level: f64) -> Ve
     found
 }
 
-/// Where a level crosses a triangle.
+/// The segment of a level in a triangle.
 fn across(corners: [(f64, f64, f64); 3], level: f64) -> Option<Piece> {
     let mut ends = Vec::with_capacity(2);
     for (from, to) in [(0, 1), (1, 2), (2, 0)] {
-        // From the lower to the higher corner, so that two triangles cross their common side at the same bits.
+        // From the lower to the higher corner, so that two triangles get bit-identical points on their common side.
         let (low, high) = if corners[from].2 < corners[to].2 { (from, to) } else { (to, from) };
         let ((x0, y0, v0), (x1, y1, v1)) = (corners[low], corners[high]);
-        // Half-open, so that a level through a corner is met once.
+        // Half-open, so that a level through a corner is counted once.
         if (v0 < level) != (v1 < level) && v0.is_finite() && v1.is_finite() {
             let t = (level - v0) / (v1 - v0);
-            // At t = 1 this is the corner, to the last bit, on every side that ends there.
+            // At t = 1 this is exactly the corner.
             ends.push(((1.0 - t) * x0 + t * x1, (1.0 - t) * y0 + t * y1));
         }
     }
@@ -104,7 +104,7 @@ fn across(corners: [(f64, f64, f64); 3], level: f64) -> Option<Piece> {
 mod tests {
     use super::*;
 
-    /// A cone over a grid whose rows are sheared, as those of a map that follows a valley.
+    /// A cone on a sheared grid, as that of a landscape which follows a valley.
     fn cone(side: usize) -> [Vec<Vec<f64>>; 3] {
         let at = |n: usize| -1.0 + 2.0 * n as f64 / (side - 1) as f64;
         let each = |of: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_member_leaves_a_gap_in_a_line_and_nothing_else() {
+    fn a_failed_member_leaves_a_gap_in_a_line_only() {
         let [x, y, mut values] = cone(41);
         let whole = pieces(&x, &y, &values, 0.6).len();
         values[20][32] = f64::NAN;
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_of_zero_leaves_the_lines_around_it_and_each_level_has_its_own() {
+    fn a_value_of_zero_does_not_distort_the_lines_around_it() {
         let [x, y, mut values] = cone(41);
         values[20][20] = 0.0;
         let found = lines(&x, &y, &values, &[0.2, 0.4, 0.8]);

@@ -1,29 +1,28 @@
-//! One neutral description of a figure, drawn as a still (`svg`) and as a chart (`chart`), so
-//! that the two cannot show different things.
+//! One description of a figure, from which both the static image (`svg`) and the interactive chart (`chart`) are drawn.
 
-/// What is drawn, and what is said of it.
+/// A figure and its caption.
 #[derive(Clone, Debug)]
 pub(super) struct Figure {
-    /// Name of its file, without the ending.
+    /// Name of its file, without the extension.
     pub id: String,
-    /// The figure of the paper that it answers, `as Figure 9 of the paper`; empty where there is none.
+    /// The figure of the paper that it repeats, `as Figure 9 of the paper`; empty where there is none.
     pub number: String,
     pub title: String,
-    /// Sentences an analyst reads: what is seen, then how it was drawn.
+    /// Caption: the result first, then the explanation of lines and colours.
     pub caption: String,
     pub x: Axis,
     pub y: Axis,
-    /// Drawn in order, later over earlier.
+    /// Drawn in this order.
     pub layers: Vec<Layer>,
 }
 
 /// One axis.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
-    /// Quantity and unit: `Time, s`.
+    /// Quantity and unit, such as `Time, s`.
     pub label: String,
     pub scale: Scale,
-    /// Lowest and highest value shown; `None` shows all.
+    /// Lowest and highest value shown; `None` for all values.
     pub range: Option<(f64, f64)>,
 }
 
@@ -32,13 +31,13 @@ pub(super) struct Axis {
 pub(super) enum Scale {
     Linear,
     Log,
-    /// Whole numbers, such as iterations.
+    /// Integers, such as iterations.
     Whole,
     /// The value is an index into these names.
     Names(Vec<String>),
 }
 
-/// One thing drawn. An unnamed layer has no entry in the legend. Values that are not numbers are gaps.
+/// One plotted series. A layer without a name has no legend entry. NaN is a gap.
 #[derive(Clone, Debug)]
 pub(super) enum Layer {
     Line {
@@ -48,7 +47,7 @@ pub(super) enum Layer {
         x: Vec<f64>,
         y: Vec<f64>,
     },
-    /// Markers, with bars of this half-length where `error` is not empty.
+    /// Markers, with error bars of half-length `error` unless it is empty.
     Points {
         name: String,
         ink: Ink,
@@ -56,7 +55,7 @@ pub(super) enum Layer {
         y: Vec<f64>,
         error: Vec<f64>,
     },
-    /// Everything between two curves.
+    /// The area between two curves.
     Band {
         name: String,
         ink: Ink,
@@ -65,37 +64,37 @@ pub(super) enum Layer {
         low: Vec<f64>,
         high: Vec<f64>,
     },
-    /// Parts piled on one another, the first at the bottom.
+    /// Stacked areas, the first at the bottom, in per cent.
     Shares {
         x: Vec<f64>,
         parts: Vec<Part>,
     },
-    /// A stretch of the horizontal axis.
+    /// An interval of the horizontal axis.
     Window {
         name: String,
         from: f64,
         to: f64,
     },
-    /// A table of correlations in -1..1, row by row from the top; both axes carry names.
+    /// A matrix of correlations in -1..1, row by row from the top; both axes have names.
     Cells {
         values: Vec<Vec<f64>>,
     },
-    /// Lines of equal value of a positive quantity: `values[j][i]` at `x[j][i]`, `y[j][i]`.
+    /// Contour lines of a positive function, `values[j][i]` at `x[j][i]`, `y[j][i]`.
     Contours {
         name: String,
         x: Vec<Vec<f64>>,
         y: Vec<Vec<f64>>,
         values: Vec<Vec<f64>>,
-        /// Rising, each ten to the same power times the one before.
+        /// Ascending, with equal ratios.
         levels: Vec<f64>,
     },
-    /// The distribution of each variable on a diagonal, and below it the regions of each two. It fills the figure, and has
-    /// axes of its own.
+    /// A corner plot: marginal histograms on the diagonal, density regions of each pair below it. It fills the figure
+    /// and has its own axes.
     Corner {
         variables: Vec<Variable>,
         regions: Vec<Region>,
     },
-    /// At each name of the horizontal axis the percentiles 2.5, 25, 50, 75, 97.5.
+    /// Box plots: percentiles 2.5, 25, 50, 75, 97.5 at each name of the horizontal axis.
     Whiskers {
         name: String,
         ink: Ink,
@@ -103,30 +102,30 @@ pub(super) enum Layer {
     },
 }
 
-/// One variable of a corner.
+/// One variable of a corner plot.
 #[derive(Clone, Debug)]
 pub(super) struct Variable {
     pub name: String,
     /// Lowest and highest value shown.
     pub range: (f64, f64),
-    /// Middles of its bins, and the share in each.
+    /// Centres of the histogram bins and the share of samples in each.
     pub middles: Vec<f64>,
     pub shares: Vec<f64>,
     pub estimate: f64,
-    /// Where 95 % lie.
+    /// 95 % interval.
     pub interval: (f64, f64),
 }
 
-/// Two variables of a corner, by their places.
+/// One panel of a corner plot; `across` and `up` are indices of its variables.
 #[derive(Clone, Debug)]
 pub(super) struct Region {
     pub across: usize,
     pub up: usize,
-    /// `enclosed[j][i]` at the middles i across and j up: how much lies where it is at least as dense.
+    /// `enclosed[j][i]` at bin centres i across and j up: probability of the region of at least this density.
     pub enclosed: Vec<Vec<f64>>,
 }
 
-/// One part of a pile.
+/// One of several stacked areas.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
     pub name: String,
@@ -137,11 +136,11 @@ pub(super) struct Part {
 /// A colour by its role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ink {
-    /// The n-th of several alike: a sensor, a factor.
+    /// The n-th of a series, such as sensors or factors.
     Series(usize),
-    /// What was measured.
+    /// Measurements.
     Measured,
-    /// What is there for comparison only.
+    /// References and guides.
     Guide,
 }
 
@@ -151,15 +150,15 @@ pub(super) enum Stroke {
     Solid,
     Dashed,
     Dotted,
-    /// Dashed, and half as wide as the others.
+    /// Dashed, at half the width of the others.
     Thin,
 }
 
-/// Lowest and highest of some values; `None` of no values.
+/// Minimum and maximum; `None` of no values.
 pub(super) type Span = Option<(f64, f64)>;
 
-/// Okabe and Ito's colours (Color Universal Design, 2008) less the yellow, which white paper swallows, then
-/// those of Tol's muted scheme (SRON/EPS/TN/09-002, 2021) that stay apart from them under colour blindness.
+/// Colours of Okabe and Ito (Color Universal Design, 2008) without yellow, which has too little contrast on white, then
+/// those of Tol's muted scheme (SRON/EPS/TN/09-002, 2021) that colour-blind readers can distinguish from them.
 const PALETTE: [(u8, u8, u8); 10] = [
     (0x00, 0x72, 0xB2),
     (0xD5, 0x5E, 0x00),
@@ -191,13 +190,13 @@ impl Ink {
     }
 }
 
-/// The colour of a correlation: blue for -1, white for none, vermilion for 1.
+/// Colour of a correlation: blue for -1, white for 0, vermilion for 1.
 pub(super) fn diverging(correlation: f64) -> (u8, u8, u8) {
     let (from, t) = if correlation < 0.0 { (PALETTE[0], -correlation) } else { (PALETTE[1], correlation) };
     blend((255, 255, 255), from, t.min(1.0))
 }
 
-/// The colour of a share `t` of the way from the lowest level to the highest: dark blue to ochre.
+/// Colour of a level, `t` in 0..1 from the lowest (dark blue) to the highest (ochre).
 pub(super) fn rising(t: f64) -> (u8, u8, u8) {
     const STOPS: [(u8, u8, u8); 4] = [(0x33, 0x22, 0x88), (0x00, 0x72, 0xB2), (0x00, 0x9E, 0x73), (0xC9, 0x8B, 0x00)];
     let place = t.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
@@ -205,7 +204,8 @@ pub(super) fn rising(t: f64) -> (u8, u8, u8) {
     blend(STOPS[below], STOPS[below + 1], place - below as f64)
 }
 
-/// Logarithms of the ticks of a log axis between two logarithms: every 1, 2 and 5 over few decades, every power of ten over many.
+/// Decimal logarithms of the ticks of a log axis: 1, 2 and 5 of each decade over fewer than four decades, else powers
+/// of ten.
 pub(super) fn decades(low: f64, high: f64) -> Vec<f64> {
     let digits: &[f64] = if high - low < 4.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
     let powers = low.floor() as i32..=high.ceil() as i32;
@@ -245,7 +245,7 @@ impl Axis {
 }
 
 impl Layer {
-    /// The lowest and highest finite value along each axis; `None` where there is none.
+    /// Minimum and maximum finite value along each axis; `None` where there is none.
     pub(super) fn extent(&self) -> (Span, Span) {
         match self {
             Self::Line { x, y, .. } => (span(x), span(y)),
@@ -264,7 +264,7 @@ impl Layer {
 }
 
 impl Figure {
-    /// What the axes must show: each axis' own range, else that of all layers; never empty.
+    /// Range of each axis: its own, else that of all layers; never empty.
     pub(super) fn extent(&self) -> ((f64, f64), (f64, f64)) {
         let (mut x, mut y) = (None, None);
         for layer in &self.layers {
@@ -292,7 +292,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_extent_of_measured_points_takes_in_their_bars_and_skips_gaps() {
+    fn the_extent_of_points_includes_error_bars_and_ignores_nan() {
         let points = Layer::Points {
             name: String::new(),
             ink: Ink::Measured,
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn opposite_correlations_have_different_colours_and_none_is_white() {
+    fn opposite_correlations_have_different_colours_and_zero_is_white() {
         assert_eq!(diverging(0.0), (255, 255, 255));
         assert_ne!(diverging(-1.0), diverging(1.0));
         assert_eq!(diverging(-2.0), diverging(-1.0));

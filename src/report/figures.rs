@@ -1,16 +1,16 @@
-//! All figures of a report, and the parts that those of several answers share.
+//! All figures of a report, and functions that several results share.
 //!
-//! Which of them repeats a figure of the paper, the case says (`paper_figures`): no other case is the paper's.
+//! The key `paper_figures` of a case lists the figures that repeat one of the paper.
 
 use super::figure::{Axis, Figure, Ink, Layer, Stroke};
 use super::{answer, words};
 use crate::case::{Case, Observation};
 use crate::study::answers::Answers;
 
-/// What moves less over the whole exposure does not move, K.
+/// A temperature that changes less than this over the exposure is constant, K.
 pub(super) const STILL_K: f64 = 1e-6;
 
-/// Every figure, each with a file name of its own, and the section of the page that it belongs to.
+/// Every figure, with a unique file name, and the anchor of its section.
 pub(super) fn in_sections(answers: &Answers) -> Vec<(&'static str, Figure)> {
     let each = answer::all(answers).into_iter();
     let mut figures: Vec<(&'static str, Figure)> = each.flat_map(|answer| answer.figures(answers)).collect();
@@ -22,14 +22,14 @@ pub(super) fn in_sections(answers: &Answers) -> Vec<(&'static str, Figure)> {
     figures
 }
 
-/// The figures of the paper that one repeats.
+/// `as Figure 9 of the paper`.
 fn cited(numbers: &[usize]) -> String {
     let plural = if numbers.len() == 1 { "" } else { "s" };
     let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
     format!("as Figure{plural} {} of the paper", words::listed(&numbers))
 }
 
-/// Sensors `T/1` and `T-1` would share a file: later figures of one name get a number.
+/// Make file names unique: sensors `T/1` and `T-1` would share one. Later figures get a number.
 fn tell_apart(figures: &mut [(&'static str, Figure)]) {
     for later in 1..figures.len() {
         let (before, rest) = figures.split_at_mut(later);
@@ -42,13 +42,13 @@ fn tell_apart(figures: &mut [(&'static str, Figure)]) {
     }
 }
 
-/// A file name: what is drawn, then of what, with nothing a file system could mind.
+/// A portable file name: the kind of figure, then its subject.
 pub(super) fn file_name(what: &str, of: &str) -> String {
     let safe = |c: char| if c.is_alphanumeric() || c == '_' || c == '.' { c } else { '-' };
     format!("{what}-{}", of.chars().map(safe).collect::<String>())
 }
 
-/// The whole exposure.
+/// Time axis over the whole exposure.
 pub(super) fn time(case: &Case) -> Axis {
     Axis::linear("Time, s").within(0.0, case.exposure.duration_s)
 }
@@ -57,12 +57,12 @@ pub(super) fn temperature() -> Axis {
     Axis::linear("Temperature, K")
 }
 
-/// A curve over the instants.
+/// A curve, thinned.
 pub(super) fn line(name: String, ink: Ink, stroke: Stroke, x: &[f64], y: &[f64]) -> Layer {
     Layer::Line { name, ink, stroke, x: thinned(x), y: thinned(y) }
 }
 
-/// A measured trace with bars of two standard deviations, at most sixty points of it.
+/// A measured trace with error bars of two standard deviations, thinned to at most sixty points.
 pub(super) fn measured(name: String, ink: Ink, observation: &Observation) -> Layer {
     let stride = observation.times_s.len().div_ceil(60).max(1);
     let pick = |values: &[f64], factor: f64| values.iter().step_by(stride).map(|value| factor * value).collect();
@@ -75,27 +75,27 @@ pub(super) fn measured(name: String, ink: Ink, observation: &Observation) -> Lay
     }
 }
 
-/// The trusted window of a sensor, by this name, where it leaves something out.
+/// The data window of a sensor, unless it is the whole exposure.
 pub(super) fn window(case: &Case, sensor: usize, name: &str) -> Option<Layer> {
     let (from, to) = case.window_s(sensor);
     let is_part = from > 0.0 || to < case.exposure.duration_s;
     is_part.then(|| Layer::Window { name: name.to_owned(), from, to })
 }
 
-/// At most a thousand points of a curve, evenly picked and the last one always: a screen shows no more.
+/// At most a thousand evenly spaced points of a curve, and the last one: a screen resolves no more.
 pub(super) fn thinned(values: &[f64]) -> Vec<f64> {
     let stride = values.len().div_ceil(1000).max(1);
     let last = values.len().saturating_sub(1);
-    let kept = |index: &usize| index.is_multiple_of(stride) || *index == last;
-    (0..values.len()).filter(kept).map(|index| values[index]).collect()
+    let is_picked = |index: &usize| index.is_multiple_of(stride) || *index == last;
+    (0..values.len()).filter(is_picked).map(|index| values[index]).collect()
 }
 
-/// The index of the instant nearest to a time.
+/// Index of the instant nearest to a time.
 pub(super) fn nearest(instants_s: &[f64], time_s: f64) -> Option<usize> {
     (0..instants_s.len()).min_by(|&a, &b| (instants_s[a] - time_s).abs().total_cmp(&(instants_s[b] - time_s).abs()))
 }
 
-/// A matrix of correlations of factors.
+/// A correlation matrix of factors.
 pub(super) fn correlations(id: &str, title: &str, caption: String, names: Vec<String>, values: &[Vec<f64>]) -> Figure {
     Figure {
         id: id.to_owned(),
@@ -120,13 +120,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_figure_cites_the_paper_where_its_case_says_so_and_nowhere_else() {
+    fn a_figure_cites_the_paper_only_where_its_case_says_so() {
         let mut outcomes = fixture::outcomes();
         let cited = |outcomes: &fixture::Outcomes| -> Vec<(String, String)> {
             let figures = all(&outcomes.answers("study")).into_iter();
             figures.filter(|figure| !figure.number.is_empty()).map(|figure| (figure.id, figure.number)).collect()
         };
-        // Sensors, factors and the case itself are named as the paper's are: names say nothing.
+        // Sensors, factors and the case have the names of the paper: the names alone must not cite it.
         assert_eq!(cited(&outcomes), []);
         outcomes.case.paper_figures =
             vec![("spread-TC2".to_owned(), vec![10]), ("design-space".to_owned(), vec![22, 23])];
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn two_sensors_whose_names_differ_only_in_a_slash_keep_two_files() {
+    fn sensors_whose_names_differ_only_in_a_slash_have_two_files() {
         let mut outcomes = fixture::outcomes();
         outcomes.case.sensors[0].name = "T/1".to_owned();
         outcomes.case.sensors[1].name = "T-1".to_owned();
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_that_is_held_has_no_empty_figures_of_its_own() {
+    fn a_sensor_of_constant_temperature_has_no_figures() {
         let mut outcomes = fixture::outcomes();
         let ids = |outcomes: &fixture::Outcomes| -> Vec<String> {
             all(&outcomes.answers("study")).into_iter().map(|figure| figure.id).collect()
@@ -161,10 +161,10 @@ mod tests {
     }
 
     #[test]
-    fn thinning_keeps_both_ends_of_a_curve() {
+    fn thinning_keeps_both_end_points_of_a_curve() {
         let curve: Vec<f64> = (0..2500).map(f64::from).collect();
-        let kept = thinned(&curve);
-        assert!(kept.len() <= 1001);
-        assert_eq!((kept[0], kept[kept.len() - 1]), (0.0, 2499.0));
+        let thin = thinned(&curve);
+        assert!(thin.len() <= 1001);
+        assert_eq!((thin[0], thin[thin.len() - 1]), (0.0, 2499.0));
     }
 }

@@ -1,18 +1,17 @@
-//! What was found, in sentences: the same for the page and, shortened, for the screen.
+//! The findings at the head of the page.
 
 use super::answer::{self, Finding};
 use super::{observed, words};
 use crate::study::answers::Answers;
 
-/// All findings: the nominal peak of the deepest sensor and its misfit, what observations count for, then those of
-/// every answer.
+/// All findings: the nominal peak of the deepest sensor and its misfit, the data used, then those of every result.
 pub(super) fn all(answers: &Answers) -> Vec<Finding> {
     let mut found = Vec::new();
-    let mut say = |about: &'static str, said: String| found.push(Finding { about, said });
+    let mut add = |about: &'static str, text: String| found.push(Finding { about, said: text });
     if let (Some(nominal), Some(sensor)) = (answers.nominal_march(), answers.bondline()) {
         let name = answers.sensor(&answers.case, sensor);
         let peak = nominal.peaks[sensor];
-        say(
+        add(
             "Peak",
             format!(
                 "{name}, the deepest sensor, peaks at {} at {}.",
@@ -23,13 +22,13 @@ pub(super) fn all(answers: &Answers) -> Vec<Finding> {
         let seen = answers.case.observations.iter().zip(&nominal.misfits).find(|(seen, _)| seen.sensor == sensor);
         if let Some((_, misfit)) = seen {
             let way = if misfit.bias_k > 0.0 { "hot" } else { "cold" };
-            say(
+            add(
                 "Misfit",
                 format!(
-                    "Nominally {name} is predicted {} too {way} on average over the trusted window ({} root mean \
-                     square, {} at worst, at {}).",
-                    words::misfit(misfit.bias_k.abs()),
+                    "{name}, nominal prediction less measurement in the data window: RMSE {}, mean error {} (too \
+                     {way}), largest error {} at {}.",
                     words::misfit(misfit.rms_k),
+                    words::misfit(misfit.bias_k.abs()),
                     words::misfit(misfit.worst_k.abs()),
                     words::seconds(misfit.worst_time_s)
                 ),
@@ -38,7 +37,7 @@ pub(super) fn all(answers: &Answers) -> Vec<Finding> {
     }
     let each = answer::in_reading_order(answers);
     if each.iter().all(|answer| answer.uses_observations()) {
-        observed::apart(answers).into_iter().for_each(|said| say("Trusted", said));
+        observed::apart(answers).into_iter().for_each(|text| add("Data", text));
     }
     found.extend(each.into_iter().flat_map(|answer| answer.findings(answers)));
     found

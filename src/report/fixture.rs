@@ -1,4 +1,4 @@
-//! Made-up outcomes with the shapes of real ones, for the tests of the report.
+//! Artificial results of every study, for the tests of the report.
 
 use crate::case::OpenFace;
 use crate::case::*;
@@ -26,7 +26,7 @@ mod posterior;
 use estimated::estimated;
 use posterior::posterior;
 
-/// A case and an answer to every question about it.
+/// A case with a result of every study.
 pub(super) struct Outcomes {
     pub case: Case,
     pub backend: Backend,
@@ -53,14 +53,14 @@ impl Outcomes {
 }
 
 const INSTANTS: usize = 401;
-/// Rise above the start, K, delay and time constant, s, of each sensor.
+/// Temperature rise, K, delay and time constant, s, of each sensor.
 const SENSORS: [(f64, f64, f64); 4] = [(1250.0, 0.5, 6.0), (1050.0, 1.5, 9.0), (640.0, 6.0, 18.0), (330.0, 14.0, 34.0)];
 
 fn instants() -> Vec<f64> {
     (0..INSTANTS).map(|n| 0.5 * n as f64).collect()
 }
 
-/// Heated for 41 s behind a delay, then cooling.
+/// First-order response to 41 s of heating, with a delay.
 fn rise(sensor: usize, time_s: f64, strength: f64) -> f64 {
     let (height, delay, constant) = SENSORS[sensor];
     let (on, off) = ((time_s - delay).max(0.0), (time_s - 41.0 - delay).max(0.0));
@@ -68,7 +68,7 @@ fn rise(sensor: usize, time_s: f64, strength: f64) -> f64 {
     300.0 + strength * height * heat
 }
 
-/// A wobble in -1..1 that is the same every time.
+/// A deterministic pseudo-random number in -1..1.
 fn wobble(n: usize) -> f64 {
     let value = (n as f64 * 12.9898).sin() * 43_758.545;
     2.0 * (value - value.floor()) - 1.0
@@ -233,7 +233,7 @@ fn case() -> Case {
     }
 }
 
-/// K per unit of a factor: a weight a factor and sensor, shaped by the rise and its delay.
+/// Sensitivity, K per unit of a factor: a weight per factor and sensor times the temperature rise.
 fn slope(factor: usize, sensor: usize, time_s: f64) -> f64 {
     const WEIGHTS: [[f64; 4]; 7] = [
         [-0.25, -0.22, -0.15, -0.10],
@@ -312,7 +312,7 @@ fn uncertainty(case: &Case, nominal: &Nominal) -> Uncertainty {
     }
 }
 
-/// Of factors that act one by one, but for a thousandth of the variance.
+/// Indices of nearly additive factors: a thousandth of the variance is unexplained.
 fn causes(correlations: &[f64]) -> Causes {
     let likely = |value: f64| Likely { value, low: value - 0.01, high: value + 0.01 };
     let each = |of: fn(f64) -> f64| -> Vec<Likely> { correlations.iter().map(|&r| likely(of(r))).collect() };

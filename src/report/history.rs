@@ -1,4 +1,4 @@
-//! The heating of the hot face, from what sensors read.
+//! Inverse heat conduction: the heating of the hot face from thermocouples.
 
 mod figures;
 mod record;
@@ -23,7 +23,7 @@ impl Answer for History {
     fn findings(&self, answers: &Answers) -> Vec<Finding> {
         vec![
             Finding { about: "Heating", said: found(answers, self) },
-            Finding { about: "Smoothing", said: chosen(self) },
+            Finding { about: "Regularisation", said: chosen(self) },
         ]
     }
 
@@ -39,11 +39,6 @@ impl Answer for History {
         vec![Section::new("history", "Heating", page(answers, self))]
     }
 
-    /// | file | columns |
-    /// |---|---|
-    /// | `history.csv` | `time_s`, `flux_w_m2`, `radiant_flux_w_m2` or `gas_K`: the history found, as a case reads one |
-    /// | `history-band.csv` | of every knot the value, between what 95 % of histories have that other noise makes, what smoothing takes off to first order, what the case has |
-    /// | `history-residuals.csv` | `sensor`, `time_s`, measured less predicted with the history found |
     fn tables(&self, answers: &Answers) -> Result<Vec<File>, ReportError> {
         heating(&answers.case, self)
     }
@@ -57,13 +52,13 @@ impl Answer for History {
     }
 }
 
-/// What a value of a history is called and printed in.
+/// Name and unit of the estimated quantity.
 struct Unit {
     /// `Cold-wall heat flux at the hot face`.
     pub title: &'static str,
     pub noun: &'static str,
     pub unit: &'static str,
-    /// What SI is multiplied by.
+    /// Factor from SI to `unit`.
     pub scale: f64,
     digits: usize,
 }
@@ -94,42 +89,42 @@ impl Unit {
     }
 }
 
-/// Cells of the heading of the table of knots.
+/// Head of the table of knots.
 fn head(outcome: &History) -> [&'static str; 4] {
     let value = match outcome.sought {
         Sought::Flux | Sought::RadiantFlux => "Flux, W/cm²",
         Sought::Gas => "Gas, K",
     };
-    ["Time, s", value, "± 95 %", "As the case has it"]
+    ["Time, s", value, "± 95 %", "Stated in the case"]
 }
 
-/// The knots in order; at most so many, evenly picked.
+/// Rows of the table of knots, at most `most`, evenly spaced.
 fn rows(outcome: &History, most: usize) -> Vec<[String; 4]> {
     let last = outcome.times_s.len() - 1;
     let rows = most.min(last + 1);
     let picked = (0..rows).map(|row| row * last / (rows - 1));
     let unit = unit(outcome.sought);
     let cells = |knot: usize| {
-        let half = if outcome.undetermined[knot] { "open".to_owned() } else { unit.width(outcome.half_width(knot)) };
+        let half = if outcome.undetermined[knot] { "unknown".to_owned() } else { unit.width(outcome.half_width(knot)) };
         let time_s = words::trimmed(words::grouped(outcome.times_s[knot], 2));
         [time_s, unit.value(outcome.values[knot]), half, unit.value(outcome.own[knot])]
     };
     picked.map(cells).collect()
 }
 
-/// One line of them on the screen.
+/// A row on the screen.
 fn row(cells: &[impl AsRef<str>; 4]) -> String {
-    let [time, value, half, own] = cells.each_ref().map(AsRef::as_ref);
-    format!("{time:>9}{value:>14}{half:>10}{own:>21}")
+    let [time, value, half, stated] = cells.each_ref().map(AsRef::as_ref);
+    format!("{time:>9}{value:>14}{half:>10}{stated:>21}")
 }
 
-/// The instants of the knots that are not determined.
+/// Times of the knots that the data do not determine.
 fn open(outcome: &History) -> Vec<String> {
     let knots = (0..outcome.times_s.len()).filter(|&knot| outcome.undetermined[knot]);
     knots.map(|knot| words::seconds(outcome.times_s[knot])).collect()
 }
 
-/// The answer: how much heat or how hot a gas, how strong at most, and how far from what the case says.
+/// The finding: fluence or mean gas temperature with its 95 % interval, the peak, and the difference from the case.
 fn found(answers: &Answers, outcome: &History) -> String {
     let unit = unit(outcome.sought);
     let sensors: Vec<&str> = outcome.seen.iter().map(|seen| answers.case.sensors[seen.sensor].name.as_str()).collect();
@@ -138,20 +133,19 @@ fn found(answers: &Answers, outcome: &History) -> String {
         .iter()
         .zip(&outcome.times_s)
         .fold((0.0, 0.0), |peak, (&value, &time_s)| if value > peak.0 { (value, time_s) } else { peak });
-    let have = if sensors.len() == 1 { "has" } else { "have" };
     let (sensors, during) = (words::listed(&sensors), words::seconds(outcome.end_s));
-    let (found, deviation, own) = (outcome.integral, outcome.integral_deviation, outcome.integral_own);
+    let (found, deviation, stated) = (outcome.integral, outcome.integral_deviation, outcome.integral_own);
     let left_out = match &open(outcome)[..] {
         [] => String::new(),
-        knots => format!(", which leaves out the {} at {}, undetermined", unit.noun, words::listed(knots)),
+        knots => format!("; the uncertainty of the undetermined {} at {} is excluded", unit.noun, words::listed(knots)),
     };
-    let highest = format!("at most by {} at {}", unit.with_unit(peak), words::seconds(at_s));
+    let highest = format!("peak {} at {}", unit.with_unit(peak), words::seconds(at_s));
     if outcome.sought == Sought::Gas {
         let mean = |integral: f64| integral / outcome.end_s;
-        let less = mean(found) - mean(own);
+        let less = mean(found) - mean(stated);
         return format!(
-            "As {sensors} {have} it, the gas was at {} ± {} K on average (95 %{left_out}) over {during}, {} K {} than the case \
-             says, and {} K at the hottest, at {}.",
+            "From {sensors}: mean gas temperature {} ± {} K (95 %{left_out}) over {during}, {} K {} than the case \
+             states; peak {} K at {}.",
             unit.value(mean(found)),
             words::significant(1.96 * mean(deviation), 2),
             words::significant(less.abs(), 2),
@@ -160,79 +154,74 @@ fn found(answers: &Answers, outcome: &History) -> String {
             words::seconds(at_s)
         );
     }
-    let beside = if own > 0.0 {
-        let more = found / own - 1.0;
+    let difference = if stated > 0.0 {
+        let more = found / stated - 1.0;
         let way = if more < 0.0 { "less" } else { "more" };
-        format!(", {} % {way} than the case says", words::significant(100.0 * more.abs(), 2))
+        format!(", {} % {way} than the case states", words::significant(100.0 * more.abs(), 2))
     } else {
         String::new()
     };
-    let of =
-        if outcome.sought == Sought::RadiantFlux { "the face was irradiated by" } else { "the face was heated by" };
+    let fluence = if outcome.sought == Sought::RadiantFlux { "radiant fluence" } else { "fluence" };
     format!(
-        "As {sensors} {have} it, {of} {} ± {} MJ/m² (95 %{left_out}) in {during}{beside}, {highest}.",
+        "From {sensors}: {fluence} {} ± {} MJ/m² (95 %{left_out}) in {during}{difference}; {highest}.",
         words::significant(1e-6 * found, 3),
         words::significant(1.96e-6 * deviation, 2),
     )
 }
 
-/// How smooth the history is, and by what that was chosen.
+/// The regularisation, and how its weight was chosen.
 fn chosen(outcome: &History) -> String {
     let rms = words::significant(outcome.rung.rms, 3);
     let why = match outcome.chosen {
         Chosen::Discrepancy => format!(
-            "It is as smooth as the noise lets it be: residuals are {rms} of their standard deviations, root mean square, and \
-             would be more of anything smoother."
+            "Regularisation weight by the discrepancy principle: the largest for which the residuals match the noise \
+             (weighted RMSE {rms})."
         ),
         Chosen::Straight => format!(
-            "Straight lines between the sharp corners meet the data within their noise ({rms} of their standard deviations, root \
-             mean square): nothing in them asks for a bend, and weaker smoothing would only follow noise."
+            "A schedule that is linear between the corners of the stated one fits the data within their noise \
+             (weighted RMSE {rms}); weaker regularisation would fit noise."
         ),
         Chosen::Unmet => format!(
-            "No history meets the data within their noise: even with next to no smoothing residuals are {} of their standard deviations, \
-             root mean square. So what no history explains is taken for the noise, and this one is as \
-             smooth as that lets it be, at {rms}.",
+            "No history fits the data within their noise: the weighted RMSE is {} even with negligible regularisation. \
+             The noise level is raised to it, and the discrepancy principle gives a weighted RMSE of {rms}.",
             words::significant(outcome.rungs.iter().map(|rung| rung.rms).fold(f64::INFINITY, f64::min), 3)
         ),
-        Chosen::LCurve => format!(
-            "The smoothing is that of the corner of the L-curve, with residuals of {rms} standard deviations, root mean square."
-        ),
-        Chosen::Stated => {
-            format!("The smoothing was stated; residuals are {rms} of their standard deviations, root mean square.")
-        }
+        Chosen::LCurve => format!("Regularisation weight at the corner of the L-curve (weighted RMSE {rms})."),
+        Chosen::Stated => format!("Regularisation weight as stated (weighted RMSE {rms})."),
     };
     format!(
-        "{why} Of {} values the data determine {}, smoothness the others.",
-        words::count(outcome.times_s.len()),
-        words::significant(outcome.determined, 2)
+        "{why} The data determine {} of {} knots (effective degrees of freedom).",
+        words::significant(outcome.determined, 2),
+        words::count(outcome.times_s.len())
     )
 }
 
-/// What the band is and is not.
+/// What the band includes.
 fn left_out() -> &'static str {
-    "At each knot the band holds 95 % of what other noise would have made of the same heating. What smoothing takes off peaks, and what is wrong \
-     with properties, depths or physics, is not in it."
+    "The 95 % band is the effect of measurement noise at each knot. It excludes the regularisation bias and errors of \
+     properties, depths and physics."
 }
 
-/// Reasons for doubt.
+/// Warnings.
 fn doubts(answers: &Answers, outcome: &History) -> Vec<String> {
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if outcome.chosen == Chosen::Unmet {
-        doubts.push(
-            "No heating explains the data within their noise: either the noise is larger than stated (--set \
-             observations.sigma=...), or the case lacks something, and the flux found makes up for it."
+        warnings.push(
+            "No heating history fits the data within their noise: the noise is larger than stated (--set \
+             observations.sigma=...), or the model is incomplete and the estimated heating compensates for it."
                 .to_owned(),
         );
     }
     if !outcome.converged {
-        doubts.push(format!("The history is not the least there is: {}.", outcome.termination));
+        warnings.push(format!("The estimation of the history did not converge: {}.", outcome.termination));
     }
     let unit = unit(outcome.sought);
     let open = open(outcome);
     if !open.is_empty() {
-        doubts.push(format!(
-            "The data do not determine the {} at {}: noise alone makes more of it than the largest value found, or nothing moves \
-             with it, as where a blown flux is small. The integral and its ± take the values found there as they are.",
+        warnings.push(format!(
+            "The data do not determine the {} at {}: its standard deviation exceeds the largest estimate, or the \
+             temperatures do not depend on it (as with a small flux under blowing). Integral and mean take these \
+             values as exact.",
             unit.noun,
             words::listed(&open)
         ));
@@ -244,20 +233,24 @@ fn doubts(answers: &Answers, outcome: &History) -> Vec<String> {
     if let Some(knot) = worst {
         let by = format!("{} {}", unit.width(outcome.smoothed[knot].abs()), unit.unit);
         let is_off = outcome.smoothed[knot] > 0.0;
-        let moved = if is_off { format!("takes {by} off") } else { format!("puts {by} onto") };
-        doubts.push(format!(
-            "At {} smoothing {moved} the {}, more than the band is wide: bends as short as that are not to be trusted.",
-            words::seconds(outcome.times_s[knot]),
-            unit.noun
+        let moved = if is_off {
+            format!("lowers the {} by {by}", unit.noun)
+        } else {
+            format!("raises the {} by {by}", unit.noun)
+        };
+        warnings.push(format!(
+            "At {} the regularisation {moved}, more than the half-width of the band: features as short as this are not \
+             resolved.",
+            words::seconds(outcome.times_s[knot])
         ));
     }
     if outcome.end_s < answers.case.exposure.duration_s {
-        doubts.push(format!(
-            "After {}, the end of the window, nothing was sought: history.csv goes on as the case has it.",
+        warnings.push(format!(
+            "After the end of the window, {}, nothing is estimated: history.csv continues with the values of the case.",
             words::seconds(outcome.end_s)
         ));
     }
-    doubts
+    warnings
 }
 
 fn page(answers: &Answers, outcome: &History) -> String {
@@ -266,21 +259,21 @@ fn page(answers: &Answers, outcome: &History) -> String {
         .seen
         .iter()
         .map(|seen| {
-            let [own, found] = [seen.rms_k.0, seen.rms_k.1].map(|rms_k| words::significant(rms_k, 3));
-            vec![answers.case.sensors[seen.sensor].name.clone(), words::count(seen.times_s.len()), own, found]
+            let [stated, found] = [seen.rms_k.0, seen.rms_k.1].map(|rms_k| words::significant(rms_k, 3));
+            vec![answers.case.sensors[seen.sensor].name.clone(), words::count(seen.times_s.len()), stated, found]
         })
         .collect();
-    let columns = ["Sensor", "Samples", "Off as the case has it, K", "Off as found, K"];
+    let columns = ["Sensor", "Samples", "RMSE, stated heating, K", "RMSE, estimated heating, K"];
     list(&[found(answers, outcome), chosen(outcome), left_out().to_owned()])
         + &table(&format!("{} at the knots", unit(outcome.sought).title), &head(outcome), &rows)
-        + &table("Measured less predicted, root mean square", &columns, &fits)
+        + &table("Measurement less prediction", &columns, &fits)
 }
 
 fn on_screen(answers: &Answers, outcome: &History) -> Vec<String> {
     let mut lines = vec![row(&head(outcome))];
     lines.extend(rows(outcome, 8).iter().map(row));
-    let said = [found(answers, outcome), chosen(outcome), left_out().to_owned()];
-    lines.extend(said.iter().flat_map(|said| wrapped("", said)));
+    let text = [found(answers, outcome), chosen(outcome), left_out().to_owned()];
+    lines.extend(text.iter().flat_map(|text| wrapped("", text)));
     lines
 }
 
@@ -295,18 +288,19 @@ fn heating(case: &Case, outcome: &History) -> Result<Vec<File>, ReportError> {
     for (&time_s, &value) in outcome.schedule.times_s.iter().zip(&outcome.schedule.values) {
         found.row(None, [time_s, value])?;
     }
-    let [low, high, smoothed, own] = ["low", "high", "smoothed", "own"].map(|of| format!("{of}_{unit}"));
-    let columns = ["time_s", &value, &low, &high, &smoothed, &own].map(str::to_owned);
+    let [low, high, removed, stated] =
+        ["low", "high", "removed_by_smoothing", "stated"].map(|of| format!("{of}_{unit}"));
+    let columns = ["time_s", &value, &low, &high, &removed, &stated].map(str::to_owned);
     let mut band = Table::new("history-band.csv", columns.each_ref().map(String::as_str))?;
     for (knot, &value) in outcome.values.iter().enumerate() {
         let half = outcome.half_width(knot);
-        let (smoothed, own) = (outcome.smoothed[knot], outcome.own[knot]);
-        band.row(None, [outcome.times_s[knot], value, (value - half).max(0.0), value + half, smoothed, own])?;
+        let (removed, stated) = (outcome.smoothed[knot], outcome.own[knot]);
+        band.row(None, [outcome.times_s[knot], value, (value - half).max(0.0), value + half, removed, stated])?;
     }
     let mut left = Table::new("history-residuals.csv", ["sensor", "time_s", "residual_K"])?;
     for seen in &outcome.seen {
-        for (&time_s, &off_k) in seen.times_s.iter().zip(&seen.residuals_k) {
-            left.row(Some(&case.sensors[seen.sensor].name), [time_s, off_k])?;
+        for (&time_s, &residual_k) in seen.times_s.iter().zip(&seen.residuals_k) {
+            left.row(Some(&case.sensors[seen.sensor].name), [time_s, residual_k])?;
         }
     }
     Ok(vec![found.close()?, band.close()?, left.close()?])

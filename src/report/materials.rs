@@ -1,4 +1,4 @@
-//! The material database as text for a terminal of eighty columns.
+//! The material database as text for a terminal of 80 columns.
 
 mod braille;
 mod reacting;
@@ -11,15 +11,15 @@ use braille::{Curve, chart};
 use std::path::Path;
 
 const WIDTH: usize = 78;
-/// Pressures of the tables and curves: sea level and the two runs of the arc jet.
+/// Pressures of the tables and curves: sea level and two arc-jet runs.
 const PRESSURES_PA: [(f64, &str); 3] = [(101_325.0, "1 atm"), (8010.0, "8.01 kPa"), (3100.0, "3.1 kPa")];
 const AMBIENT_K: f64 = 300.0;
 
-/// One line a material: density, conductivity at one atmosphere, heat capacity and emissivity at 300 K, and the marks
-/// of these four.
+/// One line per material: density, conductivity, heat capacity and emissivity at 300 K and one atmosphere, and their
+/// marks.
 ///
 /// # Errors
-/// A material that is built in does not hold.
+/// When a built-in material file is invalid.
 pub fn list() -> Result<String, CaseError> {
     let heads = ["ρ", "k", "c_p", "ε", "kg/m³", "W/m/K", "J/kg/K"];
     let [density, k, cp, emissivity, density_unit, k_unit, cp_unit] = heads;
@@ -34,11 +34,11 @@ pub fn list() -> Result<String, CaseError> {
         let density = material.density_kg_m3;
         text += &format!("{id:<16}{name:<29}{density:>6.0}{k:>8.4}{cp:>7.0}{emissivity:>6.2}  {marks}\n");
     }
-    text += "marks of ρ, k, c_p, ε: r read, m remembered, e estimated, p of the paper\n";
+    text += "marks of ρ, k, c_p, ε: r read, m remembered, e estimated, p paper\n";
     Ok(text)
 }
 
-/// All that is known of a material, with curves.
+/// All properties of a material, with curves.
 pub fn show(material: &Material) -> String {
     let mut text = format!("{}: {}\n{}\n", material.id, material.name, wrapped(&material.note, ""));
     text += &heading("density, kg/m³", &material.density_provenance);
@@ -67,15 +67,15 @@ pub fn show(material: &Material) -> String {
     text
 }
 
-/// What is wrong with a material file, or that nothing is and what it says.
+/// Check a material file, and summarise it if it is valid.
 ///
 /// # Errors
-/// Every fault of the file.
+/// All errors of the file.
 pub fn check(path: &Path) -> Result<String, CaseError> {
     let material = Material::load(path)?;
     let k: f64 = material.conductivity.parts(AMBIENT_K, PRESSURES_PA[0].0).iter().sum();
     let (low, high) = material.conductivity.range_k();
-    let range = if low.is_finite() { format!("known from {low} to {high} K") } else { "constant".to_owned() };
+    let range = if low.is_finite() { format!("tabulated from {low} to {high} K") } else { "constant".to_owned() };
     Ok(format!(
         "{}: ok\n  {}, {} kg/m³\n  at 300 K and 1 atm: k {k:.4} W/m/K ({range}), c_p {:.0} J/kg/K, ε {:.2}\n",
         path.display(),
@@ -104,7 +104,7 @@ fn letter(mark: Mark) -> char {
     }
 }
 
-/// The property, how far it is to be trusted, and its source.
+/// A property with its mark, its uncertainty and its source.
 fn heading(property: &str, provenance: &Provenance) -> String {
     let spread = 200.0 * provenance.relative_uncertainty;
     let trust = format!("{}, ±{spread:.0} % at 95 %", provenance.mark.word());
@@ -136,7 +136,7 @@ fn of_parts(parts: &Parts, conductivity: &Conductivity) -> String {
     text + "\n"
 }
 
-/// Round temperatures within a range, a dozen at most.
+/// Round temperatures within a range, at most twelve.
 fn temperatures((low, high): (f64, f64)) -> Vec<f64> {
     const ROUND: [f64; 12] = [300.0, 400.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0, 1200.0, 1400.0, 1600.0, 1800.0];
     ROUND.into_iter().filter(|temperature_k| (low..=high).contains(temperature_k)).collect()
@@ -151,7 +151,7 @@ fn of_tables(tables: &[(f64, Table)]) -> String {
     }
 }
 
-/// Two rows, temperature and value, as many columns as fit.
+/// Rows of temperatures and values, ten columns at a time.
 fn of_table(table: &Table, digits: usize) -> String {
     if let [value] = table.values.as_slice() {
         return format!("  {value:.digits$} at every temperature\n\n");
@@ -163,8 +163,8 @@ fn of_table(table: &Table, digits: usize) -> String {
         text += &format!("      {}\n", row(&mut values.iter().map(|v| format!("{v:.digits$}"))));
     }
     let outside = match table.outside {
-        OutOfRange::Clamp => "held constant",
-        OutOfRange::Extrapolate => "continued in straight lines",
+        OutOfRange::Clamp => "constant",
+        OutOfRange::Extrapolate => "linear extrapolation",
         OutOfRange::Refuse => "an error",
     };
     text + &format!("  outside: {outside}\n\n")
@@ -180,7 +180,7 @@ fn curve(table: &Table, digits: usize) -> String {
     chart(&curves, false, "temperature, K", |value| format!("{value:.digits$}")) + "\n"
 }
 
-/// One curve a pressure, or the one there is where pressure does not matter.
+/// One curve per pressure, or a single one without pressure dependence.
 fn conductivity_curves(conductivity: &Conductivity) -> String {
     let range_k = conductivity.range_k();
     if !range_k.0.is_finite() {
@@ -205,7 +205,7 @@ fn sampled((low, high): (f64, f64), at: impl Fn(f64) -> f64) -> Vec<(f64, f64)> 
     (0..=STEPS).map(along).map(|temperature_k| (temperature_k, at(temperature_k))).collect()
 }
 
-/// Words in lines of the width, each line indented.
+/// Wrap a text at the width, each line indented.
 fn wrapped(words: &str, indent: &str) -> String {
     let mut text = String::new();
     let mut column = 0;
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn the_database_fits_a_terminal_of_eighty_columns() {
+    fn the_database_fits_a_terminal_of_80_columns() {
         let list = list().unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(list.lines().count(), known().len() + 3);
         let texts: Vec<String> = known().into_iter().map(shown).chain([list]).collect();
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn a_porous_insulator_shows_its_parts_its_source_and_a_curve_a_pressure() {
+    fn a_porous_insulator_shows_its_conductivity_parts_its_source_and_a_curve_per_pressure() {
         let text = shown("pyrogel3350");
         for expected in
             ["estimated, ±30 %", "0.93 k_air(T, p; 0.12 µm)", "product sheets", " 1 atm\n", " 8.01 kPa\n", "⠉"]
@@ -261,10 +261,10 @@ mod tests {
     }
 
     #[test]
-    fn a_material_that_decomposes_shows_its_reactions_its_char_and_the_mass_that_is_left() {
+    fn a_decomposing_material_shows_its_reactions_its_char_and_its_residual_mass() {
         let text = shown("pyrogel3350");
         for expected in
-            ["0.1400     4.420e8", "char, 122.4 kg/m³", "permeability 1.0e-13 m²", "mass left at 10 K/min", "0.720"]
+            ["0.1400     4.420e8", "char, 122.4 kg/m³", "permeability 1.0e-13 m²", "residual mass at 10 K/min", "0.720"]
         {
             assert!(text.contains(expected), "{expected}: {text}");
         }
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn a_material_file_at_fault_is_told_by_line_and_one_that_holds_is_ok() {
+    fn errors_of_a_material_file_have_their_line_and_a_valid_file_is_ok() {
         let folder = std::env::temp_dir().join(format!("bondline-check-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("a folder for temporary files");
         let path = folder.join("mine.toml");

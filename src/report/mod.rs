@@ -1,8 +1,8 @@
-//! Outcomes made visible: the page, the figures, the files and the screen. It computes nothing: every number
-//! shown was found by a study.
+//! Reports of study results: the HTML page, figures, tables, `summary.json` and the terminal output. Nothing is
+//! computed here; the studies compute every number.
 //!
-//! [`write()`] puts [`Answers`] into a folder; [`summary::screen`] says them in a terminal. What is shown of an answer
-//! is in the file of its name.
+//! [`write()`] writes the report of [`Answers`] into a folder, [`terminal::screen`] formats it for a terminal. The part
+//! of each study is in the module of its name.
 
 mod answer;
 mod chart;
@@ -44,11 +44,11 @@ pub enum ReportError {
     /// The folder holds the report of another case.
     #[error("{path:?} holds the case {found:?}, not {wanted:?}; choose another --out or give --force")]
     OtherCase {
-        /// The file.
+        /// The folder.
         path: PathBuf,
-        /// The case that it holds.
+        /// Id of the case whose report it holds.
         found: String,
-        /// The case at hand.
+        /// Id of the case to be written.
         wanted: String,
     },
     /// The path of the folder is a file.
@@ -60,27 +60,27 @@ pub enum ReportError {
     /// A file or folder cannot be read, made, written, renamed or removed.
     #[error("{doing} {path:?}: {source}")]
     Io {
-        /// What failed.
+        /// The operation, such as `writing`.
         doing: &'static str,
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// A figure cannot be drawn.
     #[error("figure {id}: {message}")]
     Figure {
-        /// The figure.
+        /// Name of its file, without the extension.
         id: String,
-        /// Why.
+        /// The error of the plotting library.
         message: String,
     },
     /// A row of a table cannot be written.
     #[error("table {name}: {message}")]
     Table {
-        /// The table.
+        /// Name of its file.
         name: String,
-        /// Why.
+        /// The error of the CSV writer.
         message: String,
     },
     /// A Parquet file cannot be written.
@@ -88,7 +88,7 @@ pub enum ReportError {
     Parquet {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The error of the Parquet writer.
         message: String,
     },
     /// JSON cannot be written.
@@ -97,41 +97,41 @@ pub enum ReportError {
 }
 
 impl Answers {
-    /// What names the report: of several cases `lcat-2259+lcat-2330`.
+    /// Id of the report: the ids of its cases, joined as `lcat-2259+lcat-2330`.
     pub fn id(&self) -> String {
         let ids: Vec<&str> = self.cases().map(|case| case.id.as_str()).collect();
         ids.join("+")
     }
 
-    /// What its analysts called the cases.
+    /// Names of the cases, as a list.
     fn name(&self) -> String {
         let names: Vec<&str> = self.cases().map(|case| case.name.as_str()).collect();
         words::listed(&names)
     }
 
-    /// The march at the nominal factors, whichever answer has it.
+    /// The march at the nominal factors, of the first study that has one.
     fn nominal_march(&self) -> Option<&Nominal> {
         answer::all(self).into_iter().find_map(|answer| answer.nominal())
     }
 
-    /// The deepest sensor: the bondline, where there is one.
+    /// Index of the deepest sensor, which is at the bondline if any sensor is.
     fn bondline(&self) -> Option<usize> {
         let sensors = &self.case.sensors;
         (0..sensors.len()).max_by(|&a, &b| sensors[a].depth_m.total_cmp(&sensors[b].depth_m))
     }
 
-    /// The case, and those that were estimated together with it.
+    /// The case, and those estimated jointly with it.
     fn cases(&self) -> impl Iterator<Item = &Case> {
         std::iter::once(&self.case).chain(&self.others)
     }
 
-    /// Every case of an estimate, with what came of it.
+    /// Every case of an estimate with its fit.
     fn fits<'a>(&'a self, outcome: &'a Estimated) -> impl Iterator<Item = (&'a Case, &'a Fitted)> {
         self.cases().zip(&outcome.fitted)
     }
 
-    /// Every observation that an estimate was fitted to: of which sensor, and of which case where there are several; and
-    /// its misfit before and after.
+    /// Every fitted sensor, named with its case where there are several, with its misfits at the nominal and at the
+    /// estimated factors.
     fn misfits<'a>(&'a self, outcome: &'a Estimated) -> Vec<(String, &'a (Misfit, Misfit))> {
         let of = |(case, fitted): (&'a Case, &'a Fitted)| {
             let names = fitted.sensors.iter().map(move |&sensor| self.sensor(case, sensor));
@@ -152,9 +152,9 @@ fn backend_words(backend: &Backend) -> String {
     format!("{} {}, {}", backend.kind, backend.precision.name(), backend.name)
 }
 
-/// Put the whole report into a folder: `report.html`, `figures/*.svg`, the tables, and last `summary.json`.
+/// Write the report into a folder: `report.html`, `figures/*.svg`, the tables, and last `summary.json`.
 ///
-/// Everything is made in memory first, so that a fault leaves the folder as it was.
+/// All files are composed in memory first, so that an error leaves the folder unchanged.
 ///
 /// # Errors
 /// When a figure cannot be drawn or the folder cannot be written.

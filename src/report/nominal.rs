@@ -17,7 +17,7 @@ impl Answer for Nominal {
     }
 
     fn findings(&self, answers: &Answers) -> Vec<Finding> {
-        gas::found(&answers.case, self).map(|said| Finding { about: "Gas", said }).into_iter().collect()
+        gas::found(&answers.case, self).map(|text| Finding { about: "Gas", said: text }).into_iter().collect()
     }
 
     fn warnings(&self, answers: &Answers) -> Vec<String> {
@@ -35,13 +35,13 @@ impl Answer for Nominal {
         let gas = if gas::decomposes(&answers.case) { "Decomposition and gas" } else { "Gas" };
         vec![
             Section::new("nominal", "Nominal", page(answers, self)),
-            // No table says in numbers what these charts show: there the sentence comes first.
+            // These charts have no table: the caption, which has the numbers, comes first.
             Section { captions_first: true, ..Section::new("gas", gas, String::new()) },
         ]
     }
 
     fn screen(&self, answers: &Answers, room: &Room) -> Vec<String> {
-        let gas = gas::found(&answers.case, self).map_or(Vec::new(), |said| wrapped("", &said));
+        let gas = gas::found(&answers.case, self).map_or(Vec::new(), |text| wrapped("", &text));
         if room.is_led {
             return gas;
         }
@@ -91,31 +91,31 @@ fn page(answers: &Answers, outcome: &Nominal) -> String {
         heat(balance.stored_j_m2),
         words::significant(balance.residual(), 2),
     ]];
-    table("Peaks", &["Sensor", "Depth, mm", "Peak, K", "Peak, °C", "At, s"], &rows)
+    table("Peaks", &["Sensor", "Depth, mm", "Peak, K", "Peak, °C", "Time of peak, s"], &rows)
+        + &table("Prediction less measurement in the data window", &MISFIT_HEAD, &misfits)
         + &table(
-            "Prediction less measurement over the trusted window",
-            &["Sensor", "Root mean square, K", "On average, K", "At worst, K", "Then, s", "Samples"],
-            &misfits,
-        )
-        + &table(
-            "Heat through the faces, from and to the holder, and stored, MJ/m²",
+            "Energy balance, MJ/m²",
             &[
                 "Balance",
-                "In, hot",
-                "Out, hot",
-                "In, back",
-                "Out, back",
+                "In, hot face",
+                "Out, hot face",
+                "In, back face",
+                "Out, back face",
                 "In, holder",
                 "Out, holder",
                 "Stored",
-                "Residual, relative",
+                "Relative residual",
             ],
             &balances,
         )
         + &if outcome.readings.is_empty() { String::new() } else { paragraph(&gas::balance(&balance)) }
 }
 
-/// Root mean square, mean and worst of prediction less measurement, for a table of the page.
+/// Columns of a table of misfits: the name of the row, then those of [`misfit_cells`].
+pub(super) const MISFIT_HEAD: [&str; 6] =
+    ["Sensor", "RMSE, K", "Mean error, K", "Largest error, K", "Time of it, s", "Samples"];
+
+/// Root mean square, mean and largest error of a prediction, time of the latter, and number of samples.
 pub(super) fn misfit_cells(misfit: &Misfit) -> [String; 5] {
     [
         words::misfit(misfit.rms_k).replace(" K", ""),
@@ -127,8 +127,7 @@ pub(super) fn misfit_cells(misfit: &Misfit) -> [String; 5] {
 }
 
 fn table_on_screen(answers: &Answers, outcome: &Nominal, most: usize) -> Vec<String> {
-    let mut lines =
-        vec![format!("{:<12}{:>22}{:>10}{:>14}{:>14}", "sensor", "peak", "at", "off by (rms)", "on average")];
+    let mut lines = vec![format!("{:<12}{:>22}{:>10}{:>14}{:>14}", "sensor", "peak", "time", "RMSE", "mean error")];
     let (sensors, others) = shown(answers, most);
     for index in sensors {
         let peak = outcome.peaks[index];

@@ -1,26 +1,26 @@
-//! What each thermocouple counts for: from when to when, and how firmly.
+//! Data window and standard deviation of each thermocouple.
 
 use super::words;
 use crate::case::Observation;
 use crate::study::answers::Answers;
 use crate::study::nominal::Nominal;
 
-/// What the sensors count for that judge, where they do not count alike: windows of their own, and standard deviations.
+/// Windows and standard deviations of the sensors that are fitted, where they differ from sensor to sensor.
 pub(super) fn apart(answers: &Answers) -> Option<String> {
     let judges = || answers.cases().flat_map(|case| case.judges().map(move |seen| (case, seen)));
-    // Error bars that differ from sample to sample are in the table: only what was stated of a sensor is told here.
+    // Deviations that differ from sample to sample are in the table of the page; only constant ones are listed here.
     let stated_k = |seen: &Observation| Some(deviations_k(seen)).filter(|(least, most)| least == most).map(|(k, _)| k);
     let mut all_k = judges().filter_map(|(_, seen)| stated_k(seen));
     let first_k = all_k.next();
     let is_weighed = all_k.any(|sigma_k| Some(sigma_k) != first_k);
-    let said = judges().filter_map(|(case, seen)| {
+    let text = judges().filter_map(|(case, seen)| {
         let window = seen.window_s.map(window);
         let sigma = stated_k(seen).filter(|_| is_weighed).map(|sigma_k| format!("± {}", words::misfit(sigma_k)));
-        let said: Vec<String> = window.into_iter().chain(sigma).collect();
-        (!said.is_empty()).then(|| format!("{} {}", answers.sensor(case, seen.sensor), said.join(", ")))
+        let text: Vec<String> = window.into_iter().chain(sigma).collect();
+        (!text.is_empty()).then(|| format!("{} {}", answers.sensor(case, seen.sensor), text.join(", ")))
     });
-    let said: Vec<String> = said.collect();
-    (!said.is_empty()).then(|| format!("What sensors count for: {}.", said.join("; ")))
+    let text: Vec<String> = text.collect();
+    (!text.is_empty()).then(|| format!("Data used: {}.", text.join("; ")))
 }
 
 /// `from 0 s to 80 s`.
@@ -28,13 +28,13 @@ pub(super) fn window((from_s, to_s): (f64, f64)) -> String {
     format!("from {} to {}", words::seconds(from_s), words::seconds(to_s))
 }
 
-/// The least and the largest standard deviation of a sensor's samples, K.
+/// Minimum and maximum standard deviation of the samples of a sensor, K.
 pub(super) fn deviations_k(seen: &Observation) -> (f64, f64) {
     let each = || seen.sigma_k.iter().copied();
     (each().fold(f64::INFINITY, f64::min), each().fold(0.0, f64::max))
 }
 
-/// Root mean square and mean of predicted less measured at a sensor, where it was measured.
+/// Root mean square and mean of prediction less measurement at a sensor; dashes if it was not measured.
 pub(super) fn misfit(answers: &Answers, outcome: &Nominal, sensor: usize) -> (String, String) {
     let seen = answers.case.observations.iter().zip(&outcome.misfits).find(|(seen, _)| seen.sensor == sensor);
     seen.map_or(("-".to_owned(), "-".to_owned()), |(_, misfit)| {

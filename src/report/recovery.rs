@@ -1,4 +1,4 @@
-//! Fits of synthetic data sets whose truth is known.
+//! Coverage study: fits of synthetic data sets with known true factors.
 
 mod figures;
 mod record;
@@ -20,7 +20,7 @@ impl Answer for Recovery {
     }
 
     fn findings(&self, _: &Answers) -> Vec<Finding> {
-        vec![Finding { about: "Twins", said: made(self) }, Finding { about: "Coverage", said: coverage(self) }]
+        vec![Finding { about: "Synthetic data", said: made(self) }, Finding { about: "Coverage", said: coverage(self) }]
     }
 
     fn warnings(&self, _: &Answers) -> Vec<String> {
@@ -28,21 +28,19 @@ impl Answer for Recovery {
     }
 
     fn figures(&self, _: &Answers) -> Vec<(&'static str, Figure)> {
-        figures::figures(self).into_iter().map(|figure| ("twins", figure)).collect()
+        figures::figures(self).into_iter().map(|figure| ("coverage", figure)).collect()
     }
 
     fn sections(&self, _: &Answers) -> Vec<Section> {
-        vec![Section::new("twins", "Twins", page(self))]
+        vec![Section::new("coverage", "Coverage", page(self))]
     }
 
-    /// `twins.csv`: `twin`, `factor`, truth, estimate, its 95 % interval, and whether that holds the truth; the last
-    /// four empty where no fit converged.
     fn tables(&self, _: &Answers) -> Result<Vec<File>, ReportError> {
-        Ok(vec![twins(self)?])
+        Ok(vec![estimates(self)?])
     }
 
     fn record(&self, _: &Answers, record: &mut Record<'_>) -> Result<(), ReportError> {
-        record.put("twins", &record::RecoveryRecord::of(self))
+        record.put("coverage_study", &record::RecoveryRecord::of(self))
     }
 
     fn screen(&self, _: &Answers, _: &Room) -> Vec<String> {
@@ -50,77 +48,78 @@ impl Answer for Recovery {
     }
 }
 
-/// How often intervals held the truth.
+/// Coverage of the 95 % intervals.
 fn coverage(outcome: &Recovery) -> String {
     let each: Vec<String> = outcome
         .recovered
         .iter()
         .map(|factor| {
             let Recovered { name, covered, .. } = factor;
-            format!("{name} in {} of {}", words::count(covered.count), words::count(covered.of))
+            format!("{name} {} of {}", words::count(covered.count), words::count(covered.of))
         })
         .collect();
-    format!("95 % intervals hold the truth in {} of all: {}.", words::proportion(outcome.covered), words::listed(&each))
+    format!("Coverage of the 95 % intervals: {}; {}.", words::proportion(outcome.covered), words::listed(&each))
 }
 
-/// How the data were made.
+/// Description of the synthetic data.
 fn made(outcome: &Recovery) -> String {
     let noise = outcome.noise_k.map_or("the standard deviations of the observations".to_owned(), |noise_k| {
-        format!("a standard deviation of {}", words::misfit(noise_k))
+        format!("standard deviation {}", words::misfit(noise_k))
     });
-    let follows = if outcome.noise.correlation_s > 0.0 {
-        format!("noise that forgets itself over {}", words::seconds(outcome.noise.correlation_s))
+    let kind = if outcome.noise.correlation_s > 0.0 {
+        format!("noise of correlation time {}", words::seconds(outcome.noise.correlation_s))
     } else {
-        "independent noise".to_owned()
+        "white noise".to_owned()
     };
     format!(
-        "{} of truths drawn between the {} side constraints, with {follows} of {noise}: {} each, which carry the information \
-         of {} as the residuals tell.",
-        words::counted(outcome.twins.len(), "data set"),
+        "{} from true factors sampled within the {} bounds, with {kind} ({noise}); {} each, effective sample size {}.",
+        words::counted(outcome.twins.len(), "synthetic data set"),
         outcome.drawn.name(),
         words::counted(outcome.samples, "sample"),
         words::significant(outcome.effective_samples, 2)
     )
 }
 
-/// Whether estimates are off on the whole by more than chance makes them.
+/// Whether the bias exceeds three of its standard errors.
 fn is_biased(factor: &Recovered) -> bool {
     factor.bias.abs() > 3.0 * factor.bias_error
 }
 
-/// Reasons for doubt.
+/// Warnings.
 fn doubts(outcome: &Recovery) -> Vec<String> {
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     for (reason, count) in outcome.failures() {
-        let of = words::counted(outcome.twins.len(), "twin");
-        doubts.push(format!("{} of {of} did not converge ({reason}); those that were fitted count with the intervals that they ended with.", words::count(count)));
+        let of = words::counted(outcome.twins.len(), "fit");
+        warnings.push(format!(
+            "{} of {of} did not converge ({reason}); those with an estimate count with their last interval.",
+            words::count(count)
+        ));
     }
     for factor in &outcome.recovered {
         let (low, high) = factor.covered.interval_95();
         if !(low..=high).contains(&0.95) {
-            let way = if high < 0.95 { "seldom" } else { "often" };
-            let held = words::proportion(factor.covered);
-            doubts
-                .push(format!("Intervals of {} hold the truth too {way}: in {held} where 95 % is said.", factor.name));
+            let way = if high < 0.95 { "low" } else { "high" };
+            let share = words::proportion(factor.covered);
+            warnings.push(format!("The coverage of {} is too {way}: {share} instead of 95 %.", factor.name));
         }
         if factor.at_bound > 0 {
-            doubts.push(format!(
-                "{} of {} estimates of {} stand on a bound; they count as the others do.",
+            warnings.push(format!(
+                "{} of {} estimates of {} are on a bound; they are included.",
                 words::count(factor.at_bound),
                 words::count(factor.covered.of),
                 factor.name
             ));
         }
         if is_biased(factor) {
-            doubts.push(format!(
-                "Estimates of {} are off by {} on average, more than the {} that chance explains.",
+            warnings.push(format!(
+                "The estimates of {} have a bias of {}, beyond its 95 % sampling error of {}.",
                 factor.name,
                 words::significant(factor.bias, 2),
                 words::significant(2.0 * factor.bias_error, 2)
             ));
         }
     }
-    doubts
+    warnings
 }
 
 fn page(outcome: &Recovery) -> String {
@@ -142,16 +141,24 @@ fn page(outcome: &Recovery) -> String {
         .collect();
     let ended =
         format!("{} of {} converged.", words::count(outcome.converged()), words::counted(outcome.twins.len(), "fit"));
-    let head = ["Factor", "Bias", "± (1 σ)", "Off, rms", "± 95 %, mean", "Truth held", "Truth held, %", "At a bound"];
-    list(&[coverage(outcome), ended]) + &table("Estimates less truths", &head, &rows) + &paragraph(&made(outcome))
+    let head = [
+        "Factor",
+        "Bias",
+        "Standard error of the bias",
+        "RMSE",
+        "Mean half-width of the 95 % intervals",
+        "Covered",
+        "Coverage, %",
+        "On a bound",
+    ];
+    list(&[coverage(outcome), ended])
+        + &table("Errors of the estimates and coverage of their intervals", &head, &rows)
+        + &paragraph(&made(outcome))
 }
 
 fn on_screen(outcome: &Recovery) -> Vec<String> {
     let mut lines = wrapped("", &made(outcome));
-    lines.push(format!(
-        "{:<15}{:>10}{:>9}{:>9}{:>9}  {}",
-        "factor", "bias", "off, rms", "± 95 %", "at bound", "intervals that hold it"
-    ));
+    lines.push(format!("{:<15}{:>10}{:>9}{:>9}{:>9}  {}", "factor", "bias", "RMSE", "± 95 %", "on bound", "coverage"));
     for factor in &outcome.recovered {
         lines.push(format!(
             "{:<15}{:>10}{:>9}{:>9}{:>9}  {}",
@@ -167,9 +174,9 @@ fn on_screen(outcome: &Recovery) -> Vec<String> {
     lines
 }
 
-fn twins(outcome: &Recovery) -> Result<File, ReportError> {
-    let columns = ["twin", "factor", "truth", "estimate", "low", "high", "held"];
-    let mut table = Table::new("twins.csv", columns)?;
+fn estimates(outcome: &Recovery) -> Result<File, ReportError> {
+    let columns = ["data_set", "factor", "truth", "estimate", "low", "high", "interval_holds_truth"];
+    let mut table = Table::new("coverage.csv", columns)?;
     for (number, twin) in outcome.twins.iter().enumerate() {
         for (place, (&truth, factor)) in twin.truth.iter().zip(&outcome.recovered).enumerate() {
             let mut row = vec![number.to_string(), factor.name.clone(), cell(truth)];

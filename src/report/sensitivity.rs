@@ -1,4 +1,4 @@
-//! The derivatives, and which factors the data can tell apart.
+//! Sensitivities, and the set of identifiable factors.
 
 mod figures;
 mod record;
@@ -21,8 +21,8 @@ use crate::study::sensitivity::{Identifiability, Sensitivity};
 
 impl Answer for Sensitivity {
     fn findings(&self, answers: &Answers) -> Vec<Finding> {
-        let steps = reduction::steps(&answers.case, self).map(|said| Finding { about: "Estimable", said });
-        let stated = reduction::stated(&answers.case, self).map(|said| Finding { about: "Stated", said });
+        let steps = reduction::steps(&answers.case, self).map(|text| Finding { about: "Identifiability", said: text });
+        let stated = reduction::stated(&answers.case, self).map(|text| Finding { about: "Stated set", said: text });
         steps.into_iter().chain(stated).collect()
     }
 
@@ -31,7 +31,7 @@ impl Answer for Sensitivity {
             return Vec::new();
         }
         vec![format!(
-            "Even the proposed set is ill-conditioned (condition number {}). The weakest direction: {}.",
+            "The proposed set is ill-conditioned (condition number {}). Least determined direction: {}.",
             words::condition(self.proposed.condition_number),
             self.proposed.weakest
         )]
@@ -47,24 +47,23 @@ impl Answer for Sensitivity {
 
     fn method(&self, _: &Answers) -> Vec<String> {
         let found = match self.step {
-            None => "those of the march itself, marched beside it,",
-            Some(_) => "by central differences",
+            None => "exact (tangent-linear march)",
+            Some(_) => "central differences",
         };
         vec![format!(
-            "Sensitivity: derivatives {found} about the nominal factors. The condition number is that of the sensitivities \
-             weighted by the measurement and scaled to unit columns; standard errors are those of linear least squares (Beck & \
-             Arnold, Parameter Estimation in Engineering and Science, 1977).",
+            "Sensitivity: derivatives at the nominal factors, {found}. The condition number is that of the sensitivity \
+             matrix, weighted by the standard deviations of the measurement and scaled to unit columns; standard \
+             errors are those of linear least squares (Beck & Arnold, Parameter Estimation in Engineering and Science, \
+             1977).",
         )]
     }
 
-    /// `sensitivities.csv`: `sensor`, `time_s`, by how many K the sensor changes for 1 % more of each factor (of its
-    /// nominal value).
     fn tables(&self, answers: &Answers) -> Result<Vec<File>, ReportError> {
         Ok(vec![sensitivities(&answers.case, self)?])
     }
 
     fn record(&self, answers: &Answers, record: &mut Record<'_>) -> Result<(), ReportError> {
-        record.put("estimable", &record::estimable(&answers.case, self))
+        record.put("identifiability", &record::estimable(&answers.case, self))
     }
 
     fn screen(&self, answers: &Answers, room: &Room) -> Vec<String> {
@@ -75,7 +74,7 @@ impl Answer for Sensitivity {
     }
 
     fn screen_at_the_end(&self, answers: &Answers) -> Vec<String> {
-        reduction::stated(&answers.case, self).map_or(Vec::new(), |said| wrapped("", &said))
+        reduction::stated(&answers.case, self).map_or(Vec::new(), |text| wrapped("", &text))
     }
 }
 
@@ -102,10 +101,10 @@ fn page(answers: &Answers, outcome: &Sensitivity) -> String {
             ]
         })
         .collect();
-    let mut said = reduction::steps(case, outcome).to_vec();
-    said.extend(reduction::stated(case, outcome));
-    said.push(format!(
-        "All {} together: condition number {}, rank {}; the weakest direction: {}.",
+    let mut text = reduction::steps(case, outcome).to_vec();
+    text.extend(reduction::stated(case, outcome));
+    text.push(format!(
+        "All {}: condition number {}, rank {}; least determined direction: {}.",
         words::counted(all.factors.len(), "factor"),
         words::condition(all.condition_number),
         all.rank,
@@ -115,24 +114,24 @@ fn page(answers: &Answers, outcome: &Sensitivity) -> String {
     let left_out = if left_out.is_empty() {
         String::new()
     } else {
-        "<h3>How the set was found</h3>\n".to_owned() + &list(&left_out)
+        "<h3>Excluded factors and why</h3>\n".to_owned() + &list(&left_out)
     };
     let how = match outcome.step {
-        Some(step) => format!("Derivatives by differences, relative step {}.", words::significant(step, 2)),
-        None => "Derivatives as the march tells them, exact but for rounding.".to_owned(),
+        Some(step) => format!("Derivatives by central differences, relative step {}.", words::significant(step, 2)),
+        None => "Derivatives are exact up to rounding (tangent-linear march).".to_owned(),
     };
     let head = [
         "Factor",
         "Scales",
         "Sensitivity, K per 1 % (rms)",
-        "Known beforehand, ± 1 σ",
+        "Prior standard deviation",
         "Share of the variance, %",
-        "Standard error, all",
-        "Standard error, proposed",
-        "Standard error, stated",
+        "Standard error, all factors",
+        "Standard error, proposed set",
+        "Standard error, stated set",
     ];
-    list(&said)
-        + &table("What the data say of each factor", &head, &rows)
+    list(&text)
+        + &table("Sensitivity and standard error of each factor", &head, &rows)
         + &paragraph(&reduction::explanation())
         + &left_out
         + &paragraph(&how)
@@ -174,9 +173,9 @@ mod tests {
     use crate::report::figures::file_name;
     use crate::report::{figures, fixture};
 
-    /// Table and chart once had two units under one name: every curve of the one is a column of the other.
+    /// Every curve of the chart is a column of the table.
     #[test]
-    fn sensitivities_are_in_kelvin_per_percent_in_table_and_chart_alike() {
+    fn sensitivities_are_in_kelvin_per_percent_in_table_and_chart() {
         let mut outcomes = fixture::outcomes();
         outcomes.case.factors[3].nominal = 1.1;
         let answers = outcomes.answers("study");

@@ -1,4 +1,4 @@
-//! The outcome on one screen: at most 24 lines of 80 columns.
+//! The terminal output of a report: at most 24 lines of 80 columns.
 
 use super::answer::{self, Room};
 use super::{backend_words, observed, warnings, words};
@@ -6,14 +6,14 @@ use crate::study::answers::Answers;
 
 const LINES: usize = 24;
 const COLUMNS: usize = 80;
-/// So many answers share the screen: a study tells what four commands tell on four.
+/// From this number of results on, each gets fewer lines: `study` shows the results of four commands.
 const SHARED: usize = 4;
 
-/// What the command found, for a terminal, each line ended.
+/// The results as text for a terminal; each line ends with a line feed.
 pub fn screen(answers: &Answers) -> String {
     let each = answer::in_reading_order(answers);
     let members = each.iter().find_map(|answer| answer.members()).map_or(String::new(), |drawn| {
-        format!("{} of {} arrived, ", words::count(drawn.ok), words::counted(drawn.asked, "member"))
+        format!("{} of {} completed, ", words::count(drawn.ok), words::counted(drawn.asked, "member"))
     });
     let elapsed_s = answers.seconds.began.elapsed().as_secs_f64();
     let mut lines = vec![
@@ -23,7 +23,7 @@ pub fn screen(answers: &Answers) -> String {
     let reached = answers.nominal_march().and_then(|march| march.reached.as_ref()).map(words::reached);
     lines.extend(reached.into_iter().flat_map(|reached| wrapped("", &reached)));
     if each.iter().all(|answer| answer.uses_observations()) {
-        lines.extend(observed::apart(answers).map_or(Vec::new(), |said| wrapped("", &said)));
+        lines.extend(observed::apart(answers).map_or(Vec::new(), |text| wrapped("", &text)));
     }
     let is_led = each.iter().any(|answer| answer.leads());
     let room = if each.len() >= SHARED {
@@ -32,38 +32,38 @@ pub fn screen(answers: &Answers) -> String {
         Room { sensors: 8, factors: 8, fitted: 4, is_shared: false, is_led }
     };
     lines.extend(each.iter().flat_map(|answer| answer.screen(answers, &room)));
-    // The page has these in any case; how an estimate ended has no less a place here.
+    // These lines are on the page too; they must not displace the termination of an estimate.
     let last: Vec<String> = each.iter().flat_map(|answer| answer.screen_at_the_end(answers)).collect();
     if lines.len() + last.len() < LINES {
         lines.extend(last);
     }
-    let doubts = warnings::all(answers);
+    let warnings = warnings::all(answers);
     let left = LINES.saturating_sub(lines.len());
-    let mut told = Vec::new();
-    for (index, doubt) in doubts.iter().enumerate() {
-        let wrapped = wrapped("! ", doubt);
-        let kept = if index + 1 == doubts.len() { 0 } else { 1 };
-        if told.len() + wrapped.len() + kept > left {
-            told.truncate(left.saturating_sub(1));
-            told.push(format!("! {} in report.html", words::counted(doubts.len() - index, "more warning")));
+    let mut shown = Vec::new();
+    for (index, warning) in warnings.iter().enumerate() {
+        let wrapped = wrapped("! ", warning);
+        let reserved = if index + 1 == warnings.len() { 0 } else { 1 };
+        if shown.len() + wrapped.len() + reserved > left {
+            shown.truncate(left.saturating_sub(1));
+            shown.push(format!("! {} in report.html", words::counted(warnings.len() - index, "more warning")));
             break;
         }
-        told.extend(wrapped);
+        shown.extend(wrapped);
     }
-    lines.extend(told);
+    lines.extend(shown);
     lines.truncate(LINES);
     lines.iter().map(|line| clipped(line) + "\n").collect()
 }
 
-/// The sensors shown, the deepest and so many at most; and what is said of the others.
+/// The deepest sensors, at most `most`, and a line that counts the others.
 pub(super) fn shown(answers: &Answers, most: usize) -> (std::ops::Range<usize>, Option<String>) {
     let sensors = answers.case.sensors.len();
     let hidden = sensors.saturating_sub(most);
-    let said = (hidden > 0).then(|| format!("{} above in report.html", words::counted(hidden, "more sensor")));
-    (hidden..sensors, said)
+    let others = (hidden > 0).then(|| format!("{} in report.html", words::counted(hidden, "shallower sensor")));
+    (hidden..sensors, others)
 }
 
-/// A text in lines of at most 80 columns, the first after `lead`, the others as far in.
+/// Wrap a text at 80 columns. The first line begins with `lead`, the others are indented as far.
 pub fn wrapped(lead: &str, text: &str) -> Vec<String> {
     let margin = " ".repeat(lead.len());
     let mut lines = vec![lead.to_owned()];
@@ -101,24 +101,21 @@ mod tests {
     }
 
     #[test]
-    fn a_march_that_chars_says_what_was_lost_and_how_deep_and_still_how_the_estimate_ended() {
+    fn mass_lost_and_char_depth_are_shown_and_do_not_displace_the_termination_of_the_estimate() {
         let charring = fixture::outcomes().charring();
         for command in ["predict", "study"] {
             let screen = screen(&charring.answers(command));
-            let told = screen.replace('\n', " ");
-            assert!(
-                told.contains("Mass lost 0.360 kg/m²") && told.contains("char front ended at 2.50 mm."),
-                "{screen}"
-            );
+            let text = screen.replace('\n', " ");
+            assert!(text.contains("Mass lost 0.360 kg/m²") && text.contains("final char depth 2.50 mm."), "{screen}");
             assert!(screen.lines().count() <= LINES, "{command}:\n{screen}");
-            assert_eq!(told.contains("converged after"), command == "study", "{screen}");
+            assert_eq!(text.contains("converged after"), command == "study", "{screen}");
         }
         let still = screen(&fixture::outcomes().answers("study"));
         assert!(!still.contains("Mass lost") && !still.contains("gas flux"), "{still}");
     }
 
     #[test]
-    fn the_screen_of_a_prediction_says_when_and_how_hot_the_bondline_peaks() {
+    fn a_prediction_shows_the_peak_temperature_of_the_bondline_and_its_time() {
         let outcomes = fixture::outcomes();
         let screen = screen(&outcomes.answers("predict"));
         let peak = outcomes.nominal.peaks[3];
@@ -128,11 +125,11 @@ mod tests {
     }
 
     #[test]
-    fn a_study_that_ran_into_trouble_says_so_on_the_screen() {
+    fn an_energy_imbalance_is_warned_of_on_the_screen() {
         let mut outcomes = fixture::outcomes();
-        let calm = screen(&outcomes.answers("predict"));
+        let sound = screen(&outcomes.answers("predict"));
         outcomes.nominal.balance.stored_j_m2 *= 1.1;
-        let troubled = screen(&outcomes.answers("predict"));
-        assert!(!calm.contains("does not balance") && troubled.contains("does not balance"), "{troubled}");
+        let leaking = screen(&outcomes.answers("predict"));
+        assert!(!sound.contains("energy balance") && leaking.contains("energy balance"), "{leaking}");
     }
 }

@@ -1,4 +1,4 @@
-//! The Monte Carlo sweep: how far the prediction may be off, and what that is due to.
+//! The Monte Carlo sweep: prediction intervals and sensitivity indices.
 
 mod causes;
 mod figures;
@@ -31,18 +31,18 @@ impl Answer for Uncertainty {
 
     fn findings(&self, answers: &Answers) -> Vec<Finding> {
         let Some(sensor) = answers.bondline() else { return Vec::new() };
-        let said = [
-            ("Spread", Some(spread(&answers.case, self, sensor))),
-            ("Cause", blame(&answers.case, self, sensor)),
-            ("Alone", causes::alone(answers, self, sensor)),
+        let text = [
+            ("Uncertainty", Some(spread(&answers.case, self, sensor))),
+            ("Variance shares", blame(&answers.case, self, sensor)),
+            ("Sobol indices", causes::alone(answers, self, sensor)),
         ];
-        said.into_iter().filter_map(|(about, said)| said.map(|said| Finding { about, said })).collect()
+        text.into_iter().filter_map(|(about, text)| text.map(|text| Finding { about, said: text })).collect()
     }
 
     fn warnings(&self, _: &Answers) -> Vec<String> {
         let failed = self.failures.iter().map(|failure| {
             format!(
-                "{} of {} failed ({}), the first being member {}; they are left out of every statistic.",
+                "{} of {} failed ({}), first member {}; they are excluded from all statistics.",
                 words::count(failure.members),
                 words::counted(self.asked, "member"),
                 failure.reason,
@@ -63,35 +63,32 @@ impl Answer for Uncertainty {
 
     fn method(&self, _: &Answers) -> Vec<String> {
         vec![format!(
-            "Uncertainty: every member draws all factors within their {} bounds and is marched in full. A factor's \
-             correlation with a temperature is Pearson's; its share is the squared correlation over the sum of all. \
-             Shares take effects to be linear and factors to be independent. Sobol indices do not: they are parts of the \
-             variance, from a fit of all members with orthonormal polynomials of one factor and of two, and what such do \
-             not explain is told. Correlations of ranks are Spearman's, and with the others taken out partial ones.",
+            "Uncertainty: Monte Carlo simulation; each member samples all factors within their {} bounds. Variance \
+             shares are squared Pearson correlations of factor and temperature, normalised to sum to one; they assume \
+             linear effects and independent factors. Sobol indices do not: they come from a least-squares fit of \
+             orthonormal polynomials of one and of two factors to all members; the unexplained share of the variance \
+             is reported. Rank correlations are Spearman's; the partial rank correlation (PRCC) removes the linear \
+             effect of the other factors on the ranks.",
             self.bounds.name()
         )]
     }
 
-    /// | file | columns |
-    /// |---|---|
-    /// | `percentiles.csv` | `sensor`, `time_s`, mean, deviation, extremes and percentiles of the members at each instant (pointwise); `whole_low_K` and `whole_high_K`, between which 95 % of members stay at all instants (simultaneous) |
-    /// | `shares.csv` | `sensor`, `time_s`, each factor's share of the spread, correlation, and first-order Sobol index |
     fn tables(&self, answers: &Answers) -> Result<Vec<File>, ReportError> {
         Ok(vec![percentiles(&answers.case, self)?, shares(&answers.case, self)?])
     }
 
     fn record(&self, answers: &Answers, record: &mut Record<'_>) -> Result<(), ReportError> {
-        record.put("shares", &record::shares(&answers.case, self))?;
-        record.put("causes", &record::causes(&answers.case, self))?;
-        record.put("whole_traces", &record::whole_traces(&answers.case, self))
+        record.put("variance_shares", &record::shares(&answers.case, self))?;
+        record.put("sensitivity_indices", &record::causes(&answers.case, self))?;
+        record.put("simultaneous_bands", &record::whole_traces(&answers.case, self))
     }
 }
 
-/// The lines of the screen: the table, and where there is room for it what the spread is due to.
+/// The lines of the screen: the table of sensors and, where there is room, the Sobol indices.
 pub(super) fn lines(answers: &Answers, outcome: &Uncertainty, most: usize, room: &Room) -> Vec<String> {
     let mut lines = table_on_screen(answers, outcome, most);
     if let (Some(sensor), false) = (answers.bondline(), room.is_shared) {
-        lines.extend(causes::alone(answers, outcome, sensor).into_iter().flat_map(|said| wrapped("", &said)));
+        lines.extend(causes::alone(answers, outcome, sensor).into_iter().flat_map(|text| wrapped("", &text)));
     }
     lines
 }
@@ -99,7 +96,7 @@ pub(super) fn lines(answers: &Answers, outcome: &Uncertainty, most: usize, room:
 fn table_on_screen(answers: &Answers, outcome: &Uncertainty, most: usize) -> Vec<String> {
     let mut lines = vec![format!(
         "{:<7}{:>18}{:>8}{:>9}{:>8}{:>14}  {}",
-        "sensor", "nominal peak", "at", "off, rms", "± 1 σ", "95 % peak at", "largest share"
+        "sensor", "nominal peak", "time", "RMSE", "std dev", "95 % interval", "largest share"
     )];
     let (sensors, others) = shown(answers, most);
     for index in sensors {
@@ -132,13 +129,13 @@ fn table_on_screen(answers: &Answers, outcome: &Uncertainty, most: usize) -> Vec
 
 fn spread(case: &Case, outcome: &Uncertainty, sensor: usize) -> String {
     if outcome.ok < 2 {
-        return format!("{} of {} arrived: there is no spread.", outcome.ok, words::counted(outcome.asked, "member"));
+        return format!("{} of {} completed: no statistics.", outcome.ok, words::counted(outcome.asked, "member"));
     }
     let peak = &outcome.peaks[sensor];
     format!(
-        "Over {} the peak of {} is {} on average, with a standard deviation of {} K; 95 % lie between {} and {}.",
-        words::counted(outcome.ok, "member"),
+        "Peak of {} over {}: mean {}, standard deviation {} K, 95 % interval {} to {}.",
         case.sensors[sensor].name,
+        words::counted(outcome.ok, "member"),
         words::kelvin(peak.mean_k),
         words::significant(peak.deviation_k, 2),
         words::kelvin(peak.percentiles_k[0]),
@@ -146,9 +143,9 @@ fn spread(case: &Case, outcome: &Uncertainty, sensor: usize) -> String {
     )
 }
 
-/// The factors that make the spread of a sensor at its nominal peak.
+/// The factors with the largest variance shares at the nominal peak of a sensor.
 fn blame(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
-    let said: Vec<String> = ranked(case, outcome, sensor)?
+    let text: Vec<String> = ranked(case, outcome, sensor)?
         .into_iter()
         .take(3)
         .filter(|(_, share)| *share >= 0.05)
@@ -158,12 +155,11 @@ fn blame(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<String> {
         })
         .collect();
     let name = &case.sensors[sensor].name;
-    (!said.is_empty()).then(|| {
-        format!("At the peak of {name} the largest shares of its spread are those of {}.", words::listed(&said))
-    })
+    (!text.is_empty())
+        .then(|| format!("Largest variance shares at the nominal peak of {name}: {}.", words::listed(&text)))
 }
 
-/// Factors by their share of a sensor's spread at its nominal peak, largest first.
+/// Factors with their variance shares at the nominal peak of a sensor, largest first.
 fn ranked(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Vec<(usize, f64)>> {
     let instant = nearest(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s)?;
     let mut shares: Vec<(usize, f64)> = (0..case.factors.len())
@@ -201,24 +197,36 @@ fn page(answers: &Answers, outcome: &Uncertainty) -> String {
         .map(|failure| vec![failure.reason.clone(), words::count(failure.members), words::count(failure.first)])
         .collect();
     let drawn = format!(
-        "{} drawn ({} sampling, seed {}), of which {} arrived.",
+        "{} sampled ({} sampling, seed {}), {} completed.",
         words::counted(outcome.asked, "member"),
         outcome.sampling,
         outcome.seed,
         words::count(outcome.ok)
     );
-    let head = ["Sensor", "Nominal, K", "Mean, K", "± 1 σ, K", "95 % within, K", "95 % at, s", "Largest shares"];
+    let head = [
+        "Sensor",
+        "Nominal, K",
+        "Mean, K",
+        "Standard deviation, K",
+        "95 % interval, K",
+        "Time, 95 % interval, s",
+        "Largest shares",
+    ];
     paragraph(&drawn)
         + &table("Peak temperatures of the members", &head, &rows)
-        + &table("Members that failed", &["Reason", "Members", "The first"], &failures)
+        + &table("Failed members", &["Reason", "Members", "First member"], &failures)
         + &answers.bondline().map(|sensor| due(answers, outcome, sensor)).unwrap_or_default()
 }
 
-/// What the peak of a sensor, and its time, are due to.
+/// Sensitivity indices of the peak of a sensor and of its time.
 fn due(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> String {
     let (name, peak) = (&answers.case.sensors[sensor].name, &outcome.peaks[sensor]);
-    let of = |what: &str, causes| {
-        table(&format!("What the {what} of {name} is due to"), &causes::HEAD, &causes::rows(answers, causes))
+    let of = |quantity: &str, causes| {
+        table(
+            &format!("Sensitivity indices of the {quantity} of {name}"),
+            &causes::HEAD,
+            &causes::rows(answers, causes),
+        )
     };
     of("peak temperature", &peak.causes)
         + &of("time of the peak", &peak.causes_of_time)
@@ -226,8 +234,9 @@ fn due(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> String {
 }
 
 fn percentiles(case: &Case, outcome: &Uncertainty) -> Result<File, ReportError> {
-    let columns = ["mean_K", "deviation_K", "lowest_K", "p2.5_K", "p25_K", "p50_K", "p75_K", "p97.5_K", "highest_K"];
-    let columns = columns.into_iter().chain(["whole_low_K", "whole_high_K"]);
+    let columns =
+        ["mean_K", "standard_deviation_K", "minimum_K", "p2.5_K", "p25_K", "p50_K", "p75_K", "p97.5_K", "maximum_K"];
+    let columns = columns.into_iter().chain(["simultaneous_low_K", "simultaneous_high_K"]);
     let mut table = Table::new("percentiles.csv", ["sensor", "time_s"].into_iter().chain(columns))?;
     for (sensor, spread) in case.sensors.iter().zip(&outcome.spreads) {
         for (at, &time_s) in outcome.instants_s.iter().enumerate() {
@@ -246,9 +255,9 @@ fn shares(case: &Case, outcome: &Uncertainty) -> Result<File, ReportError> {
         "_correlation",
         "_rank_correlation",
         "_partial_rank_correlation",
-        "_index",
-        "_index_low",
-        "_index_high",
+        "_first_order",
+        "_first_order_low",
+        "_first_order_high",
         "_total",
         "_total_low",
         "_total_high",
@@ -276,29 +285,33 @@ mod tests {
     use super::*;
     use crate::report::{figures, fixture};
 
-    /// Counted from the shares themselves: whoever is named has a share no smaller than anybody who is not.
+    /// Every factor that is named has a share no smaller than any factor that is not.
     #[test]
-    fn the_factors_that_are_named_have_the_largest_shares_in_the_finding_and_in_the_caption() {
+    fn finding_and_caption_name_the_factors_with_the_largest_shares() {
         let outcomes = fixture::outcomes();
         let (case, outcome) = (&outcomes.case, &outcomes.uncertainty);
         let figures = figures::all(&outcomes.answers("study"));
         for (sensor, of) in case.sensors.iter().enumerate() {
             let instant = nearest(&outcome.instants_s, outcome.peaks[sensor].nominal.time_s).expect("an instant");
             let shares = &outcome.spreads[sensor].causes[instant].shares;
-            let said = blame(case, outcome, sensor).expect("shares");
+            let text = blame(case, outcome, sensor).expect("shares");
             let (named, others): (Vec<usize>, Vec<usize>) =
-                (0..shares.len()).partition(|&factor| said.contains(&format!("{} (", case.factors[factor].name)));
+                (0..shares.len()).partition(|&factor| text.contains(&format!("{} (", case.factors[factor].name)));
             let least = named.iter().map(|&factor| shares[factor]).fold(1.0, f64::min);
             let most = others.iter().map(|&factor| shares[factor]).fold(0.0, f64::max);
-            assert!(!named.is_empty() && named.len() <= 3 && least >= most, "{said} beside {shares:?}");
+            assert!(!named.is_empty() && named.len() <= 3 && least >= most, "{text}: {shares:?}");
             for &factor in &named {
-                assert!(said.contains(&words::percent(shares[factor])), "{said} beside {shares:?}");
+                assert!(text.contains(&words::percent(shares[factor])), "{text}: {shares:?}");
             }
             let largest = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b])).expect("a factor");
             let figure = figures.iter().find(|figure| figure.id == format!("shares-{}", of.name)).expect("a chart");
             let expected = format!(") {} (", case.factors[largest].name);
-            let told = format!("has the largest share, {}", words::percent(shares[largest]));
-            assert!(figure.caption.contains(&expected) && figure.caption.contains(&told), "{}", figure.caption);
+            let largest_share = format!("has the largest share, {}", words::percent(shares[largest]));
+            assert!(
+                figure.caption.contains(&expected) && figure.caption.contains(&largest_share),
+                "{}",
+                figure.caption
+            );
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What an analyst should doubt before using an outcome.
+//! Warnings about a result.
 
 use super::{answer, words};
 use crate::case::{Case, Conductivity, Emissivity, Face, Material, Ply};
@@ -6,26 +6,25 @@ use crate::study::answers::Answers;
 use crate::study::nominal::Nominal;
 use crate::traces::Arrival;
 
-/// A march whose heat, or mass, in, out and stored differ by more than this share of what moved is not trusted.
+/// Largest acceptable relative residual of the energy and mass balances.
 const BALANCE: f64 = 1e-3;
-/// Tables that begin at room temperature are often left by a few kelvin, over which no property changes.
+/// Excursions beyond a property table up to this are ignored, K: over a few kelvin no property changes.
 const EXCURSION_K: f64 = 10.0;
-/// Beyond this a per cent of model error may be tens of per cent of an estimate (the range 30 to 100 marks
-/// strong dependence in Belsley, Kuh & Welsch, *Regression Diagnostics*, 1980).
+/// Condition number from which an estimate is called ill-conditioned. Belsley, Kuh & Welsch (*Regression
+/// Diagnostics*, 1980) call 30 to 100 strong collinearity.
 pub(super) const CONDITION: f64 = 50.0;
 
-/// Every reason for doubt, each a sentence or two: those of every answer, then what temperatures were met beyond
-/// tables.
+/// All warnings: those of every result, then temperatures beyond property tables.
 pub(super) fn all(answers: &Answers) -> Vec<String> {
     let each = answer::all(answers);
-    let mut doubts: Vec<String> = each.iter().flat_map(|answer| answer.warnings(answers)).collect();
+    let mut warnings: Vec<String> = each.iter().flat_map(|answer| answer.warnings(answers)).collect();
     let marches: Vec<&Nominal> =
         answers.nominal_march().into_iter().chain(each.iter().find_map(|answer| answer.fitted())).collect();
-    doubts.extend(excursions(&answers.case, &marches));
-    doubts
+    warnings.extend(excursions(&answers.case, &marches));
+    warnings
 }
 
-/// The materials of a layup whose figures stand in for others, once each.
+/// Materials of the layup whose note calls them surrogates, once each.
 pub(super) fn surrogates(case: &Case) -> Vec<&Material> {
     let mut found: Vec<&Material> = Vec::new();
     for ply in &case.layup.plies {
@@ -37,32 +36,33 @@ pub(super) fn surrogates(case: &Case) -> Vec<&Material> {
     found
 }
 
-/// What is doubtful of the `which` march, `nominal` or `fitted`.
+/// Warnings about the `which` march, `nominal` or `fitted`.
 pub(super) fn march(case: &Case, outcome: &Nominal, which: &str) -> Vec<String> {
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     match &outcome.arrival {
         Arrival::Done => {}
-        Arrival::Strayed { time_s } => doubts.push(format!(
-            "The {which} march ran away at {}: nothing after that can be used.",
+        Arrival::Strayed { time_s } => warnings.push(format!(
+            "The {which} march diverged at {}; later temperatures are invalid.",
             words::seconds(*time_s)
         )),
-        Arrival::LeftTable { ply, temperature_k } => doubts.push(format!(
-            "The {which} march left a property table of ply {} at {}, and that table refuses to be left.",
+        Arrival::LeftTable { ply, temperature_k } => warnings.push(format!(
+            "The {which} march left a property table of ply {} at {}; the table does not allow extrapolation.",
             case.layup.plies[*ply].name,
             words::kelvin(*temperature_k)
         )),
     }
     if let Some(reached) = outcome.reached.as_ref().filter(|reached| reached.nominal_k > reached.tolerance_k) {
-        doubts.push(format!(
-            "The {which} march is off by {} K somewhere, more than the {} K asked for: state cells and steps under [resolution].",
+        warnings.push(format!(
+            "The discretisation error of the {which} march is {} K, above the tolerance of {} K: set cells and steps \
+             in [resolution].",
             words::significant(reached.nominal_k, 2),
             words::significant(reached.tolerance_k, 2)
         ));
     }
     let gauges = outcome.reached.iter().flat_map(|reached| &reached.gauges);
     for gauge in gauges.filter(|gauge| gauge.error > gauge.tolerance) {
-        doubts.push(format!(
-            "The {which} march has an estimated error of the {} of {}, more than the tolerance of {}.",
+        warnings.push(format!(
+            "The discretisation error of the {which} march in {} is {}, above the tolerance of {}.",
             words::gauge_word(gauge.gauge),
             words::gauge_error(gauge.gauge, gauge.error),
             words::gauge_error(gauge.gauge, gauge.tolerance)
@@ -70,43 +70,43 @@ pub(super) fn march(case: &Case, outcome: &Nominal, which: &str) -> Vec<String> 
     }
     let residual = outcome.balance.residual();
     if residual.abs() > BALANCE {
-        doubts.push(format!(
-            "The energy of the {which} march does not balance: {} of the heat that moved is unaccounted for, where \
-             {} is the limit. Refine the steps or the cells.",
+        warnings.push(format!(
+            "The energy balance of the {which} march has a relative residual of {}, above the limit of {}: refine \
+             steps or cells.",
             words::significant(residual, 2),
             words::significant(BALANCE, 1)
         ));
     }
     let residual = outcome.balance.mass_residual();
     if residual.abs() > BALANCE {
-        doubts.push(format!(
-            "The mass of the {which} march does not balance: {} of what moved is unaccounted for, where {} is the limit. \
-             Refine the steps or the cells.",
+        warnings.push(format!(
+            "The mass balance of the {which} march has a relative residual of {}, above the limit of {}: refine steps \
+             or cells.",
             words::significant(residual, 2),
             words::significant(BALANCE, 1)
         ));
     }
-    doubts
+    warnings
 }
 
-/// A property of a ply beyond the temperatures for which it was measured.
+/// A property of a ply at temperatures beyond its table.
 struct Excursion<'a> {
     ply: &'a Ply,
     is_above: bool,
     property: &'static str,
-    /// Where its table ends, and what was met, K.
+    /// End of its table, and the extreme temperature of the ply, K.
     bound_k: f64,
     met_k: f64,
 }
 
-/// Materials that met temperatures, in any of the marches, for which a property was not measured.
+/// Warnings about materials that left a property table in any of the marches.
 pub(super) fn excursions(case: &Case, marches: &[&Nominal]) -> Vec<String> {
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let mut left: Vec<Excursion<'_>> = Vec::new();
     for (index, ply) in case.layup.plies.iter().enumerate() {
         let met = marches.iter().filter_map(|march| march.extremes_k.get(index));
         let Some((coldest_k, hottest_k)) = met.copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else { continue };
-        for (property, (low_k, high_k)) in known(case, index) {
+        for (property, (low_k, high_k)) in table_ranges(case, index) {
             if hottest_k > high_k + EXCURSION_K {
                 left.push(Excursion { ply, is_above: true, property, bound_k: high_k, met_k: hottest_k });
             }
@@ -115,19 +115,19 @@ pub(super) fn excursions(case: &Case, marches: &[&Nominal]) -> Vec<String> {
             }
         }
     }
-    // Plies of one material are told together.
+    // One warning for all plies of a material.
     while let Some(first) = left.first() {
         let (id, is_above) = (first.ply.material.id.clone(), first.is_above);
         let alike = |other: &Excursion<'_>| other.ply.material.id == id && other.is_above == is_above;
         let (together, others): (Vec<_>, Vec<_>) = left.into_iter().partition(alike);
-        doubts.push(told(&together));
+        warnings.push(excursion_warning(&together));
         left = others;
     }
-    doubts
+    warnings
 }
 
-/// Excursions of one material in one direction, in a sentence.
-fn told(together: &[Excursion<'_>]) -> String {
+/// Warning about excursions of one material in one direction.
+fn excursion_warning(together: &[Excursion<'_>]) -> String {
     let (mut plies, mut tables): (Vec<&str>, Vec<String>) = (Vec::new(), Vec::new());
     for left in together {
         let ends = if left.is_above { "ends" } else { "begins" };
@@ -142,15 +142,15 @@ fn told(together: &[Excursion<'_>]) -> String {
     let farthest = together.iter().max_by(|a, b| (a.met_k - a.bound_k).abs().total_cmp(&(b.met_k - b.bound_k).abs()));
     let (material, met_k) = farthest.map_or(("", f64::NAN), |left| (left.ply.material.name.as_str(), left.met_k));
     format!(
-        "{material} ({}) met {}, beyond its tables: {}.",
+        "{material} ({}) reaches {}, beyond its property tables: {}.",
         words::listed(&plies),
         words::kelvin(met_k),
         words::listed(&tables)
     )
 }
 
-/// The properties of a ply that act, and the temperatures between which each is known, K.
-fn known(case: &Case, index: usize) -> Vec<(&'static str, (f64, f64))> {
+/// The properties of a ply that affect the march, with the range of each table, K.
+fn table_ranges(case: &Case, index: usize) -> Vec<(&'static str, (f64, f64))> {
     let material = &case.layup.plies[index].material;
     let conductivity = match &material.conductivity {
         Conductivity::Tables(tables) => tables
@@ -174,27 +174,30 @@ mod tests {
     use super::*;
     use crate::report::fixture;
 
-    /// How many doubts of a study say this.
-    fn saying(outcomes: &fixture::Outcomes, text: &str) -> usize {
-        all(&outcomes.answers("study")).iter().filter(|doubt| doubt.contains(text)).count()
+    /// Number of warnings of a study that contain a text.
+    fn count_of(outcomes: &fixture::Outcomes, text: &str) -> usize {
+        all(&outcomes.answers("study")).iter().filter(|warning| warning.contains(text)).count()
     }
 
     #[test]
-    fn gas_that_is_lost_on_its_way_is_doubted() {
+    fn a_mass_imbalance_is_warned_of() {
         let mut outcomes = fixture::outcomes().charring();
-        assert_eq!(saying(&outcomes, "The mass of the nominal march does not balance"), 0);
+        assert_eq!(count_of(&outcomes, "The mass balance of the nominal march"), 0);
         outcomes.estimated.fitted[0].before.balance.gas_out_kg_m2 *= 0.99;
         outcomes.nominal.balance = outcomes.estimated.fitted[0].before.balance;
-        assert_eq!(saying(&outcomes, "The mass of the nominal march does not balance"), 1);
+        assert_eq!(count_of(&outcomes, "The mass balance of the nominal march"), 1);
     }
 
     #[test]
-    fn a_ply_hotter_than_its_tables_is_doubted_and_one_within_them_is_not() {
+    fn a_ply_beyond_its_tables_is_warned_of_and_one_within_them_is_not() {
         let mut outcomes = fixture::outcomes();
-        assert_eq!(saying(&outcomes, "Pyrogel 3350 (INS1) met 1,320 K (1,047 °C), beyond its tables"), 1);
+        assert_eq!(
+            count_of(&outcomes, "Pyrogel 3350 (INS1) reaches 1,320 K (1,047 °C), beyond its property tables"),
+            1
+        );
         outcomes.estimated.fitted[0].after.extremes_k[3].1 = 1250.0;
-        assert_eq!(saying(&outcomes, "Pyrogel 3350 (INS1 and INS2) met 1,320 K"), 1);
+        assert_eq!(count_of(&outcomes, "Pyrogel 3350 (INS1 and INS2) reaches 1,320 K"), 1);
         outcomes.case.layup.plies[2].material = std::sync::Arc::clone(&outcomes.case.layup.plies[0].material);
-        assert_eq!(saying(&outcomes, "Pyrogel 3350 (INS2) met 1,250 K"), 1);
+        assert_eq!(count_of(&outcomes, "Pyrogel 3350 (INS2) reaches 1,250 K"), 1);
     }
 }

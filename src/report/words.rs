@@ -1,4 +1,4 @@
-//! How numbers and names are said to an analyst.
+//! Formats of numbers, units and names.
 
 use crate::case::{Factor, Property};
 use crate::study::nominal::Reached;
@@ -28,7 +28,7 @@ pub(super) fn change(change_k: f64) -> String {
     if change_k.is_finite() { format!("{} K", significant(change_k, 2)) } else { "unknown".to_owned() }
 }
 
-/// A number with this many significant digits, thousands grouped: `2,160`, `0.993`, `1.2e-6`.
+/// A number to this many significant digits, thousands grouped: `2,160`, `0.993`, `1.2e-6`.
 pub(super) fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -40,7 +40,7 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
     if !(-4.0..7.0).contains(&magnitude) {
         return format!("{value:.*e}", digits.saturating_sub(1));
     }
-    // The range above keeps the magnitude a small whole number.
+    // The range above makes the magnitude a small integer.
     let decimals = (digits as f64 - 1.0 - magnitude).max(0.0) as usize;
     let unit = 10_f64.powf(magnitude + 1.0 - digits as f64);
     grouped((value / unit).round() * unit, decimals)
@@ -54,25 +54,26 @@ pub(super) fn millimetres(length_m: f64) -> String {
     format!("{} mm", grouped(length_mm, decimals))
 }
 
-/// A change that may go either way: `+12.0`, `-0.3`.
+/// A number with its sign: `+12.0`, `-0.3`.
 pub(super) fn signed(value: f64, decimals: usize) -> String {
     let text = grouped(value, decimals);
     if value > 0.0 && text.contains(|c: char| ('1'..='9').contains(&c)) { format!("+{text}") } else { text }
 }
 
-/// A share of one in per cent: `62 %`.
+/// A fraction in per cent: `62 %`.
 pub(super) fn percent(share: f64) -> String {
     if share.is_finite() { format!("{} %", grouped(100.0 * share, 0)) } else { "unknown".to_owned() }
 }
 
-/// A share that may lie near all: `99 %`, `99.1 %`, `99.95 %`; two digits of what is left, as far as it is told at all.
+/// A fraction that may be close to zero or one: `99 %`, `99.1 %`, `99.95 %`, to two digits of its distance from the
+/// nearer of the two.
 pub(super) fn percent_of(share: f64) -> String {
     let left = 100.0 * share.min(1.0 - share);
     let decimals = if left >= 10.0 || left <= 0.0 { 0.0 } else { (1.0 - left.log10().floor()).min(6.0) };
     format!("{} %", trimmed(grouped(100.0 * share, decimals as usize)))
 }
 
-/// A difference of temperatures: `0.031 K`, `14.3 K`; nobody reads less than a millikelvin off a thermocouple.
+/// A temperature difference: `0.031 K`, `14.3 K`; below a millikelvin `<0.001 K`.
 pub(super) fn misfit(off_k: f64) -> String {
     match off_k.abs() {
         tiny if tiny < 1e-3 => "<0.001 K".to_owned(),
@@ -81,18 +82,18 @@ pub(super) fn misfit(off_k: f64) -> String {
     }
 }
 
-/// A condition number; what rounding makes of a singular set is told as what it is.
+/// A condition number; beyond 1e12, where rounding decides, `infinite`.
 pub(super) fn condition(number: f64) -> String {
     if number < 1e12 { significant(number, 3) } else { "infinite".to_owned() }
 }
 
-/// A confidence interval; one wider than twice what was allowed says nothing.
+/// A confidence interval; `not determined` if it is wider than twice the bounds.
 pub(super) fn interval((low, high): (f64, f64), (least, most): (f64, f64)) -> String {
     let is_known = high - low <= 2.0 * (most - least);
     if is_known { format!("{low:.3} to {high:.3}") } else { "not determined".to_owned() }
 }
 
-/// An interval by profile likelihood; a side without an end goes up to the bound, and is not known to end there.
+/// An interval by profile likelihood; a side of `None` extends beyond the bound.
 pub(super) fn profiled((low, high): (Option<f64>, Option<f64>), (least, most): (f64, f64)) -> String {
     match (low, high) {
         (None, None) => "not determined".to_owned(),
@@ -102,21 +103,21 @@ pub(super) fn profiled((low, high): (Option<f64>, Option<f64>), (least, most): (
     }
 }
 
-/// Estimated discretisation errors of a march.
+/// Estimated discretisation errors of a march, as a clause.
 pub(super) fn reached(reached: &Reached) -> String {
     let corners = reached
         .corners_k
-        .map_or(String::new(), |off_k| format!(", at the corners of the factor bounds {}", misfit(off_k)));
+        .map_or(String::new(), |error_k| format!(", {} at the corners of the factor bounds", misfit(error_k)));
     let gauges: Vec<String> = reached
         .gauges
         .iter()
         .map(|gauge| format!("{} {}", gauge_word(gauge.gauge), gauge_error(gauge.gauge, gauge.error)))
         .collect();
     let gauges = if gauges.is_empty() { String::new() } else { format!("; {}", listed(&gauges)) };
-    format!("discretisation error: {}{corners}{gauges}", misfit(reached.nominal_k))
+    format!("discretisation error: {} nominal{corners}{gauges}", misfit(reached.nominal_k))
 }
 
-/// An error of a gauge in its unit, or as a share of its peak.
+/// An error of a gauge in its unit, or in per cent of its peak.
 pub(super) fn gauge_error(gauge: Gauge, error: f64) -> String {
     match gauge {
         Gauge::VirginFront | Gauge::CharFront => format!("{} mm", significant(1e3 * error, 2)),
@@ -124,7 +125,7 @@ pub(super) fn gauge_error(gauge: Gauge, error: f64) -> String {
     }
 }
 
-/// A gauge in a sentence.
+/// Name of a gauge in a sentence.
 pub(super) fn gauge_word(gauge: Gauge) -> &'static str {
     match gauge {
         Gauge::GasFlux => "gas flux",
@@ -136,7 +137,7 @@ pub(super) fn gauge_word(gauge: Gauge) -> &'static str {
     }
 }
 
-/// A whole number, thousands grouped: `5,000`.
+/// An integer, thousands grouped: `5,000`.
 pub(super) fn count(number: usize) -> String {
     group(&number.to_string())
 }
@@ -146,7 +147,7 @@ pub(super) fn counted(number: usize, noun: &str) -> String {
     format!("{} {noun}{}", count(number), if number == 1 { "" } else { "s" })
 }
 
-/// The same of a noun whose plural is its own: `2 minima`.
+/// A number and a noun with an irregular plural: `2 minima`.
 pub(super) fn counted_as(number: usize, one: &str, many: &str) -> String {
     format!("{} {}", count(number), if number == 1 { one } else { many })
 }
@@ -163,7 +164,7 @@ pub(super) fn listed<S: AsRef<str>>(names: &[S]) -> String {
     }
 }
 
-/// What a factor scales: `conductivity of INS`.
+/// The property and group that a factor scales: `conductivity of INS`.
 pub(super) fn meaning(factor: &Factor) -> String {
     let property = factor.property.words();
     if factor.property == Property::Contact && !factor.group.is_empty() {
@@ -175,7 +176,7 @@ pub(super) fn meaning(factor: &Factor) -> String {
     if factor.group.is_empty() { property.to_owned() } else { format!("{property} of {}", factor.group) }
 }
 
-/// A number with this many decimals, thousands grouped.
+/// A number to this many decimals, thousands grouped.
 pub(super) fn grouped(value: f64, decimals: usize) -> String {
     if !value.is_finite() {
         return if value.is_nan() { "unknown".to_owned() } else { "unbounded".to_owned() };
@@ -187,12 +188,12 @@ pub(super) fn grouped(value: f64, decimals: usize) -> String {
     format!("{}{}{point}{fraction}", if negative { "-" } else { "" }, group(whole))
 }
 
-/// Drops zeros after the decimal point, and the point when nothing follows it.
+/// Remove trailing zeros after the decimal point, and the point if nothing follows it.
 pub(super) fn trimmed(text: String) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// A text of at most this many characters, an ellipsis where it was cut.
+/// A text truncated to at most this many characters, with an ellipsis.
 pub(super) fn short(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
         return text.to_owned();
@@ -211,7 +212,7 @@ fn group(digits: &str) -> String {
     out
 }
 
-/// A counted share and what it leaves open at 95 %, to two digits of that: `99.12 % (98.81 to 99.34 %)`.
+/// A counted proportion with its 95 % interval, to two digits of the latter: `99.12 % (98.81 to 99.34 %)`.
 pub(super) fn proportion(counted: Proportion) -> String {
     let (low, high) = counted.interval_95();
     let decimals = (1.0 - (100.0 * (high - low)).log10().floor()).clamp(0.0, 6.0) as usize;
@@ -219,7 +220,7 @@ pub(super) fn proportion(counted: Proportion) -> String {
     format!("{} % ({} to {} %)", percent(counted.share()), percent(low), percent(high))
 }
 
-/// A clause without its closing point, to be put into a sentence.
+/// A sentence without its full stop, as a clause of another.
 pub(super) fn sentence(text: &str) -> &str {
     text.trim().trim_end_matches('.')
 }
@@ -229,21 +230,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_temperature_is_said_in_both_scales() {
+    fn a_temperature_is_given_in_kelvin_and_celsius() {
         assert_eq!(kelvin(873.15), "873 K (600 °C)");
         assert_eq!(kelvin(1480.0), "1,480 K (1,207 °C)");
         assert_eq!(kelvin(f64::NAN), "unknown");
     }
 
     #[test]
-    fn a_length_is_said_with_two_decimals_and_three_digits_at_least() {
+    fn a_length_has_at_least_two_decimals_and_three_digits() {
         let lengths_m = [25e-6, 0.14e-3, 6.35e-3, 12.406e-3, 3.2e-7, 0.0, 1.5];
-        let said = ["0.0250 mm", "0.140 mm", "6.35 mm", "12.41 mm", "0.000320 mm", "0.00 mm", "1,500.00 mm"];
-        assert_eq!(lengths_m.map(millimetres), said);
+        let expected = ["0.0250 mm", "0.140 mm", "6.35 mm", "12.41 mm", "0.000320 mm", "0.00 mm", "1,500.00 mm"];
+        assert_eq!(lengths_m.map(millimetres), expected);
     }
 
     #[test]
-    fn numbers_keep_their_significant_digits_and_no_more() {
+    fn numbers_are_rounded_to_significant_digits() {
         assert_eq!(significant(2160.4, 3), "2,160");
         assert_eq!(significant(98_283.0, 2), "98,000");
         assert_eq!(significant(0.99312, 3), "0.993");
@@ -259,13 +260,13 @@ mod tests {
     }
 
     #[test]
-    fn a_misfit_below_a_millikelvin_and_a_singular_set_are_told_as_such() {
+    fn a_tiny_misfit_and_an_infinite_condition_number_are_marked() {
         assert_eq!([2.8e-7, 0.0123, 73.52].map(misfit), ["<0.001 K", "0.012 K", "73.5 K"]);
         assert_eq!([25.21, 3.4e18, f64::INFINITY].map(condition), ["25.2", "infinite", "infinite"]);
     }
 
     #[test]
-    fn an_interval_that_says_less_than_the_bounds_do_is_no_interval() {
+    fn an_interval_wider_than_twice_the_bounds_is_not_determined() {
         assert_eq!(interval((0.9, 1.1), (0.75, 1.25)), "0.900 to 1.100");
         for wide in [(-129.4, 131.5), (f64::NEG_INFINITY, f64::INFINITY), (f64::NAN, f64::NAN)] {
             assert_eq!(interval(wide, (0.75, 1.25)), "not determined");
@@ -273,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn a_profile_that_a_bound_ends_is_said_to_go_beyond_it() {
+    fn a_profile_interval_without_an_end_extends_beyond_its_bound() {
         let bounds = (0.75, 1.25);
         assert_eq!(profiled((Some(0.8), Some(1.1)), bounds), "0.800 to 1.100");
         assert_eq!(profiled((None, Some(1.1)), bounds), "from below its bound 0.75 to 1.100");
@@ -282,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn a_share_near_all_is_told_by_what_is_left() {
+    fn a_fraction_close_to_zero_or_one_keeps_two_digits_of_its_distance() {
         assert_eq!(
             [0.99, 0.9912, 0.99953, 0.5, 0.0, 1.0].map(percent_of),
             ["99 %", "99.12 %", "99.953 %", "50 %", "0 %", "100 %"]
@@ -290,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_listed_as_in_a_sentence() {
+    fn names_are_listed_with_commas_and_and() {
         assert_eq!(listed::<&str>(&[]), "none");
         assert_eq!(listed(&["a"]), "a");
         assert_eq!(listed(&["a", "b", "c"]), "a, b and c");

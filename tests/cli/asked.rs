@@ -31,24 +31,24 @@ fn a_ply_is_sized_in_words_numbers_and_files_the_same_on_any_threads() {
     let line = "size c --ply BASE --limit TC2<480K --probability 0.9 -n 80 --quiet --out";
     let ran = on_threads(&scratch, 1, &format!("{line} one"));
     on_threads(&scratch, 3, &format!("{line} three"));
-    let tables = ["sizing.csv", "needed.csv"];
+    let tables = ["sizing.csv", "required-thickness.csv"];
     let (one, three) = (told(&scratch, "one", &tables), told(&scratch, "three", &tables));
     assert_eq!(one, three);
     let sizing = &one.0["sizing"];
     let number =
         |key: &str, of: &str| sizing[key][of].as_f64().unwrap_or_else(|| panic!("no {key}.{of} in {sizing:#}"));
-    let (nominal, needed) = (number("nominal", "thickness_m"), number("needed", "thickness_m"));
+    let (nominal, needed) = (number("nominal", "thickness_m"), number("required", "thickness_m"));
     assert!(nominal < needed && (sizing["margin_m"].as_f64() == Some(needed - nominal)), "{sizing:#}");
-    assert_eq!(sizing["check"]["is_borne_out"], true, "{sizing:#}");
-    for said in ["BASE for TC2 below 480 K", "as drawn", "nominally", "in 90 % of members", "margin", "Checked at"] {
+    assert_eq!(sizing["check"]["confirmed"], true, "{sizing:#}");
+    for said in ["BASE for TC2 below 480 K", "stated", "nominal", "90 % of members", "margin", "Check at"] {
         assert!(ran.stdout.contains(said), "no {said:?} in:\n{}", ran.stdout);
     }
     assert!(ran.stdout.lines().count() <= 25 && ran.stdout.lines().all(|line| line.chars().count() <= 80));
     let page = scratch.read("one/report.html");
-    assert!(page.contains("<section id=\"size\">") && page.contains("Peak of TC2 over the thickness of BASE"));
+    assert!(page.contains("<section id=\"size\">") && page.contains("Peak of TC2 against the thickness of BASE"));
     assert_eq!(one.1[0].lines().count(), 14);
     // It is at its hottest at the end, as the heater never goes out.
-    assert!(ran.stdout.contains("TC2 is at its hottest when the run ends at 40 s"), "{}", ran.stdout);
+    assert!(ran.stdout.contains("TC2 peaks at the end of the run (40 s)"), "{}", ran.stdout);
 }
 
 #[test]
@@ -57,7 +57,7 @@ fn a_thickness_that_was_not_found_is_not_called_too_small_and_a_thin_one_keeps_i
     let asked = "size c --ply BASE --limit TC2<310K --probability 0.9 -n 80 --quiet --out none";
     let ran = say(&scratch, &format!("{asked} --between 2mm:4mm")).done();
     let words = ran.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
-    for said in ["and no thickness from 2.00 mm to 4.00 mm does in 90 % of 80 members", "none suffices as it is"] {
+    for said in ["more than 4.00 mm for 90 % of 80 members", "no thickness up to 4.00 mm suffices even so"] {
         assert!(words.contains(said), "no {said:?} in:\n{}", ran.stdout);
     }
     assert!(!ran.stdout.contains("too small") && !ran.stdout.contains("too thin"), "{}", ran.stdout);
@@ -67,7 +67,7 @@ fn a_thickness_that_was_not_found_is_not_called_too_small_and_a_thin_one_keeps_i
     let ran =
         say(&scratch, "size thin --ply TOP --limit TC2<480K --probability 0.9 -n 80 --quiet --out thin/out").done();
     let words = ran.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
-    for said in ["as drawn 0.0250 mm", "0.00625 mm to 0.100 mm"] {
+    for said in ["stated 0.0250 mm", "more than 0.100 mm for 90 % of 80 members"] {
         assert!(words.contains(said), "no {said:?} in:\n{}", ran.stdout);
     }
     let page = scratch.read("thin/out/report.html");
@@ -80,10 +80,17 @@ fn twins_are_the_same_on_any_threads_and_every_one_of_them_is_in_the_table() {
     let line = "twin c --study 7 --factors f_k,f_q --correlation 5s --seed 4 --bounds large --quiet --out";
     let ran = on_threads(&scratch, 1, &format!("{line} one"));
     on_threads(&scratch, 3, &format!("{line} three"));
-    let (one, three) = (told(&scratch, "one", &["twins.csv"]), told(&scratch, "three", &["twins.csv"]));
+    let (one, three) = (told(&scratch, "one", &["coverage.csv"]), told(&scratch, "three", &["coverage.csv"]));
     assert_eq!(one, three);
     assert_eq!(one.1[0].lines().count(), 1 + 7 * 2);
-    assert_eq!((&one.0["twins"]["asked"], &one.0["twins"]["correlation_s"]), (&7.into(), &5.0.into()));
-    assert!(ran.stdout.contains("intervals that hold it") && ran.stdout.contains("7 data sets"), "{}", ran.stdout);
-    assert!(scratch.read("one/report.html").contains("<section id=\"twins\">"));
+    assert_eq!(
+        (&one.0["coverage_study"]["requested"], &one.0["coverage_study"]["correlation_time_s"]),
+        (&7.into(), &5.0.into())
+    );
+    assert!(
+        ran.stdout.contains("Coverage of the 95 % intervals") && ran.stdout.contains("7 synthetic data sets"),
+        "{}",
+        ran.stdout
+    );
+    assert!(scratch.read("one/report.html").contains("<section id=\"coverage\">"));
 }

@@ -65,7 +65,7 @@ fn starts_that_agree_are_counted_as_one_minimum_where_data_have_no_noise() {
     scratch.write("c/case.toml", text);
     for case in ["c", "noisy"] {
         let found = estimated(&scratch, case, "--starts 8 --bounds large");
-        assert_eq!(found["starts"]["least"].as_u64(), Some(8), "{case}: {:#}", found["starts"]);
+        assert_eq!(found["starts"]["at_estimate"].as_u64(), Some(8), "{case}: {:#}", found["starts"]);
     }
 }
 
@@ -78,7 +78,7 @@ fn a_factor_of_another_material_is_another_factor() {
     let names: Vec<&String> = found["factors"].as_object().expect("factors").keys().collect();
     assert_eq!(names, ["f_k@aerogel", "f_k@blanket", "f_q"]);
     assert_eq!(found["profiles"].as_object().map(serde_json::Map::len), Some(2), "a profile of both");
-    let path = scratch.read("out/aerogel+blanket/estimate/path.csv");
+    let path = scratch.read("out/aerogel+blanket/estimate/iterations.csv");
     assert!(path.lines().nth(1).is_some_and(|line| line.starts_with("0,1,") && line.contains(",0.9,")), "{path}");
 }
 
@@ -126,7 +126,7 @@ fn many_starts_and_the_papers_rules_end_at_the_same_minimum() {
     observed(&scratch, "c", SAME, 4);
     let one = estimated(&scratch, "c", "");
     let many = estimated(&scratch, "c", "--starts 6");
-    assert_eq!(many["starts"], serde_json::json!({"asked": 6, "converged": 6, "least": 6}));
+    assert_eq!(many["starts"], serde_json::json!({"requested": 6, "converged": 6, "at_estimate": 6}));
     let paper = estimated(&scratch, "c", "--minimiser paper");
     for factor in ["f_k", "f_q"] {
         let value = |found: &Value| number(found, &format!("factors.{factor}.value"));
@@ -150,10 +150,10 @@ fn where_a_problem_is_near_linear_a_profile_ends_where_the_linear_interval_does(
             let profiled = number(&found, &format!("profiles.{factor}.{end}"));
             assert!((profiled - of(end)).abs() < 0.1 * half, "{factor} {end}: {profiled}, linear {}", of(end));
         }
-        assert!(scratch.read(&format!("out/c/estimate/figures/profile-{factor}.svg")).contains("as if linear"));
+        assert!(scratch.read(&format!("out/c/estimate/figures/profile-{factor}.svg")).contains("linear approximation"));
     }
     let table = scratch.read("out/c/estimate/profiles.csv");
-    assert!(table.starts_with("held,f_k,f_q,rise\nf_k,") && table.contains("\nf_q,"), "{table}");
+    assert!(table.starts_with("profiled_factor,f_k,f_q,objective_rise\nf_k,") && table.contains("\nf_q,"), "{table}");
     assert!(found["profiles"].is_object() && estimated(&scratch, "c", "").get("profiles").is_none());
 }
 
@@ -185,13 +185,13 @@ fn a_posterior_is_the_same_on_any_number_of_threads_and_foresees_every_sensor() 
     assert!(number(known, "acceptance") > 0.15 && number(known, "burn_in") > 4.0);
     for case in ["thin", "thick"] {
         // TC1 was not fitted, and is observed.
-        let held = number(known, &format!("predicted.{case}.TC1.discrepancy.held"));
+        let held = number(known, &format!("predicted.{case}.TC1.with_discrepancy.coverage"));
         assert!(held > 0.85, "{case}: {held}");
     }
     let table = scratch.read("out/thin+thick/estimate/predictive-thick.csv");
-    assert!(table.starts_with("sensor,time_s,p2.5_K,p50_K,p97.5_K,lacking_p2.5_K"), "{table}");
+    assert!(table.starts_with("sensor,time_s,p2.5_K,p50_K,p97.5_K,with_discrepancy_p2.5_K"), "{table}");
     let page = scratch.read("out/thin+thick/estimate/report.html");
-    assert!(page.contains("id=\"posterior\"") && page.contains("What the posterior predicts of TC1 of thick"));
+    assert!(page.contains("id=\"posterior\"") && page.contains("Posterior prediction of TC1 of thick"));
     assert!(estimated(&scratch, "thin", "").get("posterior").is_none());
     say(&scratch, "estimate thin --walkers 50").ended(2).saying(&["--posterior"]);
     say(&scratch, "estimate thin --posterior --walkers 3 --quiet").ended(2).saying(&["3 walkers", "at least 4"]);

@@ -51,9 +51,9 @@ fn pieces_merged_in_any_order_tell_what_one_march_of_all_tells_to_the_last_digit
         say(&scratch, &format!("merge {} --out merged --max-failed {members}", files.join(" "))).done();
         let (whole, merged) = (told(&scratch, "whole"), told(&scratch, "merged"));
         assert_eq!(whole, merged, "{sweep}");
-        assert_eq!(merged.0["members"]["asked"], members);
+        assert_eq!(merged.0["members"]["requested"], members);
         let page = scratch.read("merged/report.html");
-        assert!(page.contains("Where the peaks fall"), "the page has its figures");
+        assert!(page.contains("Distribution of the peak temperatures"), "the page has its figures");
     }
     assert!(told(&scratch, "merged").0["members"]["failed"].as_u64().is_some_and(|failed| failed > 10));
     let files = "p/c-0-1.json p/c-1-40.json p/c-40-80.json";

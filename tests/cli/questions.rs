@@ -42,12 +42,12 @@ fn a_case_beside_explains_what_its_physics_does_and_other_observations_are_refus
     scratch.write("other/case.toml", cooled.replace("500 K", "501 K"));
     let summary = |beside: &str| {
         let ran = say(&scratch, &format!("estimate same --beside {beside} --json --quiet --force")).done();
-        serde_json::from_str::<Value>(&ran.stdout).expect("JSON alone")["beside"].clone()
+        serde_json::from_str::<Value>(&ran.stdout).expect("JSON alone")["model_comparison"].clone()
     };
-    let explained = |beside: &Value| beside["sensors"]["TC2"]["explained"].as_f64().expect("a share");
+    let explained = |beside: &Value| beside["sensors"]["TC2"]["explained_share"].as_f64().expect("a share");
     let (same, hotter, colder) = (summary("same"), summary("hotter"), summary("colder"));
     assert_eq!(explained(&same), 0.0, "a case explains nothing beside itself");
-    assert_eq!(same["cooling_s"], 10.0);
+    assert_eq!(same["heating_end_s"], 10.0);
     // It is predicted too hot as it is.
     assert!(explained(&colder) > 0.1, "less heating explains {}", explained(&colder));
     assert!(explained(&hotter) < -0.1, "more heating explains {}", explained(&hotter));
@@ -65,7 +65,7 @@ fn every_command_gives_its_summary_as_json_alone_with_the_keys_promised() {
         "backend.name",
         "backend.kind",
         "backend.precision",
-        "members.asked",
+        "members.requested",
         "members.ok",
         "members.failed",
         "steps",
@@ -84,8 +84,8 @@ fn every_command_gives_its_summary_as_json_alone_with_the_keys_promised() {
         "factors.f_k.standard_error",
         "factors.f_k.low",
         "factors.f_k.high",
-        "objective.start",
-        "objective.end",
+        "objective.initial",
+        "objective.final",
         "iterations",
         "marches",
         "termination",
@@ -94,12 +94,17 @@ fn every_command_gives_its_summary_as_json_alone_with_the_keys_promised() {
     ];
     let of = |command: &str| -> Vec<&str> {
         match command {
-            "uncertainty" => vec!["seed", "shares.TC2.f_k"],
+            "uncertainty" => vec!["seed", "variance_shares.TC2.f_k"],
             "sensitivity" => {
-                vec!["estimable.factors", "estimable.matter", "estimable.shares.f_k", "estimable.left_out"]
+                vec![
+                    "identifiability.factors",
+                    "identifiability.influential",
+                    "identifiability.variance_shares.f_k",
+                    "identifiability.excluded",
+                ]
             }
             "estimate" => fitted.to_vec(),
-            "study" => [&["seed", "shares.TC2.f_k", "estimable.factors"], &fitted[..]].concat(),
+            "study" => [&["seed", "variance_shares.TC2.f_k", "identifiability.factors"], &fitted[..]].concat(),
             _ => Vec::new(),
         }
     };
@@ -139,8 +144,11 @@ fn a_study_shows_every_sensor_with_its_peak_its_spread_and_their_cause() {
     }
     let told = screen.replace('\n', " ");
     assert!(told.contains("only f_q can be estimated (condition number 1.00; 8.6"), "{screen}");
-    assert!(told.contains("The case states f_k. Here f_k is left out: its estimate would be correlated"), "{screen}");
-    assert!(screen.contains("is off by"), "{screen}");
+    assert!(
+        told.contains("The case estimates f_k. bondline recommends f_q: the estimate of f_k would have correlation"),
+        "{screen}"
+    );
+    assert!(screen.contains(" nominal, "), "{screen}");
 }
 
 #[test]
@@ -191,7 +199,7 @@ fn members_driven_to_nonsense_are_counted_with_their_reason_and_the_others_stand
     let some =
         |most: &str| say(&scratch, &format!("uncertainty c -n 100 --sampling uniform --json --max-failed {most}"));
     let all = some("100").done().json();
-    assert_eq!(all["members"]["asked"], 100);
+    assert_eq!(all["members"]["requested"], 100);
     assert!(all["members"]["failed"].as_u64().is_some_and(|failed| failed > 95), "{all:#}");
 
     scratch.write("c/case.toml", CASE.replacen("small = [0.9, 1.1]", "small = [0.5, 400]", 1));
@@ -211,7 +219,7 @@ fn a_nominal_march_that_runs_away_is_a_failure_told_in_words() {
     scratch.write("c/case.toml", CASE.replacen("small = [0.9, 1.1]", "small = [0.5, 1e6]", 1));
     let ran = say(&scratch, "predict c --set f_q=1e6").ended(1);
     let ran = ran.saying(&["the nominal march did not arrive: a temperature left 0 to 4,000 K"]);
-    assert!(ran.stdout.contains("ran away at"), "{}", ran.stdout);
+    assert!(ran.stdout.contains("diverged at"), "{}", ran.stdout);
 }
 
 #[test]
@@ -284,12 +292,12 @@ fn screen_summary_and_traces_agree_on_what_a_layup_lost_and_say_nothing_where_no
     for (gauge, reading) in gauges {
         let column =
             columns.iter().position(|column| column == gauge).unwrap_or_else(|| panic!("no {gauge} in {head}"));
-        let end = reading["end"].as_f64().expect("an end");
+        let end = reading["final"].as_f64().expect("a final value");
         assert!((values[column] - end).abs() <= 1e-8 * end.abs(), "{gauge} ends at {end}, in {}", values[column]);
     }
-    let lost_kg_m2 = gauges["mass_lost_kg_m2"]["end"].as_f64().expect("a loss");
+    let lost_kg_m2 = gauges["mass_lost_kg_m2"]["final"].as_f64().expect("a loss");
     assert!(lost_kg_m2 > 0.01 && screen.contains(&format!("Mass lost {lost_kg_m2:.4}")), "{lost_kg_m2} in {screen}");
     assert!(summary["balance"]["mass"].as_f64().is_some_and(|off| off.abs() < 1e-9), "{summary:#}");
     let page = scratch.read("out/c/predict/report.html");
-    assert!(page.contains("Decomposition and gas</h2>") && page.contains("<p>Mass: "));
+    assert!(page.contains("Decomposition and gas</h2>") && page.contains("<p>Mass balance: "));
 }

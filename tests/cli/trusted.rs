@@ -54,10 +54,10 @@ fn readings_after_the_window_of_a_thermocouple_do_not_count() {
     assert_eq!(both["observed"]["loose"]["TC1"]["window_s"], json!([0.0, 40.0]));
     assert!(counted(&both) < counted(&typed));
     let text = say(&scratch, &format!("estimate loose {ALL} --sensors TC1,TC2 {OWN} --quiet --force")).done().stdout;
-    assert!(text.contains("What sensors count for: TC2 from 0 s to 20 s."), "{text}");
+    assert!(text.contains("Data used: TC2 from 0 s to 20 s."), "{text}");
     let page = scratch.read("out/loose/estimate/report.html");
-    assert!(page.contains("Observations and what they count for") && page.contains("0.0 to 20.0"));
-    assert!(page.contains("Between 0\u{a0}s and 20\u{a0}s the prediction is off by"));
+    assert!(page.contains("Observations</h3>") && page.contains("0.0 to 20.0"));
+    assert!(page.contains("RMSE from 0\u{a0}s to 20\u{a0}s: "));
     let set = r#"--set observations.TC2.window=["50s","60s"]"#;
     say(&scratch, &format!("estimate loose {set}"))
         .ended(2)

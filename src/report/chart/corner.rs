@@ -1,16 +1,16 @@
-//! A corner: as many panels as pairs, each with axes of its own.
+//! A corner plot: one panel per pair, each with its own axes.
 
 use super::super::figure::{Ink, Region, Variable};
 use super::{colour, css, escaped, faded, number, numbers};
 use serde_json::{Map, Value, json};
 
-/// Room between panels, and for the labels at the left and the bottom, as shares of the whole.
+/// Gap between panels, as a share of the plot.
 const GAP: f64 = 0.02;
 
 /// `{"traces": […], "layout": {…}}`.
 pub(super) fn draw(variables: &[Variable], regions: &[Region]) -> Value {
     let count = variables.len();
-    // Axes are numbered row by row, the first without its number.
+    // Axes are numbered row by row; plotly omits the number of the first.
     let axis = |row: usize, column: usize| match row * count + column {
         0 => String::new(),
         place => (place + 1).to_string(),
@@ -82,7 +82,8 @@ fn diagonal(variable: &Variable) -> Vec<Value> {
     let hover = format!("{}: %{{x:.4f}}, %{{customdata:.1f}} %<extra></extra>", escaped(&variable.name));
     vec![
         json!({
-            "type": "bar", "x": numbers(&variable.middles), "y": numbers(&variable.shares), "customdata": numbers(&per_cent),
+            "type": "bar", "x": numbers(&variable.middles), "y": numbers(&variable.shares),
+            "customdata": numbers(&per_cent),
             "width": (variable.range.1 - variable.range.0) / variable.middles.len() as f64,
             "marker": {"color": faded(Ink::Series(0), 0.55)}, "hovertemplate": hover,
         }),
@@ -103,12 +104,13 @@ fn pair(x: &Variable, y: &Variable, region: &Region) -> Vec<Value> {
         }),
         json!({
             "type": "scatter", "mode": "markers", "x": [number(x.estimate)], "y": [number(y.estimate)],
-            "marker": {"color": colour(Ink::Series(1)), "size": 7}, "hovertemplate": "estimate: %{x:.4f}, %{y:.4f}<extra></extra>",
+            "marker": {"color": colour(Ink::Series(1)), "size": 7},
+            "hovertemplate": "estimate: %{x:.4f}, %{y:.4f}<extra></extra>",
         }),
     ]
 }
 
-/// The colour of a region on white. Regions lie on one another, so that one to see through would show those below.
+/// Colour of a region on white, opaque because regions overlap.
 fn tint(opacity: f64) -> String {
     let (red, green, blue) = Ink::Series(0).rgb();
     let mix = |part: u8| (255.0 + (f64::from(part) - 255.0) * opacity).round() as u8;

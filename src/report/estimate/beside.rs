@@ -1,4 +1,4 @@
-//! Another case fitted to the same observations.
+//! Comparison with a second model fitted to the same observations.
 
 mod figures;
 
@@ -12,15 +12,14 @@ use crate::study::answers::Answers;
 use crate::study::beside::{Beside, Left};
 use serde::Serialize;
 
-/// What the physics of the case beside explains of the misfit in cool-down, at the deepest thermocouple observed.
+/// Share of the cool-down misfit at the deepest observed thermocouple that the second model explains.
 pub(super) fn explained(answers: &Answers, outcome: &Beside) -> String {
-    let Some(left) = outcome.left.last() else { return "Nothing is observed.".to_owned() };
+    let Some(left) = outcome.left.last() else { return "The case has no observations.".to_owned() };
     let [first_k, other_k] = left.cooling_k.map(words::misfit);
     let head = format!(
-        "From {} on, when the hot face is heated no more, {} is off by {first_k} (root mean square) as {} fits and by \
-         {other_k} as {} does",
-        words::seconds(outcome.cooling_s),
+        "RMSE of {} after the heating ends at {}: {first_k} with {}, {other_k} with {}",
         answers.case.sensors[left.sensor].name,
+        words::seconds(outcome.cooling_s),
         answers.case.id,
         outcome.id
     );
@@ -29,17 +28,14 @@ pub(super) fn explained(answers: &Answers, outcome: &Beside) -> String {
         return format!("{head}.");
     }
     if share > 0.0 {
-        format!(
-            "{head}: what the latter has and the former has not explains {:.0} % of the mean square misfit.",
-            100.0 * share
-        )
+        format!("{head}. The second model explains {:.0} % of the mean square misfit of the first.", 100.0 * share)
     } else {
-        format!("{head}: what the latter has explains none of the misfit.")
+        format!("{head}. The second model explains none of the misfit of the first.")
     }
 }
 
 pub(super) fn page(answers: &Answers, outcome: &Beside) -> String {
-    let kelvin = |off_k: f64| if off_k.is_nan() { "-".to_owned() } else { words::grouped(off_k, 1) };
+    let kelvin = |rms_k: f64| if rms_k.is_nan() { "-".to_owned() } else { words::grouped(rms_k, 1) };
     let rows: Vec<Vec<String>> = (outcome.left.iter())
         .map(|left| {
             let mut row = vec![answers.case.sensors[left.sensor].name.clone()];
@@ -57,39 +53,47 @@ pub(super) fn page(answers: &Answers, outcome: &Beside) -> String {
         .map(|((name, value), error)| vec![name.clone(), format!("{value:.4}"), words::significant(*error, 2)])
         .collect();
     let (first, other) = (&answers.case.id, &outcome.id);
-    let title = format!("Root mean square of prediction less measurement, K: {first}, and {other} beside it");
-    let heads = ["Sensor", "Heating", "beside", "Cool-down", "beside", "Explained, %"];
+    let title = format!("RMSE of {first} and {other}, K");
+    let heads = [
+        "Sensor",
+        &format!("Heating, {first}"),
+        &format!("Heating, {other}"),
+        &format!("Cool-down, {first}"),
+        &format!("Cool-down, {other}"),
+        "Explained, %",
+    ];
     paragraph(&explained(answers, outcome))
         + &table(&title, &heads, &rows)
-        + &table(&format!("Estimates of {other}"), &["Factor", "Estimate", "± (1 σ)"], &estimates)
+        + &table(&format!("Estimates of {other}"), &["Factor", "Estimate", "Standard error"], &estimates)
 }
 
-/// A second case fitted to the same observations: root mean squares of the first and of it, K.
+/// The key `model_comparison`; pairs are of the first and of the second case.
 #[derive(Serialize)]
 pub(super) struct BesideRecord<'a> {
     case: &'a str,
-    cooling_s: f64,
+    heating_end_s: f64,
     factors: Named<'a, f64>,
     sensors: Named<'a, LeftRecord>,
 }
 
 #[derive(Serialize)]
 struct LeftRecord {
-    heating_k: [f64; 2],
-    cooling_k: [f64; 2],
-    explained: f64,
+    heating_rms_k: [f64; 2],
+    cooling_rms_k: [f64; 2],
+    explained_share: f64,
 }
 
 pub(super) fn record<'a>(case: &'a Case, outcome: &'a Beside) -> BesideRecord<'a> {
     let estimates = outcome.factors.iter().map(String::as_str).zip(outcome.estimated.values.iter().copied());
     let left = outcome.left.iter().map(|left| {
         let Left { heating_k, cooling_k, .. } = *left;
-        let record = LeftRecord { heating_k, cooling_k, explained: left.explained() };
+        let record =
+            LeftRecord { heating_rms_k: heating_k, cooling_rms_k: cooling_k, explained_share: left.explained() };
         (case.sensors[left.sensor].name.as_str(), record)
     });
     BesideRecord {
         case: &outcome.id,
-        cooling_s: outcome.cooling_s,
+        heating_end_s: outcome.cooling_s,
         factors: Named(estimates.collect()),
         sensors: Named(left.collect()),
     }

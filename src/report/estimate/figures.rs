@@ -1,4 +1,4 @@
-//! The fit, how it was found and what it leaves.
+//! The fit, the iterations and the residuals.
 
 mod profile;
 
@@ -13,12 +13,12 @@ use crate::study::estimate::{Estimated, Fitted, Landscape, NODES};
 use crate::study::nominal::Misfit;
 
 pub(super) fn figures(answers: &Answers, outcome: &Estimated) -> Vec<Figure> {
-    let (mut figures, mut checks) = (Vec::new(), Vec::new());
+    let (mut figures, mut validation) = (Vec::new(), Vec::new());
     for (case, fitted) in answers.fits(outcome) {
         for seen in &case.observations {
             let place = fitted.sensors.iter().position(|&sensor| sensor == seen.sensor);
-            let shelf = if place.is_some() { &mut figures } else { &mut checks };
-            shelf.push(fit(answers, case, fitted, seen, place.map(|place| &fitted.misfits[place])));
+            let list = if place.is_some() { &mut figures } else { &mut validation };
+            list.push(fit(answers, case, fitted, seen, place.map(|place| &fitted.misfits[place])));
         }
     }
     figures.extend(outcome.landscape.as_ref().map(|landscape| design_space(outcome, landscape)));
@@ -30,14 +30,14 @@ pub(super) fn figures(answers: &Answers, outcome: &Estimated) -> Vec<Figure> {
             "estimates",
             "Correlation of the estimates",
             format!(
-                "How the errors of two estimates go together. The weakest direction: {}.",
+                "Correlation of the errors of the estimates. Least determined direction: {}.",
                 outcome.identifiability.weakest
             ),
             names(outcome),
             &outcome.identifiability.correlation,
         ));
     }
-    figures.extend(checks);
+    figures.extend(validation);
     figures
 }
 
@@ -45,7 +45,7 @@ fn names(outcome: &Estimated) -> Vec<String> {
     outcome.factors.iter().map(|factor| factor.factor.name.clone()).collect()
 }
 
-/// One sensor; `misfit` before and after where it was fitted.
+/// One sensor; `misfit` at the nominal and the estimated factors if it was fitted.
 fn fit(
     answers: &Answers,
     case: &Case,
@@ -58,28 +58,27 @@ fn fit(
     let (from, to) = case.window_s(sensor);
     let (before, after) = (&fitted.before, &fitted.after);
     let mut layers: Vec<Layer> =
-        misfit.map(|_| Layer::Window { name: "fitted window".to_owned(), from, to }).into_iter().collect();
+        misfit.map(|_| Layer::Window { name: "data window".to_owned(), from, to }).into_iter().collect();
     layers.extend([
         line("nominal".to_owned(), Ink::Guide, Stroke::Dashed, &before.instants_s, &before.temperatures_k[sensor]),
         line("estimated".to_owned(), Ink::Series(0), Stroke::Solid, &after.instants_s, &after.temperatures_k[sensor]),
         measured("measured".to_owned(), Ink::Measured, seen),
     ]);
-    let said = match misfit {
+    let text = match misfit {
         Some((before, after)) => format!(
-            "Between {} and {} the prediction is off by {} (root mean square) with the nominal factors and by {} with \
-             the estimated ones.",
+            "RMSE from {} to {}: {} with the nominal factors, {} with the estimated ones.",
             words::seconds(from),
             words::seconds(to),
             words::misfit(before.rms_k),
             words::misfit(after.rms_k)
         ),
-        None => format!("{name} was not fitted: how well it is met is a test of the estimate."),
+        None => format!("{name} was not fitted: its misfit validates the estimate."),
     };
     Figure {
         id: file_name("fit", name),
         number: String::new(),
         title: format!("{name} with the nominal and the estimated factors"),
-        caption: format!("{said} Bars are two standard deviations of the measurement; not every sample is drawn."),
+        caption: format!("{text} Error bars: two standard deviations of the measurement; samples are thinned."),
         x: time(case),
         y: temperature(),
         layers,
@@ -104,7 +103,13 @@ fn design_space(outcome: &Estimated, landscape: &Landscape) -> Figure {
             values: landscape.objective.clone(),
             levels: levels(&landscape.objective),
         },
-        Layer::Line { name: "path".to_owned(), ink: Ink::Measured, stroke: Stroke::Solid, x: x.clone(), y: y.clone() },
+        Layer::Line {
+            name: "iterations".to_owned(),
+            ink: Ink::Measured,
+            stroke: Stroke::Solid,
+            x: x.clone(),
+            y: y.clone(),
+        },
         Layer::Points { name: String::new(), ink: Ink::Measured, x: x.clone(), y: y.clone(), error: Vec::new() },
         Layer::Points { name: "estimate".to_owned(), ink: Ink::Series(1), x: last(&x), y: last(&y), error: Vec::new() },
     ];
@@ -112,11 +117,11 @@ fn design_space(outcome: &Estimated, landscape: &Landscape) -> Figure {
     Figure {
         id: "design-space".to_owned(),
         number: String::new(),
-        title: "The objective over the two factors, and the path taken".to_owned(),
+        title: "Objective over the two factors, with the iterations".to_owned(),
         caption: format!(
-            "On each contour S has one value. Within the bounds S has {}. Contours that form a long thin valley mean that \
-             the data determine one combination of the two factors better than either alone. {} Between {NODES} × {NODES} \
-             marched pairs of factors the residuals are interpolated with their derivatives, and S is computed from them.",
+            "Contours of the objective S, which has {} within the bounds. A long narrow valley means that the data \
+             determine a combination of the two factors better than either factor. {} Residuals are interpolated with \
+             their derivatives between {NODES} × {NODES} marched pairs of factors.",
             words::counted_as(minima, "minimum", "minima"),
             objective(outcome)
         ),
@@ -126,8 +131,8 @@ fn design_space(outcome: &Estimated, landscape: &Landscape) -> Figure {
     }
 }
 
-/// Twelve levels in equal ratios over the values that can be shown, four decades at most: data without noise leave a
-/// minimum of rounding, and levels down to it would crowd into one point.
+/// Twelve levels in equal ratios over at most four decades: without noise the minimum is a rounding error, and levels
+/// down to it would crowd around one point.
 fn levels(values: &[Vec<f64>]) -> Vec<f64> {
     let shown = || values.iter().flatten().copied().filter(|value| value.is_finite() && *value > 0.0);
     let high = shown().fold(0.0, f64::max);
@@ -135,7 +140,7 @@ fn levels(values: &[Vec<f64>]) -> Vec<f64> {
     if low >= high {
         return Vec::new();
     }
-    // Not the extremes themselves: a level there is a point or a corner.
+    // Without the extremes, where a contour is a point or a corner.
     (1..=12).map(|step| low * (high / low).powf(f64::from(step) / 13.0)).collect()
 }
 
@@ -147,7 +152,7 @@ fn descent(outcome: &Estimated) -> Figure {
         number: String::new(),
         title: "Objective by iteration".to_owned(),
         caption: format!(
-            "S went from {} to {} in {}. Termination: {}. {}",
+            "S falls from {} to {} in {}. Termination: {}. {}",
             words::significant(outcome.objectives().0, 3),
             words::significant(outcome.objectives().1, 3),
             words::counted(outcome.path.len().saturating_sub(1), "iteration"),
@@ -177,10 +182,10 @@ fn residuals(answers: &Answers, case: &Case, outcome: &Estimated, fitted: &Fitte
             high: thinned(&both),
         }
     };
-    // Readings that are doubted alike have one band, others each their own, or a fit would seem to fail of the finest.
+    // One band if all sensors have the same standard deviations, else one for each.
     let mut layers: Vec<Layer> = match shown.first() {
         Some(first) if shown.iter().all(|seen| seen.sigma_k == first.sigma_k) => {
-            vec![band("± 2 σ measured".to_owned(), Ink::Guide, first)]
+            vec![band("± 2 σ".to_owned(), Ink::Guide, first)]
         }
         _ => {
             let own = |seen: &&Observation| {
@@ -196,20 +201,16 @@ fn residuals(answers: &Answers, case: &Case, outcome: &Estimated, fitted: &Fitte
     Figure {
         id: if answers.others.is_empty() { "residuals".to_owned() } else { file_name("residuals", &case.id) },
         number: String::new(),
-        title: if answers.others.is_empty() {
-            "What the fit leaves".to_owned()
-        } else {
-            format!("What the fit leaves of {}", case.id)
-        },
+        title: if answers.others.is_empty() { "Residuals".to_owned() } else { format!("Residuals of {}", case.id) },
         caption: format!(
-            "Measured less predicted over the fitted window. Neighbouring residuals correlate by {}: {} carry the \
-             information of {}.",
+            "Measurement less prediction in the data window. Lag-one autocorrelation {}; effective sample size {} of \
+             {}.",
             words::significant(outcome.autocorrelation, 2),
-            words::counted(outcome.samples, "sample"),
             words::significant(outcome.effective_samples, 2),
+            words::count(outcome.samples),
         ),
         x: time(case).within(case.trusted_s().0, case.trusted_s().1),
-        y: Axis::linear("Measured less predicted, K"),
+        y: Axis::linear("Measurement less prediction, K"),
         layers,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{ends, noise, objective, standard_error, within};
 use crate::report::html::table::{list, table};
-use crate::report::nominal::misfit_cells;
+use crate::report::nominal::{MISFIT_HEAD, misfit_cells};
 use crate::report::words;
 use crate::report::words::sentence;
 use crate::study::answers::Answers;
@@ -12,7 +12,7 @@ pub(super) fn page(answers: &Answers, outcome: &Estimated) -> String {
     let rows: Vec<Vec<String>> = (outcome.factors.iter().enumerate())
         .map(|(place, Estimand { factor, bounds, .. })| {
             let (least, most) = *bounds;
-            let bounded = if outcome.at_bound[place] { "reached" } else { "" };
+            let bounded = if outcome.at_bound[place] { "(on bound)" } else { "" };
             vec![
                 factor.name.clone(),
                 words::meaning(factor),
@@ -33,32 +33,28 @@ pub(super) fn page(answers: &Answers, outcome: &Estimated) -> String {
             })
         })
         .collect();
-    let mut said = vec![
-        format!("How it ended: {}. {}", sentence(&outcome.termination), outcome.advice),
+    let mut text = vec![
+        format!("Termination: {}. {}", sentence(&outcome.termination), outcome.advice),
         format!(
-            "{} It went from {} to {}.",
+            "{} Initial value {}, final value {}.",
             objective(outcome),
             words::significant(outcome.objectives().0, 4),
             words::significant(outcome.objectives().1, 4)
         ),
         format!(
-            "The condition number is {}; the weakest direction: {}.",
+            "Condition number {}; least determined direction: {}.",
             words::condition(outcome.identifiability.condition_number),
             sentence(&outcome.identifiability.weakest)
         ),
         noise(outcome),
     ];
-    said.extend(ends(outcome));
-    let head = ["Factor", "Scales", "Start", "Estimate", "± (1 σ)", "95 % within", "Bounds"];
+    text.extend(ends(outcome));
+    let head = ["Factor", "Scales", "Start", "Estimate", "Standard error", "95 % interval", "Bounds"];
     table("Estimates", &head, &rows)
         + &errors(outcome)
         + &profiles(outcome)
-        + &table(
-            "Prediction less measurement over the fitted window",
-            &["Sensor", "Root mean square, K", "On average, K", "At worst, K", "Then, s", "Samples"],
-            &misfits,
-        )
-        + &list(&said)
+        + &table("Prediction less measurement in the data window", &MISFIT_HEAD, &misfits)
+        + &list(&text)
 }
 
 fn profiles(outcome: &Estimated) -> String {
@@ -72,10 +68,10 @@ fn profiles(outcome: &Estimated) -> String {
             ]
         })
         .collect();
-    table("Intervals at 95 %, linear and by profile likelihood", &["Factor", "Linear", "By profile"], &rows)
+    table("95 % intervals", &["Factor", "Linear", "Profile likelihood"], &rows)
 }
 
-/// The errors of an estimate, each under its statistical name.
+/// The standard error of each estimate and its parts.
 fn errors(outcome: &Estimated) -> String {
     let row = |place: usize| {
         vec![
@@ -88,8 +84,8 @@ fn errors(outcome: &Estimated) -> String {
     let head = [
         "Factor",
         "Standard error",
-        "Of linear least squares (independent residuals, exact march)",
-        "Numerical error (part of the first)",
+        "Standard error of linear least squares (independent residuals, exact march)",
+        "Discretisation error (part of the standard error)",
     ];
     table("Errors of the estimates", &head, &(0..outcome.factors.len()).map(row).collect::<Vec<_>>())
 }

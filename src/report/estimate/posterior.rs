@@ -1,4 +1,4 @@
-//! A posterior in sentences, for the page and the screen.
+//! The posterior of the estimated factors: sentences, warnings and tables.
 
 mod figures;
 mod page;
@@ -18,155 +18,157 @@ use crate::study::answers::Answers;
 use crate::study::estimate::{Estimand, Estimated};
 use crate::study::posterior::{Foreseen, Marginal, Posterior, Predicted};
 
-/// How the walkers went and whether they have been everywhere.
+/// Settings and convergence of the Markov chains.
 pub(super) fn walked(outcome: &Posterior) -> String {
-    let settled = if outcome.is_settled() { "they have been everywhere" } else { "they have NOT been everywhere" };
+    let converged = if outcome.is_settled() { "converged" } else { "NOT converged" };
     format!(
-        "{} made {}, the first {} of which do not count; {} of what they proposed was taken. R-hat is {} at most, where {} is \
-         the limit: {settled}. What they drew is worth {}.",
+        "Ensemble MCMC with {} and {}, {} of them burn-in; acceptance rate {}. Largest R-hat {} (limit {}): \
+         {converged}. Effective sample size {}.",
         words::counted(outcome.walkers.number, "walker"),
-        words::counted(outcome.walkers.moves, "move"),
+        words::counted(outcome.walkers.moves, "iteration"),
         words::count(outcome.burn_in),
         words::percent(outcome.acceptance),
         words::significant(r_hat(outcome), 3),
         words::significant(Mixing::R_HAT, 2),
-        words::counted(effective(outcome), "independent draw"),
+        words::count(effective(outcome)),
     )
 }
 
-/// The same on a line.
+/// Convergence of the Markov chains on one line.
 pub(super) fn walked_shortly(outcome: &Posterior) -> String {
     format!(
-        "posterior: R-hat {} ({}), {}, burn-in {} of {}",
+        "posterior: R-hat {} ({}), ESS {}, burn-in {} of {}",
         words::significant(r_hat(outcome), 3),
-        if outcome.is_settled() { "settled" } else { "NOT settled" },
-        words::counted(effective(outcome), "effective draw"),
+        if outcome.is_settled() { "converged" } else { "NOT converged" },
+        words::count(effective(outcome)),
         words::count(outcome.burn_in),
         words::count(outcome.walkers.moves)
     )
 }
 
-/// The largest R-hat of a factor.
+/// Largest R-hat of all factors.
 fn r_hat(outcome: &Posterior) -> f64 {
     outcome.marginals.iter().map(|marginal| marginal.mixing.r_hat).fold(0.0, f64::max)
 }
 
-/// Draws that those of the factor with the fewest are worth.
+/// Smallest effective sample size of all factors.
 fn effective(outcome: &Posterior) -> usize {
     outcome.marginals.iter().map(|marginal| marginal.mixing.effective_draws).fold(f64::INFINITY, f64::min) as usize
 }
 
-/// What the model lacks.
+/// Size and correlation of the model discrepancy.
 pub(super) fn lacking(outcome: &Posterior) -> String {
     let found = outcome.discrepancy;
     if found.share == 0.0 {
-        return "What the fit leaves is no more than the readings' own deviations: nothing is seen that the model lacks, and \
-                the band with its discrepancy is the one without."
+        return "No model discrepancy: the residuals do not exceed the standard deviations of the measurement. Both \
+                predictive intervals are equal."
             .to_owned();
     }
-    let keeps = if found.time_s.is_finite() {
-        format!("forgets itself over {}", words::seconds(found.time_s))
+    let correlation = if found.time_s.is_finite() {
+        format!("correlation time {}", words::seconds(found.time_s))
     } else {
-        "does not forget itself".to_owned()
+        "infinite correlation time".to_owned()
     };
     format!(
-        "What the fit leaves beyond the readings' own deviations, {} (root mean square), is an error of the model that {keeps}: \
-         worth as much as if the factors were off by {} of the standard deviations that they are doubted by.",
+        "Model discrepancy (residuals beyond the standard deviations of the measurement): {} root mean square, \
+         {correlation}; {} times the effect of the prior standard deviations of the factors.",
         words::misfit(found.amplitude_k),
         words::significant(found.share, 2)
     )
 }
 
-/// The peak of the deepest sensor by both bands.
+/// Both predictive intervals of the peak of the deepest sensor.
 pub(super) fn foreseen(answers: &Answers, outcome: &Posterior) -> Option<String> {
     let (sensor, of) = (answers.bondline()?, outcome.predicted.first()?);
     let found = of.sensors.get(sensor)?;
-    let within = |[low_k, _, high_k]: [f64; 3]| format!("{} and {}", words::kelvin(low_k), words::kelvin(high_k));
+    let within = |[low_k, _, high_k]: [f64; 3]| format!("{} to {}", words::kelvin(low_k), words::kelvin(high_k));
     Some(format!(
-        "The peak of {} lies between {} by what is known of the factors, and between {} with what the model lacks (95 % each).",
+        "Peak of {}, 95 % predictive intervals: {} by the factors, {} with model discrepancy.",
         answers.sensor(&answers.case, sensor),
         within(found.parameters.peak_k),
         within(found.discrepancy.peak_k)
     ))
 }
 
-/// What an analyst should doubt.
+/// Warnings.
 pub(super) fn doubts(answers: &Answers, estimated: &Estimated, outcome: &Posterior) -> Vec<String> {
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if !outcome.is_settled() {
         let enough = outcome.enough_moves();
         let advice = if enough.is_finite() && enough > outcome.walkers.moves as f64 {
-            format!("Some {} moves should do (--moves)", words::significant(enough, 2))
+            format!("About {} iterations should suffice (--mcmc-iterations)", words::significant(enough, 2))
         } else {
-            "Give more moves (--moves)".to_owned()
+            "Increase --mcmc-iterations".to_owned()
         };
-        doubts.push(format!(
-            "The posterior is not settled: R-hat is {}, where {} is the limit. {advice}; walkers that still differ then are in \
-             minima of their own (--starts tells).",
+        warnings.push(format!(
+            "The posterior has not converged: R-hat {} (limit {}). {advice}; if R-hat stays high, the posterior has \
+             several modes (check with --starts).",
             words::significant(r_hat(outcome), 3),
             words::significant(Mixing::R_HAT, 2)
         ));
     }
-    doubts.extend(apart(estimated, outcome));
+    warnings.extend(apart(estimated, outcome));
     if outcome.gain > GAIN {
-        doubts.push(format!(
-            "Walkers met a point that meets data and priors better than the estimate, by {} squares of a standard error: there \
-             is a lower minimum. Look for it with --starts.",
+        warnings.push(format!(
+            "The chains found an objective below that of the estimate by {}: the estimate is a local minimum. Search \
+             with --starts.",
             words::significant(outcome.gain, 2)
         ));
     }
     for (case, of) in answers.cases().zip(&outcome.predicted) {
         if of.failed > 0 {
-            doubts.push(format!(
-                "{} of what was drawn did not arrive in {}, and is left out of its bands.",
-                words::counted(of.failed, "member"),
+            warnings.push(format!(
+                "{} failed in {} and are excluded from its intervals.",
+                words::counted(of.failed, "posterior sample"),
                 case.id
             ));
         }
         for (sensor, found) in case.sensors.iter().zip(&of.sensors) {
-            if found.held.is_some_and(|(_, held)| held < HELD) {
-                doubts.push(format!(
-                    "The band of {} holds {} of what was observed there, even with what the model lacks: something acts there \
-                     that none of the factors resembles.",
+            if found.held.is_some_and(|(_, coverage)| coverage < HELD) {
+                warnings.push(format!(
+                    "{}: only {} of the observations lie in the predictive interval with model discrepancy; an effect \
+                     that no factor resembles acts there.",
                     sensor.name,
-                    words::percent(found.held.map_or(f64::NAN, |(_, held)| held))
+                    words::percent(found.held.map_or(f64::NAN, |(_, coverage)| coverage))
                 ));
             }
         }
     }
-    doubts
+    warnings
 }
 
-/// Which estimates lie far from the median of the posterior, and which of the two to use.
+/// Estimates that are far from the posterior median, and which of the two to use.
 fn apart(estimated: &Estimated, outcome: &Posterior) -> Option<String> {
     let each = outcome.marginals.iter().zip(&estimated.factors).zip(&estimated.values);
     let is_apart = |((marginal, _), value): &((&Marginal, &Estimand), &f64)| {
         let (low, high) = marginal.interval;
         (marginal.median - **value).abs() > APART * (high - low)
     };
-    let said = |((marginal, estimand), value): ((&Marginal, &Estimand), &f64)| {
+    let text = |((marginal, estimand), value): ((&Marginal, &Estimand), &f64)| {
         format!("{} (estimate {value:.3}, median {:.3})", estimand.factor.name, marginal.median)
     };
-    let said: Vec<String> = each.filter(is_apart).map(said).collect();
-    (!said.is_empty()).then(|| {
+    let text: Vec<String> = each.filter(is_apart).map(text).collect();
+    (!text.is_empty()).then(|| {
         format!(
-            "Use the posterior's median and interval, not the estimate, of {}: the posterior is skewed or cut off by a bound, \
-             so its highest point is not its middle.",
-            words::listed(&said)
+            "Use the posterior median and interval instead of the estimate of {}: the posterior is skewed or truncated \
+             by a bound, so that its mode differs from its median.",
+            words::listed(&text)
         )
     })
 }
 
-/// Where estimates and medians agree.
+/// Sentence for estimates that agree with the medians.
 pub(super) fn agreeing() -> String {
-    "Estimates and posterior medians agree within an eighth of the intervals: either may be used.".to_owned()
+    "Estimates and posterior medians agree within an eighth of the 95 % intervals.".to_owned()
 }
 
-/// Of the width of a 95 % interval: half a standard deviation of a normal posterior.
+/// Difference of median and estimate, in widths of the 95 % interval, that is warned of: half a standard deviation of
+/// a normal posterior.
 const APART: f64 = 0.125;
-/// A rise that one standard error makes; what walkers meet by chance below a minimum that was found is rounding.
+/// Fall of the scaled objective that is warned of: the rise at one standard error. Less may be rounding.
 const GAIN: f64 = 1.0;
-/// Samples follow one another, so that a sound band of 95 % may well hold fewer of one trace; of half of it, no more.
+/// Coverage of a trace that is warned of. Samples are autocorrelated, so that the coverage of a single trace by a valid
+/// 95 % band varies widely.
 const HELD: f64 = 0.5;
 
 /// Whether the observations of a sensor were fitted.
@@ -174,21 +176,21 @@ pub(super) fn is_fitted(case: &Case, sensor: usize) -> bool {
     case.judges().any(|seen| seen.sensor == sensor)
 }
 
-/// What a band says of the sensor's observations.
+/// Coverage of the observations by both predictive intervals.
 pub(super) fn held(case: &Case, sensor: usize, found: &Foreseen) -> String {
     let Some((parameters, discrepancy)) = found.held else {
-        return "Nothing was observed here.".to_owned();
+        return "No observations.".to_owned();
     };
-    let fitted = if is_fitted(case, sensor) { "which were fitted" } else { "none of which were fitted" };
+    let fitted = if is_fitted(case, sensor) { "fitted" } else { "not fitted" };
     format!(
-        "Of the samples observed in the trusted window, {fitted}, the factors' band holds {} and the wider one {}, give or take two deviations of the \
-         reading.",
+        "Coverage of the observations in the data window ({fitted}), within two standard deviations of the \
+         measurement: {} by the factors, {} with model discrepancy.",
         words::percent(parameters),
         words::percent(discrepancy)
     )
 }
 
-/// What was drawn of the factors, and what that predicts of every sensor of every case.
+/// Posterior samples, and predictive intervals of every sensor of every case.
 pub(super) fn tables(answers: &Answers, found: &Estimated, outcome: &Posterior) -> Result<Vec<File>, ReportError> {
     let mut tables = vec![draws(found, outcome)?];
     for (which, (case, of)) in answers.cases().zip(&outcome.predicted).enumerate() {
@@ -208,7 +210,8 @@ fn draws(found: &Estimated, outcome: &Posterior) -> Result<File, ReportError> {
 }
 
 fn predictive(name: &str, case: &Case, outcome: &Predicted) -> Result<File, ReportError> {
-    let columns = ["p2.5_K", "p50_K", "p97.5_K", "lacking_p2.5_K", "lacking_p50_K", "lacking_p97.5_K"];
+    let columns =
+        ["p2.5_K", "p50_K", "p97.5_K", "with_discrepancy_p2.5_K", "with_discrepancy_p50_K", "with_discrepancy_p97.5_K"];
     let mut table = Table::new(name, ["sensor", "time_s"].into_iter().chain(columns))?;
     for (sensor, found) in case.sensors.iter().zip(&outcome.sensors) {
         for (at, &time_s) in outcome.instants_s.iter().enumerate() {
@@ -220,59 +223,62 @@ fn predictive(name: &str, case: &Case, outcome: &Predicted) -> Result<File, Repo
     table.close()
 }
 
-/// How a posterior is found, for the page.
-pub(super) const METHOD: &str = "Posterior: values drawn as often as they are likely, by walkers that move by each other's differences (ter Braak \
-    2006) between the bounds. The density is exp(-S/2) of the objective that estimate and profiles have: data count by their noise model, priors at their word. What \
-    the model lacks is a process of exponential memory, as strong as the residuals are beyond the readings' own deviations; \
-    at each sensor and instant it is in proportion to what a standard deviation of every factor of the case moves there.";
+/// Paragraph on the method.
+pub(super) const METHOD: &str = "Posterior: samples of the density exp(-S/2) within the bounds, by ensemble MCMC with \
+    differential-evolution moves (ter Braak 2006). S is the scaled objective of estimate and profiles. The model \
+    discrepancy is an exponentially correlated process as large as the residuals beyond the standard deviations of the \
+    measurement; at each sensor and instant it is proportional to the effect of the prior standard deviations of all \
+    factors.";
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::report::{fixture, warnings};
 
-    fn saying(outcomes: &fixture::Outcomes, text: &str) -> bool {
-        warnings::all(&outcomes.answers("estimate")).iter().any(|doubt| doubt.contains(text))
+    fn is_warned_of(outcomes: &fixture::Outcomes, text: &str) -> bool {
+        warnings::all(&outcomes.answers("estimate")).iter().any(|warning| warning.contains(text))
     }
 
     #[test]
-    fn walkers_that_have_not_been_everywhere_are_told_with_moves_that_would_do() {
+    fn chains_that_have_not_converged_are_warned_of_with_the_iterations_needed() {
         let mut outcomes = fixture::outcomes();
-        assert!(
-            walked(&outcomes.posterior).contains("R-hat is 1.05 at most, where 1.1 is the limit: they have been every")
-        );
-        assert!(!saying(&outcomes, "not settled"));
+        assert!(walked(&outcomes.posterior).contains("Largest R-hat 1.05 (limit 1.1): converged."));
+        assert!(!is_warned_of(&outcomes, "not converged: R-hat"));
         outcomes.posterior.marginals[1].mixing.r_hat = 1.31;
         outcomes.posterior.marginals[1].mixing.autocorrelation_moves = 80.0;
-        assert!(walked(&outcomes.posterior).contains("they have NOT been everywhere"));
-        assert!(saying(&outcomes, "R-hat is 1.31, where 1.1 is the limit. Some 1,500 moves should do"));
+        assert!(walked(&outcomes.posterior).contains("NOT converged"));
+        assert!(is_warned_of(&outcomes, "R-hat 1.31 (limit 1.1). About 1,500 iterations should suffice"));
     }
 
     #[test]
-    fn a_point_below_the_estimate_and_a_band_that_misses_its_sensor_are_doubted() {
+    fn a_lower_objective_and_a_poor_coverage_are_warned_of() {
         let mut outcomes = fixture::outcomes();
-        assert!(!saying(&outcomes, "lower minimum") && !saying(&outcomes, "The band of TC4"));
+        assert!(!is_warned_of(&outcomes, "local minimum") && !is_warned_of(&outcomes, "TC4: only"));
         outcomes.posterior.gain = 7.3;
         outcomes.posterior.predicted[0].sensors[3].held = Some((0.1, 0.31));
         assert!(
-            saying(&outcomes, "by 7.3 squares of a standard error") && saying(&outcomes, "The band of TC4 holds 31 %")
+            is_warned_of(&outcomes, "by 7.3: the estimate is a local minimum")
+                && is_warned_of(&outcomes, "TC4: only 31 % of the observations")
         );
     }
 
     #[test]
-    fn where_median_and_estimate_differ_the_one_to_use_is_named() {
+    fn where_median_and_estimate_differ_the_median_is_recommended() {
         let mut outcomes = fixture::outcomes();
-        assert!(!saying(&outcomes, "Use the posterior's median"));
+        assert!(!is_warned_of(&outcomes, "Use the posterior median"));
         outcomes.posterior.marginals[0].median += 0.02;
-        assert!(saying(&outcomes, "not the estimate, of f_k_INS (estimate 0.970, median 0.988)"));
+        assert!(is_warned_of(&outcomes, "instead of the estimate of f_k_INS (estimate 0.970, median 0.988)"));
     }
 
     #[test]
-    fn what_the_model_lacks_is_told_in_kelvin_and_seconds_or_that_nothing_is_seen() {
+    fn the_model_discrepancy_is_reported_in_kelvin_and_seconds_or_as_absent() {
         let mut outcomes = fixture::outcomes();
-        let said = lacking(&outcomes.posterior);
-        assert!(said.contains("4.2 K") && said.contains("over 8.5 s") && said.contains("by 0.31 of"), "{said}");
+        let text = lacking(&outcomes.posterior);
+        assert!(
+            text.contains("4.2 K") && text.contains("correlation time 8.5 s") && text.contains("0.31 times"),
+            "{text}"
+        );
         outcomes.posterior.discrepancy.share = 0.0;
-        assert!(lacking(&outcomes.posterior).contains("nothing is seen that the model lacks"));
+        assert!(lacking(&outcomes.posterior).contains("No model discrepancy"));
     }
 }

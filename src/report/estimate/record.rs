@@ -1,4 +1,4 @@
-//! What an estimate adds to `summary.json`.
+//! Keys of an estimate in `summary.json`.
 
 use crate::case::{Bounds, Case};
 use crate::report::ReportError;
@@ -16,7 +16,7 @@ struct FactorRecord<'a> {
     has_effect: bool,
     low: f64,
     high: f64,
-    /// In which cases, where there are several.
+    /// Ids of the cases that have it, where there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     cases: Vec<&'a str>,
 }
@@ -27,29 +27,29 @@ struct Ends {
     high: Option<f64>,
 }
 
-/// Root mean square of predicted less measured over the window, K.
+/// Root mean square of prediction less measurement in the window, K.
 #[derive(Serialize)]
 struct MisfitRecord {
     nominal_rms_k: f64,
     estimated_rms_k: f64,
 }
 
-/// S, what is minimised, at the start and at the end.
+/// The objective S at the start and at the estimate.
 #[derive(Serialize)]
 struct Objective {
-    start: f64,
-    end: f64,
+    initial: f64,
+    r#final: f64,
 }
 
-/// How many descents there were, how many converged, and how many ended where the estimate is.
+/// Numbers of starts requested, converged, and ended at the estimate.
 #[derive(Serialize)]
 struct Starts {
-    asked: usize,
+    requested: usize,
     converged: usize,
-    least: usize,
+    at_estimate: usize,
 }
 
-/// What a pair of estimates that cannot be told apart determines.
+/// The combination that the data determine of a pair of estimates that they cannot separate.
 #[derive(Serialize)]
 struct Determined<'a> {
     factors: [&'a str; 2],
@@ -59,23 +59,23 @@ struct Determined<'a> {
     relative_standard_error: f64,
 }
 
-/// Put the keys of an estimate into the record.
+/// Write the keys of an estimate.
 pub(super) fn put(answers: &Answers, outcome: &Estimated, record: &mut Record<'_>) -> Result<(), ReportError> {
     let counted = |is: fn(&End) -> bool| outcome.ends.iter().filter(|end| is(end)).count();
     record.put("factors", &factors(answers, outcome))?;
-    // Case → sensor → how far off.
+    // Case → sensor → misfit.
     let misfits = answers.fits(outcome).map(|(case, fitted)| (case.id.as_str(), misfits(case, fitted)));
     record.put("misfits", &Named(misfits.collect()))?;
-    let (start, end) = outcome.objectives();
-    record.put("objective", &Objective { start, end })?;
-    // How samples counted that were far off, as it is typed.
+    let (initial, last) = outcome.objectives();
+    record.put("objective", &Objective { initial, r#final: last })?;
+    // As given to `--loss`.
     record.put("loss", &outcome.loss.to_string())?;
-    // The side constraints that priors were made of.
+    // The bounds that define the priors.
     record.put("prior", &outcome.prior.map(Bounds::name))?;
     let starts = Starts {
-        asked: outcome.ends.len(),
+        requested: outcome.ends.len(),
         converged: counted(|end| end.converged),
-        least: counted(|end| end.is_least),
+        at_estimate: counted(|end| end.is_least),
     };
     record.put("starts", &starts)?;
     record.put("iterations", &outcome.path.len().saturating_sub(1))?;
@@ -85,19 +85,19 @@ pub(super) fn put(answers: &Answers, outcome: &Estimated, record: &mut Record<'_
     record.put("condition_number", &outcome.identifiability.condition_number)?;
     record.put("correlation", &outcome.identifiability.correlation)?;
     let determined: Vec<Determined<'_>> = outcome.combinations.iter().map(|found| determined(outcome, found)).collect();
-    record.put("determined", &determined)?;
-    // Where 95 % intervals by profile likelihood end; `null` where a bound comes first.
+    record.put("identifiable_combinations", &determined)?;
+    // 95 % intervals by profile likelihood; `null` for an end beyond the bound.
     if let Some(profiles) = profiles(outcome) {
         record.put("profiles", &profiles)?;
     }
     record.put("samples", &outcome.samples)?;
     record.put("autocorrelation", &outcome.autocorrelation)?;
-    // Of the most probable noise model.
+    // Parameters of the noise model.
     record.put("correlation_time_s", &outcome.correlation_time_s)?;
-    record.put("white_share", &outcome.white_share)?;
+    record.put("white_noise_share", &outcome.white_share)?;
     record.put("noise_variance", &outcome.noise_variance)?;
     record.put("effective_samples", &outcome.effective_samples)?;
-    record.put("shortfall", &outcome.shortfall)
+    record.put("noise_inflation", &outcome.shortfall)
 }
 
 fn factors<'a>(answers: &'a Answers, outcome: &'a Estimated) -> Named<'a, FactorRecord<'a>> {

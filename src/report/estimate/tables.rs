@@ -9,7 +9,7 @@ use crate::report::files::tables::{head, traces};
 use crate::study::answers::Answers;
 use crate::study::estimate::{Estimated, Fitted, Landscape};
 
-/// Residuals and further traces of every case, the path, profiles and the landscape.
+/// Residuals of every case, traces of further cases, iterations, profiles and landscape.
 pub(super) fn all(answers: &Answers, outcome: &Estimated) -> Result<Vec<File>, ReportError> {
     let mut tables = Vec::new();
     for (which, (case, fitted)) in answers.fits(outcome).enumerate() {
@@ -44,7 +44,7 @@ fn residuals(name: &str, case: &Case, fitted: &Fitted) -> Result<File, ReportErr
 fn path(outcome: &Estimated) -> Result<File, ReportError> {
     let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
     let columns = names.chain(["objective".to_owned(), "damping".to_owned()]);
-    let mut table = Table::new("path.csv", head(&["iteration"], columns))?;
+    let mut table = Table::new("iterations.csv", head(&["iteration"], columns))?;
     for (iteration, turn) in outcome.path.iter().enumerate() {
         let values = turn.values.iter().copied().chain([turn.objective, turn.damping]);
         table.row(Some(&iteration.to_string()), values)?;
@@ -54,11 +54,11 @@ fn path(outcome: &Estimated) -> Result<File, ReportError> {
 
 fn profiles(outcome: &Estimated) -> Result<File, ReportError> {
     let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
-    let mut table = Table::new("profiles.csv", head(&["held"], names.chain(["rise".to_owned()])))?;
+    let mut table = Table::new("profiles.csv", head(&["profiled_factor"], names.chain(["objective_rise".to_owned()])))?;
     for profile in &outcome.profiles {
         for (point, &rise) in profile.points.iter().zip(&profile.rises) {
-            let held = &outcome.factors[profile.factor].factor.name;
-            table.row(Some(held), point.iter().copied().chain([rise]))?;
+            let profiled = &outcome.factors[profile.factor].factor.name;
+            table.row(Some(profiled), point.iter().copied().chain([rise]))?;
         }
     }
     table.close()
@@ -66,7 +66,7 @@ fn profiles(outcome: &Estimated) -> Result<File, ReportError> {
 
 fn plane(outcome: &Estimated, landscape: &Landscape) -> Result<File, ReportError> {
     let names = outcome.factors.iter().map(|factor| factor.factor.name.clone());
-    let columns = names.take(2).chain(["objective", "valley"].map(str::to_owned));
+    let columns = names.take(2).chain(["objective", "is_line_minimum"].map(str::to_owned));
     let mut table = Table::new("landscape.csv", columns)?;
     for (line, objective) in landscape.objective.iter().enumerate() {
         for (node, &s) in objective.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Parts of `summary.json` that the answers share.
+//! Serialisation of `summary.json`.
 
 use crate::report::ReportError;
 use crate::study::proportion::Proportion;
@@ -8,13 +8,13 @@ use serde_json::ser::PrettyFormatter;
 
 type Json = serde_json::Serializer<Vec<u8>, PrettyFormatter<'static>>;
 
-/// The keys of the record, in the order in which they are put.
+/// A JSON object being written; keys are in the order of the calls of [`JsonObject::put`].
 pub(in crate::report) struct Record<'a> {
     keys: <&'a mut Json as Serializer>::SerializeMap,
 }
 
 impl Record<'_> {
-    /// The text of a record whose keys `put` puts.
+    /// The JSON text of an object whose entries `put` writes.
     ///
     /// # Errors
     /// When JSON cannot be written.
@@ -28,7 +28,7 @@ impl Record<'_> {
         Ok(String::from_utf8(json.into_inner()).expect("JSON is text") + "\n")
     }
 
-    /// Put a key and its value.
+    /// Write a key and its value.
     ///
     /// # Errors
     /// When JSON cannot be written.
@@ -37,7 +37,7 @@ impl Record<'_> {
     }
 }
 
-/// Values by name, in the order of the case and not of the alphabet.
+/// A map in the order of the case instead of alphabetical order.
 pub(in crate::report) struct Named<'a, T>(pub(in crate::report) Vec<(&'a str, T)>);
 
 impl<T: Serialize> Serialize for Named<'_, T> {
@@ -50,7 +50,7 @@ impl<T: Serialize> Serialize for Named<'_, T> {
     }
 }
 
-/// A counted share with its binomial interval at 95 %.
+/// A counted share with its binomial 95 % interval.
 #[derive(Serialize)]
 pub(in crate::report) struct Counted {
     count: usize,

@@ -1,5 +1,5 @@
-//! Every member in a Parquet file, written as the study goes: memory holds one row group, whatever the number
-//! of members. Columns are not compressed, so that any reader can open them.
+//! Parquet files of members and traces, written during the study: memory holds one row group, whatever the number of
+//! members. Columns are not compressed, so that any reader can open them.
 
 use super::super::ReportError;
 use super::partial;
@@ -14,41 +14,41 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Rows gathered before a row group is written; twenty columns of it are some ten megabytes.
+/// Rows per row group; twenty columns of it take about ten megabytes.
 const GROUP: usize = 65_536;
 
-/// A member and where its peaks fell.
+/// A member with its factors and peaks.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a> {
-    /// Index in the ensemble.
+    /// Index of the member in the ensemble.
     pub member: usize,
-    /// Whether it arrived; the peaks of one that did not are written as NaN.
+    /// Whether it completed; the peaks of a failed member are written as NaN.
     pub arrived: bool,
-    /// One a factor.
+    /// One value per factor.
     pub factors: &'a [f64],
-    /// One a sensor.
+    /// One peak per sensor.
     pub peaks: &'a [Peak],
 }
 
-/// `members.parquet`: `member` (int64), `status` (int32: 0 arrived, 1 failed), a double a factor under the
-/// factor's name, then `TC1_peak_k`, `TC1_peak_time_s` … a sensor.
+/// `members.parquet`: `member` (int64), `status` (int32: 0 completed, 1 failed), one double per factor under its name,
+/// then `TC1_peak_k`, `TC1_peak_time_s` … per sensor.
 pub struct MembersFile {
     columns: Columns,
     sensors: usize,
 }
 
-/// `traces.parquet`: `member` (int64), `time_s`, then `TC1_K` … (double), a row a member and instant; members
-/// that failed are left out.
+/// `traces.parquet`: `member` (int64), `time_s`, then `TC1_K` … (double), one row per member and instant; failed
+/// members are omitted.
 pub struct TracesFile {
     columns: Columns,
     instants_s: Vec<f64>,
 }
 
 impl MembersFile {
-    /// Begin the file; it takes its name when closed.
+    /// Create the file under a temporary name; [`Self::close`] renames it.
     ///
     /// # Errors
-    /// When the file cannot be made or two columns would share a name.
+    /// When the file cannot be created or two columns have the same name.
     pub fn create<S: AsRef<str>>(path: &Path, factors: &[S], sensors: &[S]) -> Result<Self, ReportError> {
         let mut names = vec!["member".to_owned(), "status".to_owned()];
         names.extend(factors.iter().map(|factor| factor.as_ref().to_owned()));
@@ -64,7 +64,7 @@ impl MembersFile {
         Ok(Self { columns: Columns::create(path, &names, whole)?, sensors: sensors.len() })
     }
 
-    /// Add a member.
+    /// Append a member.
     ///
     /// # Errors
     /// When a row group cannot be written.
@@ -79,7 +79,7 @@ impl MembersFile {
         self.columns.row(leading.into_iter().chain(row.factors.iter().copied()).chain(peaks))
     }
 
-    /// Write what is left and give the file its name.
+    /// Write the last row group and rename the file.
     ///
     /// # Errors
     /// When it cannot be written or renamed.
@@ -89,10 +89,10 @@ impl MembersFile {
 }
 
 impl TracesFile {
-    /// Begin the file; it takes its name when closed.
+    /// Create the file under a temporary name; [`Self::close`] renames it.
     ///
     /// # Errors
-    /// When the file cannot be made or two columns would share a name.
+    /// When the file cannot be created or two columns have the same name.
     pub fn create<S: AsRef<str>>(path: &Path, sensors: &[S], instants_s: &[f64]) -> Result<Self, ReportError> {
         let mut names = vec!["member".to_owned(), "time_s".to_owned()];
         names.extend(sensors.iter().map(|sensor| format!("{}_K", sensor.as_ref())));
@@ -100,7 +100,7 @@ impl TracesFile {
         Ok(Self { columns: Columns::create(path, &names, whole)?, instants_s: instants_s.to_vec() })
     }
 
-    /// Add the members of a run.
+    /// Append the completed members of a batch.
     ///
     /// # Errors
     /// When a row group cannot be written.
@@ -115,7 +115,7 @@ impl TracesFile {
         Ok(())
     }
 
-    /// Write what is left and give the file its name.
+    /// Write the last row group and rename the file.
     ///
     /// # Errors
     /// When it cannot be written or renamed.
@@ -124,7 +124,7 @@ impl TracesFile {
     }
 }
 
-/// Columns of numbers being gathered into row groups. Whole numbers are held as doubles, exact to 2⁵³.
+/// Columns buffered into row groups. Integers are buffered as doubles, exact to 2⁵³.
 struct Columns {
     path: PathBuf,
     writer: Option<SerializedFileWriter<File>>,
@@ -205,7 +205,7 @@ impl Columns {
 }
 
 impl Drop for Columns {
-    /// A file that was not closed, because its study failed, leaves nothing behind.
+    /// Remove the temporary file if the study failed before the file was closed.
     fn drop(&mut self) {
         if self.writer.take().is_some() {
             let _ = fs::remove_file(partial(&self.path));
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn members_are_read_back_as_written_across_row_groups_and_failures_are_marked() {
+    fn members_are_read_back_across_row_groups_and_failures_are_marked() {
         let path = scratch("members");
         let mut file = MembersFile::create(&path, &["f_k"], &["TC4"]).expect("a new file");
         let members = GROUP + 10;
@@ -234,7 +234,7 @@ mod tests {
             let row = Row { member, arrived: member != 3, factors: &factors, peaks: &peaks };
             file.append(&row).expect("it takes a row");
         }
-        assert!(!path.exists(), "the file has its name before it is whole");
+        assert!(!path.exists(), "the file has its name before it is complete");
         file.close().expect("it closes");
         let reader = SerializedFileReader::new(File::open(&path).expect("it opens")).expect("it is Parquet");
         assert_eq!(reader.metadata().num_row_groups(), 2);
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn traces_leave_out_the_members_that_failed() {
+    fn traces_omit_failed_members() {
         let path = scratch("traces");
         let mut file = TracesFile::create(&path, &["TC1", "TC2"], &[0.0, 1.0, 2.0]).expect("a new file");
         let traces = Traces {

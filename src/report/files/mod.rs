@@ -1,4 +1,4 @@
-//! The output folder: whose it is, and files written whole or not at all.
+//! The output folder of a case; files are written atomically.
 
 pub(super) mod json;
 pub mod members;
@@ -14,21 +14,21 @@ use crate::study::twin::Twin;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// Says whose folder it is; written last, so that it vouches for the rest.
+/// Names the case of the folder; written last, so that its presence means a complete report.
 pub(super) const SUMMARY: &str = "summary.json";
 
-/// A folder that one case may write to.
+/// The output folder of one case.
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
-    /// Names of the files that an earlier report of this case left here.
+    /// Names of the files of an earlier report of this case.
     earlier: Vec<String>,
-    /// Names of the files written beside the report.
+    /// Names of the files written apart from the report.
     claimed: Vec<String>,
 }
 
 impl OutputFolder {
-    /// Take a folder for a case; it need not exist, and is made when the first file is written.
+    /// Open the output folder of a case. A missing folder is created with the first file.
     ///
     /// # Errors
     /// When the path is a file, cannot be read, or holds the report of another case and `force` is not given.
@@ -55,10 +55,10 @@ impl OutputFolder {
         Ok(Self { path: path.to_owned(), earlier, claimed: Vec::new() })
     }
 
-    /// The path of a file that is written beside the report while the study runs, such as `members.parquet`.
+    /// Path of a file that is written during the study, such as `members.parquet`. It is listed in the report.
     ///
     /// # Errors
-    /// When the folder cannot be made.
+    /// When the folder cannot be created.
     pub fn claim(&mut self, name: &str) -> Result<PathBuf, ReportError> {
         fs::create_dir_all(&self.path).map_err(io("making", &self.path))?;
         self.claimed.push(name.to_owned());
@@ -70,7 +70,7 @@ impl OutputFolder {
         &self.claimed
     }
 
-    /// Write one file beside whatever the folder holds, whole or not at all.
+    /// Write one file atomically, and leave the other files of the folder.
     ///
     /// # Errors
     /// When the file cannot be written or renamed.
@@ -80,8 +80,8 @@ impl OutputFolder {
         put(&path, bytes).map(|()| path)
     }
 
-    /// Write all of these files, names relative to the folder: each under a temporary name first, and given
-    /// its own only when all are there. Files of an earlier report that this one has not are removed.
+    /// Write all files, names relative to the folder: first under temporary names, and renamed when all are complete.
+    /// Files of an earlier report that are not among them are removed.
     ///
     /// # Errors
     /// When a file cannot be written or renamed.
@@ -95,7 +95,7 @@ impl OutputFolder {
         });
         if let Err(error) = written {
             for path in &paths {
-                // The first fault is the one to tell; what cannot be removed either is named `.partial`.
+                // Ignored, as the first error is reported; a file that stays is named `.partial`.
                 let _ = fs::remove_file(partial(path));
             }
             return Err(error);
@@ -103,8 +103,8 @@ impl OutputFolder {
         for path in &paths {
             fs::rename(partial(path), path).map_err(io("renaming to", path))?;
         }
-        let kept = |name: &String| files.iter().any(|(new, _)| new == name) || self.claimed.contains(name);
-        for name in self.earlier.iter().filter(|name| !kept(name)) {
+        let is_current = |name: &String| files.iter().any(|(new, _)| new == name) || self.claimed.contains(name);
+        for name in self.earlier.iter().filter(|name| !is_current(name)) {
             let path = self.path.join(name);
             if path.is_file() {
                 fs::remove_file(&path).map_err(io("removing", &path))?;
@@ -114,7 +114,7 @@ impl OutputFolder {
     }
 }
 
-/// Write the observations of a twin as a case reads them: `time_s`, then `TC1_K` … to a microkelvin.
+/// Write synthetic observations as a table that a case can read: `time_s`, then `TC1_K` … to a microkelvin.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -134,20 +134,20 @@ pub fn measured(path: &Path, case: &Case, twin: &Twin) -> Result<(), ReportError
     put(path, text.as_bytes())
 }
 
-/// Write a file whole or not at all.
+/// Write a file atomically.
 fn put(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
     let partial = partial(path);
     fs::write(&partial, bytes).map_err(io("writing", &partial))?;
     fs::rename(&partial, path).map_err(io("renaming to", path))
 }
 
-/// The temporary name of a file, beside it so that renaming stays within one file system.
+/// Temporary name of a file, in the same folder so that renaming is atomic.
 fn partial(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.partial"))
 }
 
-/// Whether a name read from a summary points into the folder.
+/// Whether a file name read from a summary is inside the folder.
 fn stays_inside(name: &str) -> bool {
     Path::new(name).components().all(|part| matches!(part, Component::Normal(_)))
 }
@@ -162,7 +162,7 @@ mod tests {
     use super::super::{fixture, write};
     use super::*;
 
-    /// A folder of this test alone, removed at its end.
+    /// A temporary folder, removed when dropped.
     struct Scratch(PathBuf);
 
     impl Scratch {
@@ -180,12 +180,12 @@ mod tests {
     }
 
     #[test]
-    fn a_study_leaves_a_page_figures_tables_and_a_summary_and_nothing_half_written() {
+    fn a_study_writes_a_page_figures_tables_and_a_summary() {
         let scratch = Scratch::new("study");
         let outcomes = fixture::outcomes();
         let folder = OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a new folder");
         let paths = write(&outcomes.answers("study"), &folder).expect("it can be written");
-        for name in ["report.html", "summary.json", "traces.csv", "percentiles.csv", "shares.csv", "path.csv"] {
+        for name in ["report.html", "summary.json", "traces.csv", "percentiles.csv", "shares.csv", "iterations.csv"] {
             assert!(paths.contains(&scratch.0.join(name)), "no {name} in {paths:?}");
         }
         assert!(paths.iter().all(|path| path.is_file()));
@@ -207,14 +207,14 @@ mod tests {
     }
 
     #[test]
-    fn a_second_report_of_a_case_leaves_no_file_of_the_first_that_it_does_not_have() {
+    fn a_second_report_removes_files_of_the_first_that_it_does_not_have() {
         let scratch = Scratch::new("second");
         let outcomes = fixture::outcomes();
         let open = || OutputFolder::open(&scratch.0, "lcat-2259", false).expect("a folder of this case");
         write(&outcomes.answers("study"), &open()).expect("it can be written");
         fs::write(scratch.0.join("notes.txt"), "mine").expect("a file of the analyst");
         write(&outcomes.answers("predict"), &open()).expect("it can be written");
-        assert!(!scratch.0.join("path.csv").exists(), "a table of the first report stayed");
+        assert!(!scratch.0.join("iterations.csv").exists(), "a table of the first report is still there");
         assert!(scratch.0.join("traces.csv").exists() && scratch.0.join("notes.txt").exists());
     }
 

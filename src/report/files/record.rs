@@ -1,4 +1,4 @@
-//! `summary.json`: the outcome for a program. Numbers that are unbounded or unknown are `null`.
+//! `summary.json`. Unbounded and unknown numbers are `null`.
 
 use super::json::{Named, Record};
 use crate::case::{Case, Observation};
@@ -10,29 +10,29 @@ use crate::traces::Arrival;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Estimated discretisation errors: of temperatures in K; of gauges in the unit of their key.
+/// Estimated discretisation errors of temperatures, and of gauges by their keys.
 #[derive(Serialize)]
-struct Resolution {
+struct DiscretisationError {
     tolerance_k: f64,
     nominal_k: f64,
     corners_k: Option<f64>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    gauges: BTreeMap<&'static str, GaugeResolution>,
+    gauges: BTreeMap<&'static str, GaugeError>,
 }
 
-/// Of a front in m, at 95 % of the instants; of another gauge as a share of its peak.
+/// Of a front in m, for 95 % of the instants; of another gauge as a share of its peak.
 #[derive(Serialize)]
-struct GaugeResolution {
+struct GaugeError {
     error: f64,
     tolerance: f64,
 }
 
-impl Resolution {
+impl DiscretisationError {
     fn of(reached: &Reached) -> Self {
         let gauges = reached
             .gauges
             .iter()
-            .map(|gauge| (gauge.gauge.name(), GaugeResolution { error: gauge.error, tolerance: gauge.tolerance }));
+            .map(|gauge| (gauge.gauge.name(), GaugeError { error: gauge.error, tolerance: gauge.tolerance }));
         Self {
             tolerance_k: reached.tolerance_k,
             nominal_k: reached.nominal_k,
@@ -51,7 +51,7 @@ struct Backend<'a> {
 
 #[derive(Serialize)]
 struct MembersRecord {
-    asked: usize,
+    requested: usize,
     ok: usize,
     failed: usize,
 }
@@ -71,24 +71,24 @@ struct PeakRecord {
     peak_time_s: f64,
 }
 
-/// In the unit that ends the gauge's name.
+/// In the unit at the end of the gauge's name.
 #[derive(Serialize)]
 struct ReadingRecord {
-    /// Farthest from zero.
+    /// Value of largest magnitude.
     peak: f64,
     peak_time_s: f64,
-    end: f64,
+    r#final: f64,
 }
 
-/// Relative residuals; mass where gas moves.
+/// Relative residuals; of mass where gas moves.
 #[derive(Serialize)]
 struct Balance {
     energy: Option<f64>,
     mass: Option<f64>,
 }
 
-/// The text of `summary.json`: what every question has, then the keys of every answer. `report_s` is what the report
-/// took, `files` what it wrote.
+/// The text of `summary.json`: common keys, then those of every result. `report_s` is the time that the report took,
+/// `files` are the names of its files.
 ///
 /// # Errors
 /// When JSON cannot be written.
@@ -110,7 +110,7 @@ pub(in crate::report) fn summary(answers: &Answers, report_s: f64, files: &[Stri
         record.put("steps", &march.map(|outcome| outcome.steps))?;
         record.put("cells", &march.map(|outcome| outcome.cells))?;
         if let Some(reached) = march.and_then(|outcome| outcome.reached.as_ref()) {
-            record.put("resolution", &Resolution::of(reached))?;
+            record.put("discretisation_error", &DiscretisationError::of(reached))?;
         }
         let seconds = Seconds {
             plan: answers.seconds.plan_s,
@@ -133,22 +133,22 @@ pub(in crate::report) fn summary(answers: &Answers, report_s: f64, files: &[Stri
         for answer in answer::all(answers) {
             answer.record(answers, record)?;
         }
-        // The next report of the case clears the files of this one.
+        // The next report of the case removes these files.
         record.put("files", files)?;
         Ok(())
     })
 }
 
-/// One nominal march counts where no answer drew members.
+/// Numbers of sampled members; without any, the nominal march counts as one.
 fn members(answers: &Answers) -> MembersRecord {
     let drawn = answer::all(answers).into_iter().find_map(|answer| answer.members());
     let one =
         answers.nominal_march().map(|march| Members { asked: 1, ok: usize::from(march.arrival == Arrival::Done) });
     let Members { asked, ok } = drawn.or(one).unwrap_or(Members { asked: 0, ok: 0 });
-    MembersRecord { asked, ok, failed: asked.saturating_sub(ok) }
+    MembersRecord { requested: asked, ok, failed: asked.saturating_sub(ok) }
 }
 
-/// Peaks of the nominal march, whichever answer has it.
+/// Peaks of the nominal march.
 fn sensors(answers: &Answers) -> Named<'_, PeakRecord> {
     let peaks = answers.nominal_march().into_iter().flat_map(|march| &march.peaks);
     let record = |peak: &Peak| PeakRecord { peak_k: peak.temperature_k, peak_time_s: peak.time_s };
@@ -156,7 +156,7 @@ fn sensors(answers: &Answers) -> Named<'_, PeakRecord> {
     Named(named.map(|(sensor, peak)| (sensor.name.as_str(), record(peak))).collect())
 }
 
-/// The window that is trusted, samples within it, and the least and the largest standard deviation of all.
+/// The data window, the samples within it, and the minimum and maximum standard deviation of all samples.
 #[derive(Serialize)]
 struct ObservedRecord {
     window_s: (f64, f64),
@@ -164,7 +164,7 @@ struct ObservedRecord {
     sigma_k: (f64, f64),
 }
 
-/// Case → sensor → what its observation counts for.
+/// Case → sensor → window, samples and standard deviations.
 fn observed(answers: &Answers) -> Named<'_, Named<'_, ObservedRecord>> {
     Named(answers.cases().map(|case| (case.id.as_str(), observed_of(case))).collect())
 }
@@ -172,15 +172,15 @@ fn observed(answers: &Answers) -> Named<'_, Named<'_, ObservedRecord>> {
 fn observed_of(case: &Case) -> Named<'_, ObservedRecord> {
     let record = |seen: &Observation| {
         let window_s = case.window_s(seen.sensor);
-        let is_trusted = |time_s: &&f64| (window_s.0..=window_s.1).contains(*time_s);
-        let samples = seen.times_s.iter().filter(is_trusted).count();
+        let is_used = |time_s: &&f64| (window_s.0..=window_s.1).contains(*time_s);
+        let samples = seen.times_s.iter().filter(is_used).count();
         ObservedRecord { window_s, samples, sigma_k: observed::deviations_k(seen) }
     };
     Named(case.observations.iter().map(|seen| (case.sensors[seen.sensor].name.as_str(), record(seen))).collect())
 }
 
 fn gauges(readings: &[Reading]) -> Named<'static, ReadingRecord> {
-    let record = |of: &Reading| ReadingRecord { peak: of.peak, peak_time_s: of.peak_time_s, end: of.end };
+    let record = |of: &Reading| ReadingRecord { peak: of.peak, peak_time_s: of.peak_time_s, r#final: of.end };
     Named(readings.iter().map(|reading| (reading.gauge.name(), record(reading))).collect())
 }
 
@@ -191,7 +191,7 @@ mod tests {
     use serde_json::Value;
 
     #[test]
-    fn the_summary_of_an_estimate_holds_every_promised_key() {
+    fn the_summary_of_an_estimate_has_every_documented_key() {
         let outcomes = fixture::outcomes();
         let text = summary(&outcomes.answers("estimate"), 0.4, &[]).expect("it serialises");
         let read: Value = serde_json::from_str(&text).expect("it is JSON");
@@ -199,14 +199,14 @@ mod tests {
             assert!(!read[key].is_null(), "no {key}");
         }
         assert_eq!(read["factors"]["f_k_INS"]["value"], 0.97);
-        let determined = &read["determined"][0];
+        let determined = &read["identifiable_combinations"][0];
         assert_eq!((&determined["combination"], &determined["factors"][1]), (&"ratio".into(), &"f_cp_INS".into()));
         assert!(determined["value"].as_f64().is_some_and(|value| (value - 0.951).abs() < 1e-3));
         assert_eq!(determined["relative_standard_error"], 0.003);
         let drawn = &read["posterior"];
-        assert_eq!((&drawn["settled"], &drawn["factors"]["f_cp_INS"]["median"]), (&true.into(), &1.018.into()));
+        assert_eq!((&drawn["converged"], &drawn["factors"]["f_cp_INS"]["median"]), (&true.into(), &1.018.into()));
         assert_eq!((&drawn["correlation"][0][1], &drawn["discrepancy"]["amplitude_k"]), (&0.98.into(), &4.2.into()));
-        assert_eq!(drawn["predicted"][outcomes.case.id.as_str()]["TC4"]["discrepancy"]["held"], 0.96);
+        assert_eq!(drawn["predicted"][outcomes.case.id.as_str()]["TC4"]["with_discrepancy"]["coverage"], 0.96);
         assert_eq!(read["members"]["failed"], 0);
         assert_eq!(read["backend"]["precision"], "f64");
         assert!(read["sensors"]["TC4"]["peak_k"].as_f64().is_some_and(|peak| peak > 300.0));
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn an_undetermined_factor_is_null_and_not_a_number_that_json_lacks() {
+    fn the_standard_error_of_an_undetermined_factor_is_null() {
         let mut outcomes = fixture::outcomes();
         outcomes.estimated.standard_errors[1] = f64::INFINITY;
         let text = summary(&outcomes.answers("estimate"), 0.4, &[]).expect("it serialises");
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn where_gas_moves_the_summary_says_how_much_when_and_whether_mass_is_kept_and_elsewhere_nothing() {
+    fn gauges_and_the_mass_balance_are_in_the_summary_only_where_gas_moves() {
         let read = |outcomes: &fixture::Outcomes, command: &'static str| -> Value {
             let text = summary(&outcomes.answers(command), 0.4, &[]).expect("it serialises");
             serde_json::from_str(&text).expect("it is JSON")
@@ -236,22 +236,22 @@ mod tests {
             let charring = read(&fixture::outcomes().charring(), command);
             let flux = &charring["gauges"]["gas_flux_kg_m2_s"];
             assert_eq!((&flux["peak"], &flux["peak_time_s"]), (&0.009.into(), &40.0.into()), "{command}");
-            assert!(flux["end"].as_f64().is_some_and(|end| end < 1e-6), "{command}");
-            let ends = |gauge: &str| charring["gauges"][gauge]["end"].as_f64().expect("an end");
-            assert!((ends("mass_lost_kg_m2") - 0.36).abs() < 1e-6 && (ends("char_front_m") - 2.5e-3).abs() < 1e-6);
+            assert!(flux["final"].as_f64().is_some_and(|last| last < 1e-6), "{command}");
+            let last = |gauge: &str| charring["gauges"][gauge]["final"].as_f64().expect("a final value");
+            assert!((last("mass_lost_kg_m2") - 0.36).abs() < 1e-6 && (last("char_front_m") - 2.5e-3).abs() < 1e-6);
             for gauge in ["virgin_front_m", "peak_pressure_pa", "back_pressure_pa"] {
-                assert!(ends(gauge) > 0.0, "{command}: {gauge}");
+                assert!(last(gauge) > 0.0, "{command}: {gauge}");
             }
             assert!(charring["balance"]["mass"].as_f64().is_some_and(|off| off.abs() < 1e-12), "{command}");
         }
     }
 
     #[test]
-    fn the_shares_of_a_sensor_at_its_peak_add_up_to_one() {
+    fn the_variance_shares_of_a_sensor_sum_to_one() {
         let outcomes = fixture::outcomes();
         let text = summary(&outcomes.answers("uncertainty"), 0.4, &[]).expect("it serialises");
         let read: Value = serde_json::from_str(&text).expect("it is JSON");
-        let shares = read["shares"]["TC4"].as_object().expect("shares of TC4");
+        let shares = read["variance_shares"]["TC4"].as_object().expect("shares of TC4");
         let total: f64 = shares.values().filter_map(Value::as_f64).sum();
         assert!((total - 1.0).abs() < 1e-9, "{total}");
     }

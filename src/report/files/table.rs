@@ -1,11 +1,11 @@
-//! One CSV, row by row.
+//! A CSV file, written row by row.
 
 use crate::report::ReportError;
 
-/// A file of a report: its name in the folder, and its bytes.
+/// A file of a report: its name in the folder and its content.
 pub(in crate::report) type File = (String, Vec<u8>);
 
-/// A table being written.
+/// A CSV file in memory.
 pub(in crate::report) struct Table {
     name: String,
     rows: csv::Writer<Vec<u8>>,
@@ -25,7 +25,7 @@ impl Table {
         self.rows.write_record(cells).map_err(|error| self.fault(&error))
     }
 
-    /// A row of numbers behind a name, which may be missing.
+    /// Append a row of numbers, after a name if there is one.
     pub(in crate::report) fn row(
         &mut self,
         name: Option<&str>,
@@ -47,7 +47,7 @@ impl Table {
     }
 }
 
-/// Nine significant digits, or nothing.
+/// A number with nine significant digits; empty if it is not finite.
 pub(in crate::report) fn cell(value: f64) -> String {
     if !value.is_finite() {
         return String::new();
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_value_that_is_not_known_is_an_empty_cell() {
+    fn a_value_that_is_not_finite_is_an_empty_cell() {
         assert_eq!(cell(f64::NAN), "");
         assert_eq!(cell(f64::INFINITY), "");
         assert_eq!(cell(873.123_456_789_012), "873.123457");

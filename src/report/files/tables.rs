@@ -1,8 +1,4 @@
-//! The tables of a report as CSV: one row an instant, a sensor's rows together. Units stand last in the names
-//! of columns; a value that is not known is empty; nine significant digits.
-//!
-//! Every answer has its own tables, described at its `tables`. All have `traces.csv`: `time_s`, then `TC1_K` … of the
-//! nominal march, of an estimate `TC1_fitted_K` … too, and where gas moves the gauges of the nominal march.
+//! The CSV tables of a report; `docs/reference/outputs.md` lists their columns.
 
 use super::table::{File, Table};
 use crate::case::Case;
@@ -27,7 +23,7 @@ pub(in crate::report) fn all(answers: &Answers) -> Result<Vec<File>, ReportError
     Ok(tables)
 }
 
-/// A column for each factor, named after it with this ending.
+/// A column per factor, named with this suffix.
 pub(in crate::report) fn factor_columns(case: &Case, ending: &str) -> impl Iterator<Item = String> {
     case.factors.iter().map(move |factor| format!("{}{ending}", factor.name))
 }
@@ -73,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn the_traces_of_an_estimate_hold_the_nominal_and_the_fitted_march_side_by_side() {
+    fn the_traces_of_an_estimate_have_the_nominal_and_the_fitted_march() {
         let (head, rows) = table("traces.csv");
         assert_eq!(head[..5], ["time_s", "TC1_K", "TC2_K", "TC3_K", "TC4_K"]);
         assert_eq!(head[8], "TC4_fitted_K");
@@ -81,11 +77,11 @@ mod tests {
         assert_eq!(rows.len(), outcomes.nominal.instants_s.len());
         let read: f64 = rows[120][4].parse().expect("a number");
         assert!((read - outcomes.nominal.temperatures_k[3][120]).abs() < 1e-6);
-        assert_ne!(rows[120][4], rows[120][8], "fitted and nominal cannot be the same trace");
+        assert_ne!(rows[120][4], rows[120][8], "fitted and nominal traces are the same");
     }
 
     #[test]
-    fn gauges_stand_behind_the_sensors_where_gas_moves_and_nowhere_else() {
+    fn gauges_follow_the_sensors_only_where_gas_moves() {
         let outcomes = fixture::outcomes();
         let of = |outcomes: &fixture::Outcomes| {
             let (_, bytes) = traces("traces.csv", &outcomes.case, &outcomes.nominal, None).expect("a table");
@@ -102,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn the_percentiles_of_a_sensor_rise_in_every_row() {
+    fn percentiles_ascend_in_every_row() {
         let (_, rows) = table("percentiles.csv");
         for row in rows.iter().filter(|row| row[3] != "0") {
             let values: Vec<f64> = row[4..11].iter().map(|cell| cell.parse().expect("a number")).collect();

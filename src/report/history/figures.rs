@@ -1,4 +1,4 @@
-//! A flux or a gas temperature that was recovered, what it leaves of the readings, and how its smoothness was chosen.
+//! The estimated heating history, its residuals, and the choice of the regularisation weight.
 
 use super::{chosen, found, left_out, unit};
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
@@ -19,7 +19,7 @@ fn flux(answers: &Answers, outcome: &History) -> Figure {
     let knots = 0..outcome.times_s.len();
     let unit = unit(outcome.sought);
     let largest = outcome.values.iter().chain(&outcome.own).copied().fold(0.0, f64::max) * unit.scale;
-    // An open end of the band would leave the rest of the figure a line.
+    // Limits the axis, as the band is unbounded at undetermined knots.
     let top = 1.4 * largest.max(1e-6);
     let values = |values: &[f64]| -> Vec<f64> { values.iter().map(|value| value * unit.scale).collect() };
     let edge = |sign: f64| {
@@ -31,21 +31,21 @@ fn flux(answers: &Answers, outcome: &History) -> Figure {
     Figure {
         id: "history-flux".to_owned(),
         number: String::new(),
-        title: format!("{}, recovered", unit.title),
+        title: format!("{}, estimated", unit.title),
         caption: format!("{} {}", found(answers, outcome), left_out()),
         x: Axis::linear("Time, s").within(0.0, outcome.end_s),
         y: Axis::linear(&format!("{}, {}", sentence(unit.noun), unit.unit)).within(0.0, top),
         layers: vec![
             Layer::Band {
-                name: "95 %, by noise".to_owned(),
+                name: "95 % band (noise)".to_owned(),
                 ink: Ink::Series(0),
                 opacity: 0.2,
                 x: x.clone(),
                 low: edge(-1.0),
                 high: edge(1.0),
             },
-            line("as the case has it".to_owned(), Ink::Guide, Stroke::Dashed, x, &values(&outcome.own)),
-            line("recovered".to_owned(), Ink::Series(0), Stroke::Solid, x, &found_values),
+            line("stated in the case".to_owned(), Ink::Guide, Stroke::Dashed, x, &values(&outcome.own)),
+            line("estimated".to_owned(), Ink::Series(0), Stroke::Solid, x, &found_values),
             Layer::Points {
                 name: "knots".to_owned(),
                 ink: Ink::Series(0),
@@ -57,7 +57,7 @@ fn flux(answers: &Answers, outcome: &History) -> Figure {
     }
 }
 
-/// With a capital at its front.
+/// Capitalise the first letter.
 fn sentence(noun: &str) -> String {
     let mut letters = noun.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
@@ -79,7 +79,7 @@ fn residuals(answers: &Answers, outcome: &History) -> Figure {
         .iter()
         .map(|seen| {
             format!(
-                "{} is off by {} (root mean square) as the case is heated and by {} with what was found",
+                "{} RMSE {} with the stated heating, {} with the estimated one",
                 answers.case.sensors[seen.sensor].name,
                 words::misfit(seen.rms_k.0),
                 words::misfit(seen.rms_k.1)
@@ -89,8 +89,8 @@ fn residuals(answers: &Answers, outcome: &History) -> Figure {
     Figure {
         id: "history-residuals".to_owned(),
         number: String::new(),
-        title: "What the recovered heating leaves of the readings".to_owned(),
-        caption: format!("{}. Bars are one standard deviation of the measurement.", words::listed(&each)),
+        title: "Residuals of the estimated heating".to_owned(),
+        caption: format!("{}. Error bars: one standard deviation of the measurement.", words::listed(&each)),
         x: Axis::linear("Time, s").within(0.0, outcome.end_s),
         y: Axis::linear("Measured less predicted, K"),
         layers,
@@ -103,16 +103,17 @@ fn smoothing(outcome: &History) -> Figure {
     Figure {
         id: "history-smoothing".to_owned(),
         number: String::new(),
-        title: "How well the data are met over the strength of smoothing".to_owned(),
+        title: "Weighted RMSE against regularisation weight".to_owned(),
         caption: format!(
-            "{} Residuals are weighted by their standard deviations; a weight of one is that at which misfit and roughness change alike.",
+            "{} Residuals are divided by their standard deviations; at a weight of one misfit and roughness have equal \
+             sensitivity.",
             chosen(outcome)
         ),
-        x: Axis::log("Weight of roughness"),
-        y: Axis::log("Weighted residuals, rms"),
+        x: Axis::log("Regularisation weight"),
+        y: Axis::log("Weighted RMSE"),
         layers: vec![
-            line("as the noise says".to_owned(), Ink::Measured, Stroke::Dotted, &ends, &[1.0; 2]),
-            line("tried".to_owned(), Ink::Series(0), Stroke::Solid, &x, &y),
+            line("noise level".to_owned(), Ink::Measured, Stroke::Dotted, &ends, &[1.0; 2]),
+            line("all weights".to_owned(), Ink::Series(0), Stroke::Solid, &x, &y),
             Layer::Points {
                 name: "chosen".to_owned(),
                 ink: Ink::Series(1),

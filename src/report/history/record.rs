@@ -1,4 +1,4 @@
-//! What `history` found, for a program. A deviation that is unbounded is `null`.
+//! The key `history` of `summary.json`. An unbounded deviation is `null`.
 
 use crate::case::Case;
 use crate::report::files::json::Named;
@@ -8,29 +8,29 @@ use serde::Serialize;
 #[derive(Serialize)]
 pub(super) struct HistoryRecord<'a> {
     /// `flux`, `radiant-flux`, `gas`.
-    sought: &'static str,
+    quantity: &'static str,
     times_s: &'a [f64],
     #[serde(flatten)]
     values: Values<'a>,
-    /// Whether each knot is left undetermined; deviations of the integral take such a one as found.
+    /// Whether each knot is undetermined; the deviation of the integral takes its value as exact.
     undetermined: &'a [bool],
-    end_s: f64,
+    window_end_s: f64,
     samples: usize,
-    determined: f64,
-    /// `discrepancy`, `straight`, `unmet`, `l-curve`, `stated`.
-    chosen: &'static str,
-    smoothing: f64,
-    /// Weighted root mean square of the residuals: one is as the noise says.
+    effective_degrees_of_freedom: f64,
+    /// `discrepancy`, `piecewise-linear`, `noise-exceeded`, `l-curve`, `stated`.
+    regularisation_rule: &'static str,
+    regularisation_weight: f64,
+    /// Root mean square of the residuals in standard deviations.
     weighted_rms: f64,
-    /// Sensor → root mean square of measured less predicted, K.
-    sensors: Named<'a, Off>,
+    /// Sensor → root mean square of measurement less prediction, K.
+    sensors: Named<'a, SensorMisfit>,
     marches: usize,
     converged: bool,
     termination: &'a str,
 }
 
-/// What was found at the knots: with it one standard deviation of each by the noise alone, what smoothing takes off each to first
-/// order, what the case has; and the integral of a flux, or the mean of a temperature.
+/// Values at the knots: the estimate, its standard deviation by noise, the amount that smoothing removes to first
+/// order, and the stated value; then the integral of a flux, or the mean of a temperature.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Values<'a> {
@@ -46,78 +46,80 @@ enum Values<'a> {
     },
     Gas {
         gas_k: &'a [f64],
-        deviations_k: &'a [f64],
-        smoothed_k: &'a [f64],
-        own_k: &'a [f64],
+        standard_deviations_k: &'a [f64],
+        removed_by_smoothing_k: &'a [f64],
+        stated_k: &'a [f64],
         mean_k: f64,
-        mean_deviation_k: f64,
-        mean_own_k: f64,
+        mean_standard_deviation_k: f64,
+        stated_mean_k: f64,
     },
 }
 
 #[derive(Serialize)]
 struct OfFlux<'a> {
-    deviations_w_m2: &'a [f64],
-    smoothed_w_m2: &'a [f64],
-    own_w_m2: &'a [f64],
+    standard_deviations_w_m2: &'a [f64],
+    removed_by_smoothing_w_m2: &'a [f64],
+    stated_w_m2: &'a [f64],
     fluence_j_m2: f64,
-    fluence_deviation_j_m2: f64,
-    fluence_own_j_m2: f64,
+    fluence_standard_deviation_j_m2: f64,
+    stated_fluence_j_m2: f64,
 }
 
 impl<'a> Values<'a> {
     fn of(outcome: &'a History) -> Self {
         let of = || OfFlux {
-            deviations_w_m2: &outcome.deviations,
-            smoothed_w_m2: &outcome.smoothed,
-            own_w_m2: &outcome.own,
+            standard_deviations_w_m2: &outcome.deviations,
+            removed_by_smoothing_w_m2: &outcome.smoothed,
+            stated_w_m2: &outcome.own,
             fluence_j_m2: outcome.integral,
-            fluence_deviation_j_m2: outcome.integral_deviation,
-            fluence_own_j_m2: outcome.integral_own,
+            fluence_standard_deviation_j_m2: outcome.integral_deviation,
+            stated_fluence_j_m2: outcome.integral_own,
         };
         match outcome.sought {
             Sought::Flux => Self::Flux { flux_w_m2: &outcome.values, of: of() },
             Sought::RadiantFlux => Self::RadiantFlux { radiant_flux_w_m2: &outcome.values, of: of() },
             Sought::Gas => Self::Gas {
                 gas_k: &outcome.values,
-                deviations_k: &outcome.deviations,
-                smoothed_k: &outcome.smoothed,
-                own_k: &outcome.own,
+                standard_deviations_k: &outcome.deviations,
+                removed_by_smoothing_k: &outcome.smoothed,
+                stated_k: &outcome.own,
                 mean_k: outcome.integral / outcome.end_s,
-                mean_deviation_k: outcome.integral_deviation / outcome.end_s,
-                mean_own_k: outcome.integral_own / outcome.end_s,
+                mean_standard_deviation_k: outcome.integral_deviation / outcome.end_s,
+                stated_mean_k: outcome.integral_own / outcome.end_s,
             },
         }
     }
 }
 
+/// With the stated and with the estimated heating.
 #[derive(Serialize)]
-struct Off {
-    own_rms_k: f64,
-    found_rms_k: f64,
+struct SensorMisfit {
+    stated_rms_k: f64,
+    estimated_rms_k: f64,
 }
 
 impl<'a> HistoryRecord<'a> {
     pub(super) fn of(case: &'a Case, outcome: &'a History) -> Self {
         let sensors = outcome.seen.iter().map(|seen| {
-            (case.sensors[seen.sensor].name.as_str(), Off { own_rms_k: seen.rms_k.0, found_rms_k: seen.rms_k.1 })
+            let (stated_rms_k, estimated_rms_k) = seen.rms_k;
+            (case.sensors[seen.sensor].name.as_str(), SensorMisfit { stated_rms_k, estimated_rms_k })
         });
         Self {
-            sought: outcome.sought.name(),
+            quantity: outcome.sought.name(),
             times_s: &outcome.times_s,
             values: Values::of(outcome),
             undetermined: &outcome.undetermined,
-            end_s: outcome.end_s,
+            window_end_s: outcome.end_s,
             samples: outcome.samples,
-            determined: outcome.determined,
-            chosen: match outcome.chosen {
+            effective_degrees_of_freedom: outcome.determined,
+            regularisation_rule: match outcome.chosen {
                 Chosen::Discrepancy => "discrepancy",
-                Chosen::Straight => "straight",
-                Chosen::Unmet => "unmet",
+                Chosen::Straight => "piecewise-linear",
+                Chosen::Unmet => "noise-exceeded",
                 Chosen::LCurve => "l-curve",
                 Chosen::Stated => "stated",
             },
-            smoothing: outcome.rung.weight,
+            regularisation_weight: outcome.rung.weight,
             weighted_rms: outcome.rung.rms,
             sensors: Named(sensors.collect()),
             marches: outcome.marches,

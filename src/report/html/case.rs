@@ -1,4 +1,4 @@
-//! The case as it was marched, and how.
+//! The sections on the case and on the methods.
 
 use super::table::{list, paragraph, table};
 use crate::case::{Case, Conductivity, Emissivity, Face, GasFlow, GasPath, Material, OpenFace, Schedule, Side};
@@ -6,13 +6,13 @@ use crate::case::{Mark, Provenance};
 use crate::report::{answer, observed, words};
 use crate::study::answers::Answers;
 
-/// Layup, sensors, what they measured, materials, exposure and factors.
+/// Layup, sensors, observations, materials, exposure and factors.
 pub(super) fn described(case: &Case) -> String {
     layup(case) + &sensors(case) + &observations(case) + &materials(case) + &exposure(case) + &factors(case)
 }
 
 fn millimetres(length_m: f64) -> String {
-    // Three decimals, and of what is thinner than a tenth of a millimetre a hundredth of it.
+    // Three decimals, or three significant digits below a tenth of a millimetre.
     let magnitude = if length_m == 0.0 { 0.0 } else { (1e3 * length_m).abs().log10().floor() };
     words::trimmed(format!("{:.*}", (2.0 - magnitude).clamp(3.0, 12.0) as usize, 1e3 * length_m))
 }
@@ -33,7 +33,7 @@ fn layup(case: &Case) -> String {
             ]
         })
         .collect();
-    let head = ["Ply", "Group", "Material", "Thickness, mm", "Lower face at, mm", "Contact below, W/m²/K"];
+    let head = ["Ply", "Group", "Material", "Thickness, mm", "Lower face at, mm", "Contact conductance below, W/m²/K"];
     table("Layup, from the hot face to the back face", &head, &rows)
 }
 
@@ -48,8 +48,8 @@ fn sensors(case: &Case) -> String {
                 (Some(above), Some(below)) => {
                     let between = format!("between {} and {}", plies[above].name, plies[below].name);
                     match sensor.side {
-                        Side::Above => format!("{between}, on the upper"),
-                        Side::Below => format!("{between}, on the lower"),
+                        Side::Above => format!("{between}, on the upper ply"),
+                        Side::Below => format!("{between}, on the lower ply"),
                         Side::Both => between,
                     }
                 }
@@ -62,14 +62,14 @@ fn sensors(case: &Case) -> String {
             vec![sensor.name.clone(), millimetres(sensor.depth_m), place, lag]
         })
         .collect();
-    table("Sensors", &["Sensor", "Depth, mm", "Where", "Lag, s"], &rows)
+    table("Sensors", &["Sensor", "Depth, mm", "Location", "Time constant, s"], &rows)
 }
 
 fn observations(case: &Case) -> String {
     let rows: Vec<Vec<String>> = (case.observations.iter())
         .map(|seen| {
             let (from_s, to_s) = case.window_s(seen.sensor);
-            let whose = if seen.window_s.is_some() { "its own" } else { "that of all" };
+            let whose = if seen.window_s.is_some() { "this sensor" } else { "all sensors" };
             let (least_k, most_k) = observed::deviations_k(seen);
             let least = words::misfit(least_k).replace(" K", "");
             vec![
@@ -85,8 +85,8 @@ fn observations(case: &Case) -> String {
             ]
         })
         .collect();
-    let head = ["Sensor", "Samples", "Trusted, s", "Window", "± (1 σ), K"];
-    if rows.is_empty() { String::new() } else { table("Observations and what they count for", &head, &rows) }
+    let head = ["Sensor", "Samples", "Data window, s", "Window of", "Standard deviation, K"];
+    if rows.is_empty() { String::new() } else { table("Observations", &head, &rows) }
 }
 
 fn materials(case: &Case) -> String {
@@ -141,14 +141,14 @@ fn materials(case: &Case) -> String {
         .filter(|material| !material.note.is_empty())
         .map(|material| format!("{}: {}", material.name, material.note))
         .collect();
-    let head = ["Material", "Property", "Known", "How", "± (1 σ)", "Source"];
-    table("Materials and where their properties come from", &head, &rows) + &list(&notes)
+    let head = ["Material", "Property", "Value or range", "Mark", "Standard uncertainty", "Source"];
+    table("Materials and sources of their properties", &head, &rows) + &list(&notes)
 }
 
 fn source_row(material: &Material, property: &str, known: String, provenance: &Provenance) -> Vec<String> {
     let mark = match provenance.mark {
         Mark::Read => "read in a public source",
-        Mark::Remembered => "remembered, unverified",
+        Mark::Remembered => "remembered, not verified",
         Mark::Estimated => "estimated",
         Mark::Paper => "stated in the paper",
     };
@@ -165,25 +165,25 @@ fn source_row(material: &Material, property: &str, known: String, provenance: &P
 fn exposure(case: &Case) -> String {
     let exposure = &case.exposure;
     let start = match exposure.initial_k.as_slice() {
-        [(_, uniform_k)] => format!("Starts at {} throughout.", words::kelvin(*uniform_k)),
+        [(_, uniform_k)] => format!("Initial temperature {}.", words::kelvin(*uniform_k)),
         points => {
             let coldest = points.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
             let hottest = points.iter().map(|point| point.1).fold(f64::NEG_INFINITY, f64::max);
-            format!("Starts between {} and {} over depth.", words::kelvin(coldest), words::kelvin(hottest))
+            format!("Initial temperature {} to {} over depth.", words::kelvin(coldest), words::kelvin(hottest))
         }
     };
-    let beside = exposure.holder.as_ref().map(|holder| {
+    let holder = exposure.holder.as_ref().map(|holder| {
         format!(
-            "Beside: a holder at {}, {} kW/m³/K.",
-            reach(&holder.temperature_k, 1.0, "K"),
+            "Holder at {}, conductance {} kW/m³/K.",
+            range(&holder.temperature_k, 1.0, "K"),
             words::significant(1e-3 * holder.conductance_w_m3_k, 3)
         )
     });
-    let pressure = |schedule: &Schedule| reach(schedule, 1e-3, "kPa");
+    let pressure = |schedule: &Schedule| range(schedule, 1e-3, "kPa");
     let back = exposure.back_pressure_pa.as_ref();
-    let mut said = vec![
+    let mut text = vec![
         format!(
-            "{} of exposure at a gas pressure of {}. {start}",
+            "Duration {}, gas pressure {}. {start}",
             words::seconds(exposure.duration_s),
             pressure(&exposure.pressure_pa)
         ),
@@ -191,56 +191,53 @@ fn exposure(case: &Case) -> String {
         format!(
             "Back face: {}{}.",
             face(&exposure.back_face),
-            back.map_or(String::new(), |p| format!("; open to gas at {}", pressure(p)))
+            back.map_or(String::new(), |p| format!("; permeable, gas pressure {}", pressure(p)))
         ),
     ];
-    said.extend(beside);
-    said.extend(case.gas.as_ref().map(|gas| gas_flow(case, gas)));
-    "<h3>Exposure</h3>\n".to_owned() + &list(&said)
+    text.extend(holder);
+    text.extend(case.gas.as_ref().map(|gas| gas_flow(case, gas)));
+    "<h3>Exposure</h3>\n".to_owned() + &list(&text)
 }
 
-/// Which plies decompose, and how gas moves.
+/// Decomposing plies and the model of gas flow.
 fn gas_flow(case: &Case, gas: &GasFlow) -> String {
     let reacting = case.layup.plies.iter().filter(|ply| ply.material.decomposition.is_some());
     let reacting: Vec<&str> = reacting.map(|ply| ply.name.as_str()).collect();
     let path = match gas.path {
-        GasPath::Unhindered => "leaves by the hot face without exchanging heat",
-        GasPath::QuasiSteady => "flows to the hot face as it is made",
-        GasPath::Darcy => "flows by Darcy's law, stored on its way",
+        GasPath::Unhindered => "leaves through the hot face without heat exchange",
+        GasPath::QuasiSteady => "flows to the hot face quasi-steadily",
+        GasPath::Darcy => "flows by Darcy's law with storage in the pores",
     };
     let (name, id) = (&gas.gas.name, &gas.gas.id);
-    let said = format!("{name} ({id}) {path}: {}", gas.gas.provenance.source);
-    if reacting.is_empty() { format!("{said}.") } else { format!("Decomposing: {}. {said}.", words::listed(&reacting)) }
+    let text = format!("{name} ({id}) {path}: {}", gas.gas.provenance.source);
+    if reacting.is_empty() { format!("{text}.") } else { format!("Decomposing: {}. {text}.", words::listed(&reacting)) }
 }
 
 fn face(face: &Face) -> String {
     let open = match face {
-        Face::Held(schedule) => return format!("temperature held at {}", reach(schedule, 1.0, "K")),
+        Face::Held(schedule) => return format!("prescribed temperature {}", range(schedule, 1.0, "K")),
         Face::Open(open) => open,
     };
     let terms = terms(open);
     if terms.is_empty() { "insulated".to_owned() } else { terms.join("; ") }
 }
 
-/// The terms of an open face that are not zero.
+/// The heat fluxes at an open face that are not zero.
 fn terms(open: &OpenFace) -> Vec<String> {
     let acts = |schedule: &Schedule| schedule.values.iter().any(|value| *value != 0.0);
     let mut terms = Vec::new();
     if acts(&open.flux_w_m2) {
-        let corrected = open.recovery_enthalpy_j_kg.map_or("as given".to_owned(), |enthalpy| {
-            format!(
-                "corrected for a hot wall with a recovery enthalpy of {} MJ/kg",
-                words::significant(1e-6 * enthalpy, 3)
-            )
+        let corrected = open.recovery_enthalpy_j_kg.map_or("without hot-wall correction".to_owned(), |enthalpy| {
+            format!("hot-wall correction with a recovery enthalpy of {} MJ/kg", words::significant(1e-6 * enthalpy, 3))
         });
-        terms.push(format!("heat flux of {}, {corrected}", reach(&open.flux_w_m2, 1e-4, "W/cm²")));
+        terms.push(format!("heat flux of {}, {corrected}", range(&open.flux_w_m2, 1e-4, "W/cm²")));
     }
     if acts(&open.radiant_w_m2) {
-        terms.push(format!("radiant heat flux of {}", reach(&open.radiant_w_m2, 1e-4, "W/cm²")));
+        terms.push(format!("radiant heat flux of {}", range(&open.radiant_w_m2, 1e-4, "W/cm²")));
     }
     if open.film_w_m2_k != 0.0 {
-        let gas = reach(&open.gas_k, 1.0, "K");
-        terms.push(format!("film of {} W/m²/K to gas at {gas}", words::significant(open.film_w_m2_k, 3)));
+        let gas = range(&open.gas_k, 1.0, "K");
+        terms.push(format!("convection with {} W/m²/K to gas at {gas}", words::significant(open.film_w_m2_k, 3)));
     }
     let emissivity = match open.emissivity {
         Emissivity::Material => Some("the emissivity of the material".to_owned()),
@@ -254,11 +251,11 @@ fn terms(open: &OpenFace) -> Vec<String> {
 }
 
 /// The range of a schedule: `26.7 W/cm²`, `0 to 26.7 W/cm²`.
-fn reach(schedule: &Schedule, scale: f64, unit: &str) -> String {
+fn range(schedule: &Schedule, scale: f64, unit: &str) -> String {
     let low = schedule.values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = schedule.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let said = |value: f64| words::trimmed(words::significant(scale * value, 4));
-    if low == high { format!("{} {unit}", said(high)) } else { format!("{} to {} {unit}", said(low), said(high)) }
+    let text = |value: f64| words::trimmed(words::significant(scale * value, 4));
+    if low == high { format!("{} {unit}", text(high)) } else { format!("{} to {} {unit}", text(low), text(high)) }
 }
 
 fn factors(case: &Case) -> String {
@@ -277,25 +274,24 @@ fn factors(case: &Case) -> String {
     let name = |factor: usize| case.factors[factor].name.as_str();
     let pairs: Vec<String> = (case.correlation.pairs().iter())
         .map(|&(one, other, value)| {
-            format!("{} and {} go together where members are drawn (correlation {value})", name(one), name(other))
+            format!("Correlation of {} and {} in the sampling: {value}", name(one), name(other))
         })
         .collect();
     table("Factors", &["Factor", "Scales", "Nominal", "Small bounds", "Large bounds"], &rows) + &list(&pairs)
 }
 
-/// How the numbers of this page were found, shortly.
+/// Summary of the methods.
 pub(super) fn method(answers: &Answers) -> String {
     let mut out = paragraph(
-        "One-dimensional conduction through the plies, properties over temperature and pressure, contact conductance \
-         between plies, and at each face the terms listed under Exposure. Factors multiply the properties and \
-         exposures they are named for.",
+        "One-dimensional heat conduction through the plies with properties that depend on temperature and pressure, \
+         contact conductance between plies, and the boundary conditions listed under Exposure. A factor multiplies the \
+         property or exposure that it names.",
     );
-    for said in answer::all(answers).iter().flat_map(|answer| answer.method(answers)) {
-        out += &paragraph(&said);
+    for text in answer::all(answers).iter().flat_map(|answer| answer.method(answers)) {
+        out += &paragraph(&text);
     }
     out + &paragraph(
-        "\"The paper\", where it is named, is \"Flexible Thermal Protection System Physics-Based Modeling for \
-         Temperature Profile Predictions\". Its property tables and thermocouple traces are not public: what stands \
-         in for them is marked where it is used.",
+        "\"The paper\" is \"Flexible Thermal Protection System Physics-Based Modeling for Temperature Profile \
+         Predictions\". Its property tables and thermocouple traces are not public; surrogates are marked.",
     )
 }

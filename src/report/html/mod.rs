@@ -1,7 +1,7 @@
-//! The page: one file that needs no other and no network.
+//! The page: one self-contained HTML file.
 //!
-//! The page has each figure twice: as a chart that plotly.js draws when it comes into view (`vendor/README.md` names
-//! the build), and as a still image in SVG, which is printed and which is shown where scripts do not run.
+//! Each figure is on the page twice: as a chart that plotly.js draws when it comes into view (`vendor/README.md` names
+//! the build), and as a static SVG image for print and for browsers without scripts.
 
 mod case;
 mod sections;
@@ -19,7 +19,7 @@ const SCRIPT: &str = include_str!("page.js");
 const PLOTLY: &str = include_str!("vendor/plotly-cartesian.min.js.gz.base64");
 const PLOTLY_LICENSE: &str = include_str!("vendor/LICENSE");
 
-/// The page as text; `stills` are the figures as SVG, one a figure.
+/// The page as HTML; `stills` are the figures as SVG.
 pub(super) fn page(answers: &Answers, figures: &[(&'static str, Figure)], stills: &[String]) -> String {
     let sections = sections::all(answers, figures, stills);
     let links: String =
@@ -34,7 +34,8 @@ pub(super) fn page(answers: &Answers, figures: &[(&'static str, Figure)], stills
         "<!DOCTYPE html>\n<html lang=\"en-GB\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}</title>\n<style>\n{STYLE}</style>\n\
-         <noscript><style>.chart {{ display: none; }} .still {{ display: block; }}</style></noscript>\n</head>\n<body>\n\
+         <noscript><style>.chart {{ display: none; }} .still {{ display: block; }}</style></noscript>\n\
+         </head>\n<body>\n\
          {header}<nav aria-label=\"Sections\">\n{links}</nav>\n<main>\n{summary}{body}</main>\n\
          {plotly}\n<script type=\"application/json\" id=\"charts\">{charts}</script>\n\
          <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
@@ -46,28 +47,28 @@ pub(super) fn page(answers: &Answers, figures: &[(&'static str, Figure)], stills
     )
 }
 
-/// plotly.js, compressed, in an element that a browser does not run: `page.js` decompresses and runs it. The licence
-/// asks for its text in every copy.
+/// plotly.js, compressed, in an element that a browser does not run; `page.js` decompresses and runs it. The licence
+/// requires its text in every copy.
 fn plotly() -> String {
     format!("<!--\nplotly.js\n\n{PLOTLY_LICENSE}-->\n<script type=\"application/gzip\" id=\"plotly\">{PLOTLY}</script>")
 }
 
-/// The charts as JSON, for a script element. Most traces share their `x` with others: each array is written once, in
-/// `x`, and a trace has its index there.
+/// The charts as JSON, for a script element. Many traces have the same `x`: each array is written once to the list `x`,
+/// and traces refer to it by index.
 fn charts(figures: &[(&'static str, Figure)]) -> String {
     let mut charts: Vec<Value> = figures.iter().map(|(_, figure)| chart::draw(figure)).collect();
     let mut shared: Vec<Value> = Vec::new();
     for trace in charts.iter_mut().filter_map(|chart| chart["traces"].as_array_mut()).flatten() {
         if let Some(x) = trace.get_mut("x") {
-            let known = shared.iter().position(|other| other == x);
-            let index = known.unwrap_or_else(|| {
+            let found = shared.iter().position(|other| other == x);
+            let index = found.unwrap_or_else(|| {
                 shared.push(x.take());
                 shared.len() - 1
             });
             *x = json!(index);
         }
     }
-    // Inside a script element only `<` can end it.
+    // Only `<` can end a script element.
     json!({"charts": charts, "x": shared}).to_string().replace('<', "\\u003c")
 }
 
@@ -84,9 +85,9 @@ fn header(answers: &Answers) -> String {
         facts.extend(march.reached.as_ref().map(words::reached));
     }
     let seconds = answers.seconds;
-    let took = [("planning", seconds.plan_s), ("marching", seconds.march_s), ("reducing", seconds.reduce_s)];
+    let took = [("adaptation", seconds.plan_s), ("march", seconds.march_s), ("statistics", seconds.reduce_s)];
     let took: Vec<String> =
-        took.iter().map(|(what, spent_s)| format!("{what} {} s", words::significant(*spent_s, 2))).collect();
+        took.iter().map(|(phase, time_s)| format!("{phase} {} s", words::significant(*time_s, 2))).collect();
     facts.push(took.join(", "));
     let facts: String = facts.iter().map(|fact| format!("<li>{}</li>\n", escaped(fact))).collect();
     format!(
@@ -96,7 +97,7 @@ fn header(answers: &Answers) -> String {
     )
 }
 
-/// What the analyst must know of the data, loudly where they are not what they stand for.
+/// Notes of the cases, highlighted for synthetic data and surrogate properties.
 fn notes(answers: &Answers) -> String {
     answers.cases().map(note).collect()
 }
@@ -111,8 +112,8 @@ fn note(case: &Case) -> String {
     }
     let stand_ins: Vec<&str> = warnings::surrogates(case).iter().map(|material| material.name.as_str()).collect();
     if !stand_ins.is_empty() {
-        let said = format!("Surrogate properties stand in for those of {}.", words::listed(&stand_ins));
-        out.push_str(&format!("<div class=\"note loud\">\n{}</div>\n", paragraph(&said)));
+        let sentence = format!("Surrogate properties are used for {}.", words::listed(&stand_ins));
+        out.push_str(&format!("<div class=\"note loud\">\n{}</div>\n", paragraph(&sentence)));
     }
     out
 }
@@ -122,12 +123,12 @@ fn summary(answers: &Answers) -> String {
         .iter()
         .map(|finding| format!("<dt>{}</dt>\n<dd>{}</dd>\n", escaped(finding.about), escaped(&finding.said)))
         .collect();
-    let doubts = warnings::all(answers);
-    let warned = if doubts.is_empty() {
+    let warnings = warnings::all(answers);
+    let warned = if warnings.is_empty() {
         "<p class=\"calm\">No warnings.</p>\n".to_owned()
     } else {
-        let title = words::counted(doubts.len(), "warning");
-        format!("<div class=\"warnings\" role=\"note\">\n<h3>{title}</h3>\n{}</div>\n", list(&doubts))
+        let title = words::counted(warnings.len(), "warning");
+        format!("<div class=\"warnings\" role=\"note\">\n<h3>{title}</h3>\n{}</div>\n", list(&warnings))
     };
     format!("<section id=\"summary\">\n<h2>Summary</h2>\n<dl class=\"findings\">\n{rows}</dl>\n{warned}</section>\n")
 }
@@ -145,20 +146,20 @@ mod tests {
         page(&answers, &figures, &stills)
     }
 
-    /// The page without plotly.js, whose text names addresses that it does not load.
-    fn own(outcomes: &fixture::Outcomes) -> String {
+    /// The page without plotly.js, which contains URLs that it does not load.
+    fn page_without_plotly(outcomes: &fixture::Outcomes) -> String {
         made(outcomes).replace(&plotly(), "")
     }
 
     #[test]
-    fn the_page_loads_nothing_from_anywhere() {
-        let page = own(&fixture::outcomes());
+    fn the_page_has_no_external_references() {
+        let page = page_without_plotly(&fixture::outcomes());
         for reference in ["src=", "href=\"http", "@import", "url(", "<link"] {
             assert!(!page.contains(reference), "the page refers to something: {reference}");
         }
     }
 
-    /// A comment of the page ends at the first `--`, the text of an element at the first `<`.
+    /// An HTML comment ends at `--`, the text of an element at `<`.
     #[test]
     fn the_chart_script_is_base64_after_its_licence() {
         assert!(
@@ -169,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn charts_keep_their_traces_and_write_no_array_of_x_twice() {
+    fn charts_keep_their_traces_and_each_array_of_x_is_written_once() {
         let outcomes = fixture::outcomes();
         let figures = figures::in_sections(&outcomes.answers("study"));
         let text = charts(&figures);
@@ -177,7 +178,7 @@ mod tests {
         let shared = written["x"].as_array().expect("arrays");
         let mut traces = 0;
         for ((_, figure), written) in figures.iter().zip(written["charts"].as_array().expect("charts")) {
-            // Numbers as they are after one way through text.
+            // Numbers after one conversion to text and back.
             let drawn: Value = serde_json::from_str(&chart::draw(figure).to_string()).expect("JSON");
             let mut restored = written.clone();
             for trace in restored["traces"].as_array_mut().expect("traces") {
@@ -193,49 +194,49 @@ mod tests {
     }
 
     #[test]
-    fn a_hostile_name_stays_text() {
+    fn markup_in_names_is_escaped() {
         let mut outcomes = fixture::outcomes();
         let hostile = "</script><script>alert(1)</script>";
         outcomes.case.name = hostile.to_owned();
         outcomes.case.sensors[0].name = hostile.to_owned();
         outcomes.case.factors[0].name = hostile.to_owned();
         outcomes.case.note = hostile.to_owned();
-        assert!(!own(&outcomes).contains("<script>alert"));
+        assert!(!page_without_plotly(&outcomes).contains("<script>alert"));
     }
 
     #[test]
-    fn a_page_has_a_section_on_gas_where_gas_moves_each_chart_behind_its_sentence_and_elsewhere_no_word_of_it() {
-        let still = own(&fixture::outcomes());
-        assert!(!still.contains("id=\"gas\"") && !still.contains("Mass:") && !still.contains("gas flux"));
-        let page = own(&fixture::outcomes().charring());
+    fn the_section_on_gas_is_there_only_where_gas_moves_with_captions_above_charts() {
+        let inert = page_without_plotly(&fixture::outcomes());
+        assert!(!inert.contains("id=\"gas\"") && !inert.contains("Mass balance:") && !inert.contains("gas flux"));
+        let page = page_without_plotly(&fixture::outcomes().charring());
         let (_, section) = page.split_once("<section id=\"gas\">\n<h2>Decomposition and gas</h2>").expect("a section");
         let (section, _) = section.split_once("</section>").expect("it ends");
         assert_eq!(section.matches("</figcaption>\n<div class=\"chart\"").count(), 4);
-        assert!(section.contains("By the end 0.360\u{a0}kg/m² of solid has turned into gas."));
+        assert!(section.contains("Final mass of solid converted to gas: 0.360\u{a0}kg/m²."));
         let (_, nominal) = page.split_once("<section id=\"nominal\">").expect("a section");
         assert!(
-            nominal.contains("<p>Mass: 0.360\u{a0}kg/m² of solid turned into gas, 0.00200\u{a0}kg/m² of gas came in")
+            nominal.contains("<p>Mass balance: solid converted to gas 0.360\u{a0}kg/m², gas in 0.00200\u{a0}kg/m²")
         );
     }
 
     #[test]
-    fn the_page_names_the_bounds_that_members_were_drawn_between() {
+    fn the_page_names_the_bounds_of_the_sampling() {
         let mut outcomes = fixture::outcomes();
         for (bounds, others) in [(Bounds::Small, "large"), (Bounds::Large, "small")] {
             outcomes.uncertainty.bounds = bounds;
-            let page = own(&outcomes);
+            let page = page_without_plotly(&outcomes);
             assert!(page.contains(&format!("within their {} bounds", bounds.name())), "{}", bounds.name());
             assert!(!page.contains(&format!("within their {others} bounds")), "{}", bounds.name());
         }
     }
 
     #[test]
-    fn synthetic_data_and_warnings_are_said_at_the_top() {
-        let page = own(&fixture::outcomes());
+    fn synthetic_data_and_warnings_are_at_the_top() {
+        let page = page_without_plotly(&fixture::outcomes());
         let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text:?} on the page"));
         let nominal = place("<section id=\"nominal\"");
         assert!(place("Observations are synthetic") < nominal);
-        assert!(place("correlate by 0.993") < nominal);
-        assert!(place("The residuals are not noise") < nominal);
+        assert!(place("have correlation 0.993") < nominal);
+        assert!(place("The residuals are autocorrelated") < nominal);
     }
 }

@@ -3,7 +3,7 @@
   const holders = document.querySelectorAll(".chart");
   const narrow = window.matchMedia("(max-width: 600px)").matches;
   const coarse = window.matchMedia("(pointer: coarse)").matches;
-  // plotly.js stands on the page as base64 of gzip.
+  // plotly.js is on the page as gzip in base64.
   const load = async () => {
     const packed = Uint8Array.from(atob(document.getElementById("plotly").textContent), (c) => c.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -18,7 +18,7 @@
     plot_bgcolor: "#ffffff",
     legend: { orientation: "h", x: 0, xanchor: "left", y: -0.2, yanchor: "top" },
     hoverlabel: { namelength: -1 },
-    // A finger that scrolls the page must not zoom a chart.
+    // On a touch screen a drag scrolls the page and does not zoom.
     dragmode: coarse || narrow ? false : "zoom",
   };
   const options = {
@@ -32,7 +32,7 @@
     await load();
     const draw = (holder) => {
       const chart = charts[Number(holder.dataset.chart)];
-      // Traces share their x: each has the index of an array.
+      // trace.x is an index into the list of shared arrays.
       const traces = chart.traces.map((trace) => ("x" in trace ? { ...trace, x: x[trace.x] } : trace));
       Plotly.newPlot(holder, traces, { ...shared, ...chart.layout }, options);
     };
@@ -51,7 +51,7 @@
     );
     holders.forEach((holder) => watch.observe(holder));
   };
-  // A browser that cannot decompress (before 2023, some) shows the still images, as without scripts.
+  // Browsers without DecompressionStream (some before 2023) show the static images.
   drawAll().catch((error) => {
     document.body.classList.add("stills");
     console.error(error);

@@ -1,4 +1,4 @@
-//! The sections of the page: those of every answer with their figures, then the case and the method.
+//! The sections of the page: those of every result with their figures, then the case and the methods.
 
 use super::case;
 use super::table::{escaped, paragraph};
@@ -7,7 +7,7 @@ use crate::report::answer::{self, Section};
 use crate::report::figure::Figure;
 use crate::study::answers::Answers;
 
-/// The sections in reading order. Each figure, with its still, follows the content of the section that it names.
+/// The sections in reading order; figures follow the content of their section.
 pub(super) fn all(answers: &Answers, figures: &[(&'static str, Figure)], stills: &[String]) -> Vec<Section> {
     let mut sections: Vec<Section> =
         answer::in_reading_order(answers).iter().flat_map(|answer| answer.sections(answers)).collect();

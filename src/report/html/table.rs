@@ -1,6 +1,6 @@
-//! Tables and text of the page: the only place that turns words into markup, and so the only one that escapes.
+//! Tables and text of the page. All text becomes HTML here, and is escaped here.
 
-/// Text as text, whatever it holds; a number and its unit stay on one line.
+/// Escape a text for HTML, with no-break spaces between numbers and units.
 pub(in crate::report) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for (at, c) in text.char_indices() {
@@ -17,7 +17,7 @@ pub(in crate::report) fn escaped(text: &str) -> String {
     out
 }
 
-/// Whether a text begins with a unit.
+/// Whether a text starts with a unit.
 fn is_unit(text: &str) -> bool {
     let word = text.split(|c: char| !c.is_alphanumeric() && !"°%²³/".contains(c)).next().unwrap_or_default();
     ["K", "s", "°C", "%", "mm", "K²", "kPa", "MJ/kg", "W/cm²", "W/m²/K", "kg/m³", "kg/m²", "kg/m²/s", "MJ/m²"]
@@ -29,17 +29,16 @@ pub(in crate::report) fn paragraph(text: &str) -> String {
     format!("<p>{}</p>\n", escaped(text))
 }
 
-/// A list of sentences; nothing when there are none.
+/// A list of sentences; empty without any.
 pub(in crate::report) fn list<S: AsRef<str>>(sentences: &[S]) -> String {
     if sentences.is_empty() {
         return String::new();
     }
-    let items: String = sentences.iter().map(|said| format!("<li>{}</li>\n", escaped(said.as_ref()))).collect();
+    let items: String = sentences.iter().map(|sentence| format!("<li>{}</li>\n", escaped(sentence.as_ref()))).collect();
     format!("<ul>\n{items}</ul>\n")
 }
 
-/// A table under a title, in a container that scrolls by itself. The first cell of a row names it; numbers
-/// stand to the right.
+/// A table with a title, in a container that scrolls. The first cell of a row is its name; numbers are right-aligned.
 pub(in crate::report) fn table(title: &str, head: &[&str], rows: &[Vec<String>]) -> String {
     if rows.is_empty() {
         return String::new();
@@ -79,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_name_can_become_markup() {
+    fn markup_is_escaped() {
         let out = table("<b>", &["a\"b"], &[vec!["<script>alert('x')</script>".to_owned()]]);
         assert!(!out.contains("<script>") && !out.contains("<b>") && out.contains("&lt;script&gt;"));
     }
@@ -90,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_stand_to_the_right_and_words_to_the_left() {
+    fn numbers_are_right_aligned() {
         let row = |a: &str, b: &str| vec!["x".to_owned(), a.to_owned(), b.to_owned()];
         let out = table("t", &["", "n", "w"], &[row("1.5", "held"), row("-2", "1 s")]);
         assert_eq!(out.matches("class=\"number\"").count(), 3, "{out}");

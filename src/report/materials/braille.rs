@@ -1,8 +1,8 @@
-//! Curves in a terminal: Braille dots, the name of each curve at its right end.
+//! Plots in a terminal with Braille dots; the name of each curve is at its right end.
 
 use textplots::{Chart, Plot, Shape};
 
-/// Cells of the drawing, across and down; eighty columns with the labels on either side.
+/// Character cells of the plot, across and down; 80 columns with the labels.
 const ACROSS: usize = 58;
 const DOWN: usize = 12;
 /// Columns of the labels on the left.
@@ -14,7 +14,7 @@ pub(super) struct Curve {
     pub(super) points: Vec<(f64, f64)>,
 }
 
-/// Curves over one axis, from zero or from their lowest value; `y` formats the labels.
+/// Plot curves over a common axis, from zero or from their minimum; `y` formats the labels.
 pub(super) fn chart(curves: &[Curve], from_zero: bool, x_label: &str, y: impl Fn(f64) -> String) -> String {
     let points = || curves.iter().flat_map(|curve| &curve.points);
     let bounds = |axis: fn(&(f64, f64)) -> f64| {
@@ -37,7 +37,7 @@ pub(super) fn chart(curves: &[Curve], from_zero: bool, x_label: &str, y: impl Fn
     let mut names = vec![String::new(); DOWN];
     for curve in curves {
         let Some(&(_, last)) = curve.points.last() else { continue };
-        // A name moves down to the next free row where its own is taken.
+        // If the row is taken, the name moves down to the next free one.
         let free = (row_of(last)..DOWN).find(|&row| names[row].is_empty());
         if let Some(row) = free.or_else(|| (0..DOWN).rev().find(|&row| names[row].is_empty())) {
             names[row].clone_from(&curve.name);

@@ -1,11 +1,11 @@
-//! How gas passes a material, and what it becomes when it is heated.
+//! Pores and decomposition of a material.
 
 use super::braille::{Curve, chart};
 use super::{heading, of_table, sampled};
 use crate::case::Provenance;
 use crate::case::{Conductivity, Decomposition, Pores, PyrolysisHeat, Sequence};
 
-/// How a thermobalance usually heats, and where it starts and ends.
+/// Usual heating rate and temperature range of thermogravimetry.
 const HEATING_K_MIN: f64 = 10.0;
 const RANGE_K: (f64, f64) = (300.0, 1300.0);
 
@@ -27,8 +27,8 @@ fn said(pores: &Pores) -> String {
 pub(super) fn of_decomposition(decomposition: &Decomposition, virgin_kg_m3: f64) -> String {
     let mut text = heading("decomposition", &decomposition.provenance);
     text += match decomposition.sequence {
-        Sequence::SideBySide => "  side by side\n",
-        Sequence::Chain => "  in a chain\n",
+        Sequence::SideBySide => "  parallel reactions\n",
+        Sequence::Chain => "  consecutive reactions\n",
     };
     text += &format!(
         "{:>8}{:>12}{:>12}{:>8}{:>10}{:>14}\n",
@@ -46,7 +46,7 @@ pub(super) fn of_decomposition(decomposition: &Decomposition, virgin_kg_m3: f64)
     if let PyrolysisHeat::Absolute { virgin_j_kg, reference_k, .. } = decomposition.heat {
         text += &format!("  heat in absolute enthalpies; virgin {} MJ/kg at {reference_k} K\n", 1e-6 * virgin_j_kg);
     }
-    text += &format!("  shrinks by {} of its thickness\n\n", decomposition.shrinkage);
+    text += &format!("  shrinkage {} of the thickness\n\n", decomposition.shrinkage);
 
     let densities = decomposition.residue_densities_kg_m3(virgin_kg_m3);
     for (residue, density_kg_m3) in decomposition.residues.iter().zip(densities) {
@@ -64,6 +64,6 @@ pub(super) fn of_decomposition(decomposition: &Decomposition, virgin_kg_m3: f64)
     let temperatures_k: Vec<f64> = points.into_iter().map(|point| point.0).collect();
     let left = decomposition.masses_left(HEATING_K_MIN / 60.0, &temperatures_k);
     let curve = Curve { name: String::new(), points: temperatures_k.into_iter().zip(left).collect() };
-    text += &format!("  mass left at {HEATING_K_MIN} K/min\n");
+    text += &format!("  residual mass at {HEATING_K_MIN} K/min\n");
     text + &chart(&[curve], false, "temperature, K", |value| format!("{value:.3}")) + "\n"
 }

@@ -1,4 +1,4 @@
-//! The nominal march against what was measured, and what drove it.
+//! The nominal prediction against measurements, and the boundary condition of the hot face.
 
 use crate::case::{Case, Face, Schedule};
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
@@ -25,38 +25,38 @@ pub(super) fn against_measurement(case: &Case, nominal: &Nominal) -> Figure {
         })
         .collect();
     let compared = if case.observations.is_empty() {
-        "No measurement was given to compare with."
+        "The case has no observations."
     } else {
-        "Dots are measured, their bars two standard deviations; not every sample is drawn."
+        "Dots: measurements with error bars of two standard deviations, thinned."
     };
-    let own = case.observations.iter().filter_map(|seen| {
+    let windows_of_sensors = case.observations.iter().filter_map(|seen| {
         let window = observed::window(seen.window_s?);
-        Some(format!(" {} is trusted {window}.", case.sensors[seen.sensor].name))
+        Some(format!(" {} is used {window}.", case.sensors[seen.sensor].name))
     });
-    let own: String = own.collect();
+    let windows_of_sensors: String = windows_of_sensors.collect();
     Figure {
         id: "nominal".to_owned(),
         number: String::new(),
         title: "Nominal prediction".to_owned(),
-        caption: format!("{}. {compared}{own}", words::listed(&peaks)),
+        caption: format!("{}. {compared}{windows_of_sensors}", words::listed(&peaks)),
         x: time(case),
         y: temperature(),
         layers,
     }
 }
 
-/// The window of all and those that sensors have of their own, where they leave something out.
+/// The common data window and those of single sensors, unless they are the whole exposure.
 fn windows(case: &Case) -> Vec<Layer> {
-    let (own, others): (Vec<_>, Vec<_>) = case.observations.iter().partition(|seen| seen.window_s.is_some());
-    let of_all = others.first().and_then(|seen| window(case, seen.sensor, "trusted window"));
-    let own = own.into_iter().filter_map(|seen| {
+    let (single, common): (Vec<_>, Vec<_>) = case.observations.iter().partition(|seen| seen.window_s.is_some());
+    let of_all = common.first().and_then(|seen| window(case, seen.sensor, "data window"));
+    let single = single.into_iter().filter_map(|seen| {
         let name = &case.sensors[seen.sensor].name;
-        window(case, seen.sensor, &format!("{name} trusted"))
+        window(case, seen.sensor, &format!("{name} data window"))
     });
-    of_all.into_iter().chain(own).collect()
+    of_all.into_iter().chain(single).collect()
 }
 
-/// The heat flux or the temperature that drives the hot face, where it changes with time.
+/// The prescribed heat flux or temperature at the hot face, where it changes with time.
 pub(super) fn driver(case: &Case) -> Option<Figure> {
     let (schedule, name, axis, scale) = match &case.exposure.hot_face {
         Face::Open(face) if moves(&face.flux_w_m2) => {
@@ -82,8 +82,8 @@ pub(super) fn driver(case: &Case) -> Option<Figure> {
     Some(Figure {
         id: "hot-face".to_owned(),
         number: String::new(),
-        title: "What drives the hot face".to_owned(),
-        caption: format!("The {name} prescribed at the hot face, as the case gives it."),
+        title: "Boundary condition at the hot face".to_owned(),
+        caption: format!("The {name} that the case prescribes at the hot face."),
         x: time(case),
         y: Axis::linear(axis),
         layers: vec![line(String::new(), Ink::Series(1), Stroke::Solid, &x, &y)],

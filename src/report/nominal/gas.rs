@@ -1,8 +1,7 @@
-//! What decomposition and gas did, in sentences.
+//! Findings on decomposition and gas flow.
 //!
-//! A gauge of a front reads zero where there is no such front between the faces: before it sets out from the hot
-//! face, and once it has gone through the back. What is lost stays lost, so the one is told from the other by
-//! whether there was ever a front.
+//! The depth of a front is zero before it leaves the hot face and after it has passed the back face. Its peak tells
+//! whether there ever was a front.
 
 pub(super) mod figures;
 
@@ -11,49 +10,49 @@ use crate::report::words;
 use crate::study::nominal::{Nominal, Reading};
 use crate::traces::{Balance, Gauge};
 
-/// Whether some ply can turn into gas.
+/// Whether a ply can decompose.
 pub(super) fn decomposes(case: &Case) -> bool {
     case.layup.plies.iter().any(|ply| ply.material.decomposition.is_some())
 }
 
-/// Whether pressure in the layup is anything but that outside.
+/// Whether the pressure in the layup is computed, by Darcy's law.
 pub(super) fn is_driven(case: &Case) -> bool {
     case.gas.as_ref().is_some_and(|gas| gas.path == GasPath::Darcy)
 }
 
-/// All of it in a sentence; `None` where no gas moves.
+/// The finding; `None` where no gas moves.
 pub(super) fn found(case: &Case, outcome: &Nominal) -> Option<String> {
     let flux = outcome.reading(Gauge::GasFlux)?;
-    let way = if flux.peak < 0.0 { " inwards" } else { "" };
+    let way = if flux.peak < 0.0 { " into the layup" } else { "" };
     let flow = format!("gas flux {}{way} at {}", flux_words(flux), words::seconds(flux.peak_time_s));
     if !decomposes(case) {
         return Some(format!("Peak {flow}."));
     }
     let lost = outcome.reading(Gauge::MassLost)?;
     let char = ended(outcome.reading(Gauge::CharFront)?);
-    Some(format!("Mass lost {}, peak {flow}; the char front ended {char}.", mass_words(lost.end)))
+    Some(format!("Mass lost {}, peak {flow}; final char depth {char}.", mass_words(lost.end)))
 }
 
 pub(super) fn flux(reading: &Reading) -> String {
-    let way = if reading.peak < 0.0 { "into the layup" } else { "out" };
+    let way = if reading.peak < 0.0 { "into the layup" } else { "outwards" };
     if reading.peak == 0.0 {
-        return "No gas passes the hot face.".to_owned();
+        return "The gas flux through the hot face is zero.".to_owned();
     }
     format!(
-        "Gas flows through the hot face fastest at {}, {} {way}.",
-        words::seconds(reading.peak_time_s),
-        flux_words(reading)
+        "The gas flux through the hot face peaks at {} ({way}) at {}.",
+        flux_words(reading),
+        words::seconds(reading.peak_time_s)
     )
 }
 
 pub(super) fn lost(reading: &Reading) -> String {
-    format!("By the end {} of solid has turned into gas.", mass_words(reading.end))
+    format!("Final mass of solid converted to gas: {}.", mass_words(reading.end))
 }
 
 pub(super) fn fronts(virgin: &Reading, char: &Reading) -> String {
     format!(
-        "Above the char front at least 98 % of what can be lost is lost, below the virgin front less than 2 %: the one ended \
-         {}, the other {}.",
+        "Conversion (mass lost over mass that can be lost) is at least 98 % above the char front and below 2 % below \
+         the virgin front. Final depths: char front {}, virgin front {}.",
         ended(char),
         ended(virgin)
     )
@@ -62,28 +61,28 @@ pub(super) fn fronts(virgin: &Reading, char: &Reading) -> String {
 pub(super) fn pressure(largest: &Reading, back: &Reading) -> String {
     let kilopascals = |pressure_pa: f64| format!("{} kPa", words::trimmed(words::significant(1e-3 * pressure_pa, 4)));
     format!(
-        "The largest pressure in the layup peaks at {}, at {}; that at the back face reaches {}.",
+        "The pressure in the layup peaks at {} at {}; at the back face it peaks at {}.",
         kilopascals(largest.peak),
         words::seconds(largest.peak_time_s),
         kilopascals(back.peak)
     )
 }
 
-/// Where the mass went, and what gas and reactions have to do with the balance of energy.
-pub(super) fn balance(kept: &Balance) -> String {
-    let stored = if kept.gas_stored_kg_m2 < 0.0 { "less" } else { "more" };
+/// The mass balance, and the terms of gas and reactions in the energy balance.
+pub(super) fn balance(total: &Balance) -> String {
+    let stored = if total.gas_stored_kg_m2 < 0.0 { "less" } else { "more" };
     let mass = format!(
-        "Mass: {} of solid turned into gas, {} of gas came in, {} went out and {} {stored} is in the pores than at the \
-         start; {} of what moved is unaccounted for.",
-        mass_words(kept.solid_lost_kg_m2),
-        mass_words(kept.gas_in_kg_m2),
-        mass_words(kept.gas_out_kg_m2),
-        mass_words(kept.gas_stored_kg_m2.abs()),
-        words::significant(kept.mass_residual(), 2)
+        "Mass balance: solid converted to gas {}, gas in {}, gas out {}, gas in the pores {} {stored} than at the \
+         start; relative residual {}.",
+        mass_words(total.solid_lost_kg_m2),
+        mass_words(total.gas_in_kg_m2),
+        mass_words(total.gas_out_kg_m2),
+        mass_words(total.gas_stored_kg_m2.abs()),
+        words::significant(total.mass_residual(), 2)
     );
     let moved = [
-        (kept.gas_heat_j_m2, "that gas took along", "that gas brought"),
-        (kept.reaction_gain_j_m2, "that reactions gave", "that reactions took up"),
+        (total.gas_heat_j_m2, "removed by gas", "brought by gas"),
+        (total.reaction_gain_j_m2, "released by reactions", "absorbed by reactions"),
     ];
     let heat: Vec<String> = moved
         .into_iter()
@@ -93,12 +92,12 @@ pub(super) fn balance(kept: &Balance) -> String {
             format!("{} MJ/m² {how}", words::significant(1e-6 * heat_j_m2.abs(), 3))
         })
         .collect();
-    if heat.is_empty() { mass } else { format!("{mass} The residual of energy also counts {}.", words::listed(&heat)) }
+    if heat.is_empty() { mass } else { format!("{mass} The energy balance includes {}.", words::listed(&heat)) }
 }
 
-/// Where a front ended: `at 3.84 mm`.
+/// Final depth of a front: `3.84 mm`.
 fn ended(front: &Reading) -> String {
-    if front.end > 0.0 { format!("at {} mm", words::significant(1e3 * front.end, 3)) } else { "nowhere".to_owned() }
+    if front.end > 0.0 { format!("{} mm", words::significant(1e3 * front.end, 3)) } else { "none".to_owned() }
 }
 
 fn flux_words(reading: &Reading) -> String {
@@ -114,47 +113,47 @@ mod tests {
     use super::*;
     use crate::report::fixture;
 
-    fn said(outcomes: &fixture::Outcomes) -> String {
+    fn text(outcomes: &fixture::Outcomes) -> String {
         found(&outcomes.case, &outcomes.nominal).expect("gas moves")
     }
 
     #[test]
-    fn a_layup_that_chars_is_told_with_its_loss_its_gas_and_its_front_and_one_that_does_not_with_nothing() {
+    fn a_charring_layup_has_a_finding_with_mass_lost_gas_flux_and_char_depth_and_another_has_none() {
         let outcomes = fixture::outcomes();
         assert_eq!(found(&outcomes.case, &outcomes.nominal), None);
-        let charring = said(&outcomes.charring());
-        let truth = "Mass lost 0.360 kg/m², peak gas flux 0.00900 kg/m²/s at 40 s; the char front ended at 2.50 mm.";
+        let charring = text(&outcomes.charring());
+        let truth = "Mass lost 0.360 kg/m², peak gas flux 0.00900 kg/m²/s at 40 s; final char depth 2.50 mm.";
         assert_eq!(charring, truth);
     }
 
     #[test]
-    fn a_front_that_never_was_ended_nowhere() {
+    fn without_a_front_there_is_no_final_depth() {
         let mut outcomes = fixture::outcomes().charring();
         let front = outcomes.nominal.readings.iter_mut().find(|reading| reading.gauge == Gauge::CharFront);
         let front = front.expect("a char front");
         (front.peak, front.end) = (0.0, 0.0);
-        assert!(said(&outcomes).ends_with("ended nowhere."));
+        assert!(text(&outcomes).ends_with("final char depth none."));
     }
 
     #[test]
-    fn gas_that_is_driven_in_is_said_to_flow_in() {
+    fn a_negative_gas_flux_is_reported_as_into_the_layup() {
         let mut outcomes = fixture::outcomes().charring();
         outcomes.nominal.readings[0].peak = -0.002;
         outcomes.case.layup = fixture::outcomes().case.layup;
-        assert_eq!(said(&outcomes), "Peak gas flux 0.00200 kg/m²/s inwards at 40 s.");
-        assert!(flux(&outcomes.nominal.readings[0]).ends_with("0.00200 kg/m²/s into the layup."));
+        assert_eq!(text(&outcomes), "Peak gas flux 0.00200 kg/m²/s into the layup at 40 s.");
+        assert!(flux(&outcomes.nominal.readings[0]).ends_with("0.00200 kg/m²/s (into the layup) at 40 s."));
     }
 
     #[test]
-    fn the_balance_of_mass_says_what_is_missing() {
+    fn the_mass_balance_reports_its_residual_and_the_heat_of_gas_and_reactions() {
         let balance_of = fixture::outcomes().charring().nominal.balance;
-        assert!(balance(&balance_of).contains("0.358 kg/m² went out and 0.00400 kg/m² more is in the pores"));
-        assert!(!balance(&balance_of).contains("energy"), "gas that carries nothing has no part in it");
+        assert!(balance(&balance_of).contains("gas out 0.358 kg/m², gas in the pores 0.00400 kg/m² more"));
+        assert!(!balance(&balance_of).contains("energy"), "gas that carries no heat is no term of it");
         let leaking = balance(&Balance { gas_out_kg_m2: 0.286, reaction_gain_j_m2: -2e5, ..balance_of });
-        assert!(leaking.contains("; 0.20 of what moved is unaccounted for."), "{leaking}");
-        assert!(leaking.ends_with("energy also counts 0.200 MJ/m² that reactions took up."), "{leaking}");
+        assert!(leaking.contains("; relative residual 0.20."), "{leaking}");
+        assert!(leaking.ends_with("energy balance includes 0.200 MJ/m² absorbed by reactions."), "{leaking}");
         let emptied = balance(&Balance { gas_stored_kg_m2: -0.002, gas_heat_j_m2: -3e4, ..balance_of });
-        assert!(emptied.contains("0.00200 kg/m² less is in the pores"), "{emptied}");
-        assert!(emptied.ends_with("0.0300 MJ/m² that gas brought."), "{emptied}");
+        assert!(emptied.contains("gas in the pores 0.00200 kg/m² less"), "{emptied}");
+        assert!(emptied.ends_with("0.0300 MJ/m² brought by gas."), "{emptied}");
     }
 }

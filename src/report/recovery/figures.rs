@@ -1,4 +1,4 @@
-//! What estimates make of truths that are known.
+//! Coverage of the intervals, and errors of the estimates against the true factors.
 
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
 use crate::report::figures::{file_name, line};
@@ -23,33 +23,30 @@ fn coverage(outcome: &Recovery) -> Figure {
     let mut layers = vec![line("95 %".to_owned(), Ink::Guide, Stroke::Dashed, &ends, &[95.0; 2])];
     layers.extend(limits.iter().enumerate().map(|(place, &limits)| bar("", Ink::Series(0), place, limits)));
     layers.push(Layer::Points {
-        name: "intervals that hold the truth".to_owned(),
+        name: "coverage".to_owned(),
         ink: Ink::Series(0),
         x: (0..factors.len()).map(|place| place as f64).collect(),
         y: factors.iter().map(|factor| 100.0 * factor.covered.share()).collect(),
         error: Vec::new(),
     });
     Figure {
-        id: "twins-coverage".to_owned(),
+        id: "coverage".to_owned(),
         number: String::new(),
-        title: "How often 95 % intervals hold the truth".to_owned(),
-        caption: format!(
-            "{} The bars are what so many twins leave open of each share (95 %, binomial).",
-            recovery::coverage(outcome)
-        ),
+        title: "Coverage of the 95 % intervals".to_owned(),
+        caption: format!("{} Bars: binomial 95 % intervals.", recovery::coverage(outcome)),
         x: Axis::names("", factors.iter().map(|factor| factor.name.clone()).collect()),
-        y: Axis::linear("Intervals that hold the truth, %").within(100.0 * lowest - 2.0, 100.0),
+        y: Axis::linear("Coverage, %").within(100.0 * lowest - 2.0, 100.0),
         layers,
     }
 }
 
 fn found(outcome: &Recovery, place: usize) -> Figure {
     let Recovered { name, bias, bias_error, rms, .. } = &outcome.recovered[place];
-    let mut held = [(Vec::new(), Vec::new(), Vec::new()), (Vec::new(), Vec::new(), Vec::new())];
+    let mut points = [(Vec::new(), Vec::new(), Vec::new()), (Vec::new(), Vec::new(), Vec::new())];
     for twin in &outcome.twins {
         let Some(found) = twin.end.found() else { continue };
         let ((low, high), truth) = (found.intervals[place], twin.truth[place]);
-        let (x, y, error) = &mut held[usize::from(!(low..=high).contains(&truth))];
+        let (x, y, error) = &mut points[usize::from(!(low..=high).contains(&truth))];
         x.push(truth);
         y.push(found.values[place] - truth);
         error.push((high - low) / 2.0);
@@ -57,25 +54,24 @@ fn found(outcome: &Recovery, place: usize) -> Figure {
     let truths = || outcome.twins.iter().map(|twin| twin.truth[place]);
     let ends = [truths().fold(f64::INFINITY, f64::min), truths().fold(f64::NEG_INFINITY, f64::max)];
     let mut layers = vec![line(String::new(), Ink::Guide, Stroke::Dashed, &ends, &[0.0; 2])];
-    let names = ["interval holds the truth", "interval misses it"];
-    for (((x, y, error), name), ink) in held.into_iter().zip(names).zip([Ink::Series(0), Ink::Series(1)]) {
+    let names = ["truth in interval", "truth not in interval"];
+    for (((x, y, error), name), ink) in points.into_iter().zip(names).zip([Ink::Series(0), Ink::Series(1)]) {
         if !x.is_empty() {
             layers.push(Layer::Points { name: name.to_owned(), ink, x, y, error });
         }
     }
     Figure {
-        id: file_name("twins", name),
+        id: file_name("estimates", name),
         number: String::new(),
-        title: format!("What is found of {name}, less the truth"),
+        title: format!("Errors of the estimates of {name}"),
         caption: format!(
-            "Each point is a twin, with its 95 % interval. Estimates are off by {} on average (± {}) and by {} root mean \
-             square.",
+            "Each point is a synthetic data set, with its 95 % interval. Bias {} (standard error {}), RMSE {}.",
             words::significant(*bias, 2),
             words::significant(*bias_error, 2),
             words::significant(*rms, 2)
         ),
         x: Axis::linear(&format!("True {name}")),
-        y: Axis::linear("Estimate less truth"),
+        y: Axis::linear("Estimate less true value"),
         layers,
     }
 }

@@ -1,4 +1,4 @@
-//! What `twin --study` found, for a program.
+//! The key `coverage_study` of `summary.json`.
 
 use crate::report::files::json::{Counted, Named};
 use crate::study::recovery::Recovery;
@@ -6,15 +6,16 @@ use serde::Serialize;
 
 #[derive(Serialize)]
 pub(super) struct RecoveryRecord<'a> {
-    asked: usize,
+    requested: usize,
     converged: usize,
-    /// K; `null` where each sample had the standard deviation that the case states.
+    /// Standard deviation, K; `null` where each sample has the standard deviation that the case states.
     noise_k: Option<f64>,
-    correlation_s: f64,
-    drawn: &'a str,
+    correlation_time_s: f64,
+    /// `small` or `large`: the bounds within which the true factors are sampled.
+    truth_bounds: &'a str,
     samples: usize,
     effective_samples: f64,
-    covered: Counted,
+    coverage: Counted,
     factors: Named<'a, RecoveredRecord>,
 }
 
@@ -22,9 +23,9 @@ pub(super) struct RecoveryRecord<'a> {
 struct RecoveredRecord {
     bias: f64,
     bias_standard_error: f64,
-    rms: f64,
-    half_width: f64,
-    covered: Counted,
+    rms_error: f64,
+    mean_half_width: f64,
+    coverage: Counted,
     at_bound: usize,
 }
 
@@ -34,22 +35,22 @@ impl<'a> RecoveryRecord<'a> {
             let record = RecoveredRecord {
                 bias: factor.bias,
                 bias_standard_error: factor.bias_error,
-                rms: factor.rms,
-                half_width: factor.half_width,
-                covered: Counted::of(factor.covered),
+                rms_error: factor.rms,
+                mean_half_width: factor.half_width,
+                coverage: Counted::of(factor.covered),
                 at_bound: factor.at_bound,
             };
             (factor.name.as_str(), record)
         });
         Self {
-            asked: outcome.twins.len(),
+            requested: outcome.twins.len(),
             converged: outcome.converged(),
             noise_k: outcome.noise_k,
-            correlation_s: outcome.noise.correlation_s,
-            drawn: outcome.drawn.name(),
+            correlation_time_s: outcome.noise.correlation_s,
+            truth_bounds: outcome.drawn.name(),
             samples: outcome.samples,
             effective_samples: outcome.effective_samples,
-            covered: Counted::of(outcome.covered),
+            coverage: Counted::of(outcome.covered),
             factors: Named(factors.collect()),
         }
     }

@@ -1,4 +1,4 @@
-//! What each factor does to each thermocouple; which act alike.
+//! Sensitivity curves and correlations of factors.
 
 use crate::case::Case;
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
@@ -7,7 +7,7 @@ use crate::report::words;
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 
 pub(super) fn figures(case: &Case, outcome: &Sensitivity) -> Vec<Figure> {
-    // A sensor that is held answers to no factor.
+    // A sensor of constant temperature has no sensitivity.
     let moves = |sensor: &usize| {
         let slopes_k = outcome.derivatives_k.iter().flat_map(|of_factor| &of_factor[*sensor]);
         slopes_k.into_iter().any(|slope_k| slope_k.abs() > STILL_K)
@@ -18,9 +18,9 @@ pub(super) fn figures(case: &Case, outcome: &Sensitivity) -> Vec<Figure> {
     if outcome.all.factors.len() > 1 {
         figures.push(correlations(
             "alignment",
-            "Which factors act alike",
-            "How alike two factors' sensitivity curves are over the trusted data: 1 or -1 says that the data cannot \
-             tell the two apart, 0 that they act independently."
+            "Similarity of sensitivities",
+            "Cosine similarity of the sensitivities of two factors over the data used: 1 or -1 means that the data \
+             cannot distinguish them, 0 that their effects are orthogonal."
                 .to_owned(),
             names(&outcome.all),
             &outcome.all.alignment,
@@ -29,10 +29,10 @@ pub(super) fn figures(case: &Case, outcome: &Sensitivity) -> Vec<Figure> {
     if outcome.proposed.factors.len() > 1 {
         figures.push(correlations(
             "proposed",
-            "Correlation of the estimates of the proposed set",
+            "Correlation of the estimates, proposed set",
             format!(
-                "How the errors of two estimates would go together, were {} estimated at once. Beyond 0.95 either \
-                 way, what one gains the other gives.",
+                "Correlation of the errors of the estimates if {} are estimated together. Beyond ±0.95 only a \
+                 combination of the two is determined.",
                 words::listed::<String>(&names(&outcome.proposed)),
             ),
             names(&outcome.proposed),
@@ -44,7 +44,7 @@ pub(super) fn figures(case: &Case, outcome: &Sensitivity) -> Vec<Figure> {
 
 fn curves(case: &Case, outcome: &Sensitivity, sensor: usize) -> Figure {
     let name = &case.sensors[sensor].name;
-    let mut layers: Vec<Layer> = window(case, sensor, "trusted window").into_iter().collect();
+    let mut layers: Vec<Layer> = window(case, sensor, "data window").into_iter().collect();
     let (mut strongest, mut largest_k) = (None, 0.0);
     for (index, factor) in case.factors.iter().enumerate() {
         let per_percent = outcome.per_percent_k(case, index).swap_remove(sensor);
@@ -53,13 +53,13 @@ fn curves(case: &Case, outcome: &Sensitivity, sensor: usize) -> Figure {
                 (strongest, largest_k) = (Some((factor, time_s)), change_k);
             }
         }
-        // Factors that act alike lie on one another: dashes let the one below be seen.
+        // Curves of similar factors overlap: dashes show the one below.
         let stroke = if index % 2 == 0 { Stroke::Solid } else { Stroke::Dashed };
         layers.push(line(factor.name.clone(), Ink::Series(index), stroke, &outcome.instants_s, &per_percent));
     }
     let most = strongest.map(|(factor, time_s)| {
         format!(
-            " The most is {} K per 1 % of {} ({}), at {}.",
+            " The largest is {} K per 1 % of {} ({}), at {}.",
             words::signed(largest_k, 2),
             factor.name,
             words::meaning(factor),
@@ -71,7 +71,7 @@ fn curves(case: &Case, outcome: &Sensitivity, sensor: usize) -> Figure {
         number: String::new(),
         title: format!("Sensitivity of {name} to each factor, K per 1 %"),
         caption: format!(
-            "Change of {name} to first order when one factor rises by 1 % of its nominal value and the others stay.{}",
+            "First-order change of {name} if one factor rises by 1 % of its nominal value.{}",
             most.unwrap_or_default()
         ),
         x: time(case),

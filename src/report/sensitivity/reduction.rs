@@ -1,26 +1,26 @@
-//! How the set to estimate was found, in words: from all factors to those that matter, to those that the data tell apart;
-//! and where the case states another.
+//! Selection of the factors to estimate, in sentences: the influential factors, those of them that the data can
+//! distinguish, and the difference from the set that the case states.
 
 use crate::case::Case;
 use crate::fit::{Dropped, Limits, Reason};
 use crate::report::{observed, words};
 use crate::study::sensitivity::{Identifiability, Sensitivity};
 
-/// What is meant by a share, and what breaks a set up.
+/// Definition of the variance share, and the criteria of exclusion.
 pub(super) fn explanation() -> String {
     let limits = Limits::default();
     format!(
-        "A factor's share is what it would make of the variance of the data, were all drawn as they are known beforehand: \
-         a standard deviation is a quarter of the distance between its side constraints. Below {} it does not matter. Of \
-         those that do, one goes at a time as long as two estimates are correlated beyond {}, the condition number is \
-         beyond {}, or the data would know a factor worse than it is known beforehand.",
+        "Share of a factor: its part of the variance of the predicted data to first order, if each factor varies with \
+         its prior standard deviation (a quarter of the distance between its bounds). Factors below {} are not \
+         influential. Of the influential ones, one at a time is excluded while the correlation of two estimates \
+         exceeds {}, the condition number exceeds {}, or a standard error exceeds the prior standard deviation.",
         words::percent_of(limits.share),
         limits.correlation,
         limits.condition_number
     )
 }
 
-/// The reduction, a sentence a step.
+/// The two steps of the selection, one sentence each.
 pub(super) fn steps(case: &Case, outcome: &Sensitivity) -> [String; 2] {
     let [first, second] = shortly(case, outcome);
     let mut matter = outcome.matter();
@@ -30,64 +30,70 @@ pub(super) fn steps(case: &Case, outcome: &Sensitivity) -> [String; 2] {
     matter.sort_by(|&a, &b| outcome.shares[b].total_cmp(&outcome.shares[a]));
     let shares: Vec<String> = matter.iter().map(|&factor| with_share(case, outcome, factor)).collect();
     let first = first.trim_end_matches('.');
-    [format!("{first}, by their shares of the variance: {}.", words::listed(&shares)), second]
+    [format!("{first}; shares of the variance: {}.", words::listed(&shares)), second]
 }
 
-/// The same where there is no room for shares.
+/// The two steps without shares.
 pub(super) fn shortly(case: &Case, outcome: &Sensitivity) -> [String; 2] {
     let judges = judges(case);
     let first = match (outcome.matter().len(), outcome.all.factors.len()) {
-        (0, _) => format!("No factor moves {judges}."),
-        (1, 1) => format!("{} moves {judges}.", names(case, &outcome.all)),
-        (1, all) => format!("Of {all} factors one matters to {judges}."),
-        (some, all) if some == all => format!("All {all} factors matter to {judges}."),
-        (some, all) => format!("Of {all} factors {some} matter to {judges}."),
+        (0, _) => format!("No factor influences {judges}."),
+        (1, 1) => format!("{} influences {judges}.", names(case, &outcome.all)),
+        (1, all) => format!("1 of {all} factors influences {judges}."),
+        (some, all) if some == all => format!("All {all} factors influence {judges}."),
+        (some, all) => format!("{some} of {all} factors influence {judges}."),
     };
     [first, apart(case, outcome)]
 }
 
-/// The second step: which of those that matter the data tell apart.
+/// The second step: the influential factors that the data can distinguish.
 fn apart(case: &Case, outcome: &Sensitivity) -> String {
     let (all, proposed) = (&outcome.all, &outcome.proposed);
     let names = names(case, proposed);
     let set = match (proposed.factors.len(), outcome.matter().len()) {
         (0, _) => return "None can be estimated from the data.".to_owned(),
         (1, 1) => format!("{names} can be estimated"),
-        (1, _) => format!("Of these only {names} can be estimated"),
+        (1, _) => format!("Of these, only {names} can be estimated"),
         (some, of) if some == of => format!("{names} can be estimated together"),
-        _ => format!("Of these {names} can be estimated together"),
+        _ => format!("Of these, {names} can be estimated together"),
     };
     let condition = words::condition(proposed.condition_number);
     if proposed.factors.len() == all.factors.len() {
         return format!("{set} (condition number {condition}).");
     }
-    format!("{set} (condition number {condition}; {} for all together).", words::condition(all.condition_number))
+    format!("{set} (condition number {condition}; {} for all factors).", words::condition(all.condition_number))
 }
 
-/// How far the set that the case states is the one found, with the number behind each difference.
+/// The set that the case states against the proposed one, with the reason for each difference.
 pub(super) fn stated(case: &Case, outcome: &Sensitivity) -> Option<String> {
     let (stated, proposed) = (outcome.stated.as_ref()?, &outcome.proposed);
-    let head = format!("The case states {}", names(case, stated));
+    let head = format!("The case estimates {}", names(case, stated));
     let surplus = stated.factors.iter().filter_map(|&factor| outcome.left_out(factor));
     let surplus = surplus.map(|dropped| left_out(case, dropped));
-    let wanting = proposed.factors.iter().zip(&proposed.standard_errors);
-    let wanting = wanting.filter(|(factor, _)| !stated.factors.contains(factor)).map(|(&factor, &error)| {
-        let known = case.factors[factor].deviation(case.estimate.bounds);
+    let added = proposed.factors.iter().zip(&proposed.standard_errors);
+    let added = added.filter(|(factor, _)| !stated.factors.contains(factor)).map(|(&factor, &error)| {
+        let prior = case.factors[factor].deviation(case.estimate.bounds);
         format!(
-            "{} is proposed beside, to ± {} where ± {} is known beforehand",
+            "{} is added, with a standard error of {} against a prior standard deviation of {}",
             with_share(case, outcome, factor),
             words::significant(error, 2),
-            words::significant(known, 2)
+            words::significant(prior, 2)
         )
     });
-    let differences: Vec<String> = surplus.chain(wanting).collect();
+    let only = if proposed.factors.iter().all(|factor| stated.factors.contains(factor)) { " only" } else { "" };
+    let differences: Vec<String> = surplus.chain(added).collect();
     Some(match differences.as_slice() {
-        [] => format!("{head}, as found here."),
-        _ => format!("{head}{}. Here {}.", together(case, stated), differences.join("; ")),
+        [] => format!("{head}, as bondline recommends."),
+        _ => format!(
+            "{head}{}. bondline recommends {}{only}: {}.",
+            together(case, stated),
+            names(case, proposed),
+            differences.join("; ")
+        ),
     })
 }
 
-/// What the data say of a stated set by itself: how badly it is conditioned, and which estimates are closest.
+/// Condition number of a set, and the largest correlation of two of its estimates.
 fn together(case: &Case, set: &Identifiability) -> String {
     let n = set.factors.len();
     let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (j, i)));
@@ -97,50 +103,52 @@ fn together(case: &Case, set: &Identifiability) -> String {
     let correlation = words::signed(set.correlation[a][b], 3);
     let condition = words::condition(set.condition_number);
     match n {
-        2 => format!(" (condition number {condition}, estimates correlated {correlation})"),
+        2 => format!(" (condition number {condition}, correlation of the estimates {correlation})"),
         _ => format!(
-            " (condition number {condition}, estimates of {} and {} correlated {correlation})",
+            " (condition number {condition}, correlation of the estimates of {} and {} {correlation})",
             name(a),
             name(b)
         ),
     }
 }
 
-/// Why a factor was left out.
+/// Why a factor was excluded, as a clause.
 pub(super) fn left_out(case: &Case, dropped: &Dropped) -> String {
     let name = |factor: usize| case.factors[factor].name.as_str();
-    let why = match dropped.reason {
-        Reason::NoEffect => "the data do not change with it".to_owned(),
-        Reason::Slight { share } => format!("it makes {} of the variance", words::percent_of(share)),
-        Reason::Correlation { with, correlation } => {
-            format!("its estimate would be correlated {} with that of {}", words::signed(correlation, 3), name(with))
-        }
+    let factor = name(dropped.variable);
+    match dropped.reason {
+        Reason::NoEffect => format!("{factor} has no effect on the data"),
+        Reason::Slight { share } => format!("{factor} explains {} of the variance", words::percent_of(share)),
+        Reason::Correlation { with, correlation } => format!(
+            "the estimate of {factor} would have correlation {} with that of {}",
+            words::signed(correlation, 3),
+            name(with)
+        ),
         Reason::Condition { with, condition_number } => format!(
-            "with {} it makes the set ill-conditioned (condition number {})",
+            "{factor} and {} make the set ill-conditioned (condition number {})",
             name(with),
             words::condition(condition_number)
         ),
-        // Errors come in units of what is known beforehand.
+        // Errors are in units of the prior standard deviation.
         Reason::StandardError { error, width } => {
-            let known = case.factors[dropped.variable].deviation(case.estimate.bounds);
+            let prior = case.factors[dropped.variable].deviation(case.estimate.bounds);
             format!(
-                "the data would give it a standard error of {}, no better than the {} known beforehand",
-                words::significant(error * known, 2),
-                words::significant(width * known, 2)
+                "the standard error of {factor} would be {}, not below its prior standard deviation of {}",
+                words::significant(error * prior, 2),
+                words::significant(width * prior, 2)
             )
         }
-    };
-    format!("{} is left out: {why}", name(dropped.variable))
+    }
 }
 
-/// The data that the set is judged by.
+/// The data that the selection uses.
 fn judges(case: &Case) -> String {
     let judges = case.judges().map(|seen| {
         let window = seen.window_s.or(case.estimate.window_s).map(observed::window);
         (case.sensors[seen.sensor].name.as_str(), window.map_or(String::new(), |window| format!(" {window}")))
     });
     let (sensors, windows): (Vec<&str>, Vec<String>) = judges.unzip();
-    let Some(first) = windows.first() else { return "the sensors (nothing is observed)".to_owned() };
+    let Some(first) = windows.first() else { return "the sensors (no observations)".to_owned() };
     if windows.iter().all(|window| window == first) {
         return format!("{}{first}", words::listed(&sensors));
     }
@@ -163,46 +171,48 @@ mod tests {
     use crate::report::fixture;
 
     #[test]
-    fn the_reduction_is_told_in_steps_with_the_share_of_each_factor_that_matters() {
+    fn the_selection_is_described_in_two_steps_with_the_share_of_each_influential_factor() {
         let outcomes = fixture::outcomes();
         let steps = steps(&outcomes.case, &outcomes.sensitivity);
         assert_eq!(
             steps,
             [
-                "Of 7 factors 5 matter to TC4 from 0 s to 80 s, by their shares of the variance: f_k_INS (37 %), f_eps_OF \
-                 (21 %), f_cp_INS (16 %), f_k_OF (13 %) and f_rho_INS (12 %).",
-                "Of these f_eps_OF and f_k_INS can be estimated together (condition number 3.20; 2,160 for all together)."
+                "5 of 7 factors influence TC4 from 0 s to 80 s; shares of the variance: f_k_INS (37 %), f_eps_OF (21 \
+                 %), f_cp_INS (16 %), f_k_OF (13 %) and f_rho_INS (12 %).",
+                "Of these, f_eps_OF and f_k_INS can be estimated together (condition number 3.20; 2,160 for all \
+                 factors)."
             ]
         );
     }
 
     #[test]
-    fn where_the_case_states_another_set_each_difference_has_its_number() {
+    fn each_difference_between_the_stated_and_the_proposed_set_has_a_number() {
         let mut outcomes = fixture::outcomes();
-        let told = stated(&outcomes.case, &outcomes.sensitivity).expect("the case states a set");
+        let text = stated(&outcomes.case, &outcomes.sensitivity).expect("the case states a set");
         for part in [
-            "The case states f_k_INS and f_cp_INS (condition number 20.1, estimates correlated +0.993).",
-            "f_cp_INS is left out: with f_k_INS it makes the set ill-conditioned (condition number 71.0)",
-            "f_eps_OF (21 %) is proposed beside, to ± ",
-            " where ± 0.025 is known beforehand.",
+            "The case estimates f_k_INS and f_cp_INS (condition number 20.1, correlation of the estimates +0.993).",
+            "bondline recommends f_eps_OF and f_k_INS: f_cp_INS and f_k_INS make the set ill-conditioned (condition \
+             number 71.0)",
+            "f_eps_OF (21 %) is added, with a standard error of ",
+            " against a prior standard deviation of 0.025.",
         ] {
-            assert!(told.contains(part), "{part:?} is not in {told:?}");
+            assert!(text.contains(part), "{part:?} is not in {text:?}");
         }
-        assert!(!told.contains("f_rho_INS"), "stated by none, proposed by none: {told:?}");
+        assert!(!text.contains("f_rho_INS"), "it is in neither set: {text:?}");
         outcomes.sensitivity.stated = Some(outcomes.sensitivity.proposed.clone());
         let same = stated(&outcomes.case, &outcomes.sensitivity);
-        assert_eq!(same.as_deref(), Some("The case states f_eps_OF and f_k_INS, as found here."));
+        assert_eq!(same.as_deref(), Some("The case estimates f_eps_OF and f_k_INS, as bondline recommends."));
         outcomes.sensitivity.stated = None;
         assert_eq!(stated(&outcomes.case, &outcomes.sensitivity), None);
     }
 
     #[test]
-    fn factors_that_move_nothing_are_said_to_matter_to_nobody() {
+    fn factors_without_effect_are_not_influential() {
         let mut outcomes = fixture::outcomes();
         let none = |variable| Dropped { variable, reason: Reason::NoEffect };
         outcomes.sensitivity.reduction = (0..7).map(none).collect();
         outcomes.sensitivity.proposed.factors.clear();
         let steps = steps(&outcomes.case, &outcomes.sensitivity);
-        assert_eq!(steps, ["No factor moves TC4 from 0 s to 80 s.", "None can be estimated from the data."]);
+        assert_eq!(steps, ["No factor influences TC4 from 0 s to 80 s.", "None can be estimated from the data."]);
     }
 }

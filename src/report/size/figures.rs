@@ -1,4 +1,4 @@
-//! Peaks over the thickness of a ply, and what share of members each thickness holds.
+//! Peak temperature and share of members within the limit against the thickness of a ply.
 
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
 use crate::report::figures::line;
@@ -10,9 +10,9 @@ pub(super) fn figures(answers: &Answers, outcome: &Sizing) -> Vec<Figure> {
     vec![peaks(answers, outcome), held(answers, outcome)]
 }
 
-/// The thicknesses found, as upright lines.
+/// Vertical lines at the nominal and at the required thickness.
 fn marks(outcome: &Sizing, low: f64, high: f64) -> Vec<Layer> {
-    let names = ["nominally".to_owned(), format!("in {} of members", words::percent_of(outcome.demand.probability))];
+    let names = ["nominal".to_owned(), format!("for {}", words::percent_of(outcome.demand.probability))];
     let found = [(outcome.nominal, Ink::Series(1)), (outcome.needed, Ink::Series(2))];
     let each = found.into_iter().zip(names).filter_map(|((needed, ink), name)| {
         let at_mm = 1e3 * needed.found_m()?;
@@ -39,14 +39,7 @@ fn peaks(answers: &Answers, outcome: &Sizing) -> Figure {
     let lowest = low.iter().chain(&nominal).copied().filter(|at_k| at_k.is_finite()).fold(limit_k, f64::min);
     let highest = high.iter().chain(&nominal).copied().filter(|at_k| at_k.is_finite()).fold(limit_k, f64::max);
     let mut layers = vec![
-        Layer::Band {
-            name: "95 % at each thickness".to_owned(),
-            ink: Ink::Series(0),
-            opacity: 0.2,
-            x: x.clone(),
-            low,
-            high,
-        },
+        Layer::Band { name: "95 % interval".to_owned(), ink: Ink::Series(0), opacity: 0.2, x: x.clone(), low, high },
         line("median".to_owned(), Ink::Series(0), Stroke::Solid, &x, &of(1)),
         line("nominal".to_owned(), Ink::Series(1), Stroke::Solid, &x, &nominal),
         line("limit".to_owned(), Ink::Measured, Stroke::Dotted, &[x[0], x[x.len() - 1]], &[limit_k; 2]),
@@ -55,14 +48,14 @@ fn peaks(answers: &Answers, outcome: &Sizing) -> Figure {
     Figure {
         id: "size-peaks".to_owned(),
         number: String::new(),
-        title: format!("Peak of {name} over the thickness of {}", outcome.demand.ply),
+        title: format!("Peak of {name} against the thickness of {}", outcome.demand.ply),
         caption: format!(
-            "{} At each thickness the band holds the peaks of 95 % of the same {}.",
+            "{} Band: 95 % interval of the peaks of {}, the same at every thickness.",
             size::found(answers, outcome),
             words::counted(outcome.members.min(crate::study::size::BAND), "member")
         ),
         x: thicknesses(outcome),
-        y: Axis::linear("Highest temperature of the run, K").within(lowest, highest),
+        y: Axis::linear("Peak temperature, K").within(lowest, highest),
         layers,
     }
 }
@@ -70,16 +63,16 @@ fn peaks(answers: &Answers, outcome: &Sizing) -> Figure {
 fn held(answers: &Answers, outcome: &Sizing) -> Figure {
     let of = outcome.each_m.len();
     let stride = of.div_ceil(1000).max(1);
-    // A share counts with the member that completes it; the last is kept, or the curve would not end where it does.
-    let kept = (0..of).filter(|&place| place.is_multiple_of(stride) || place + 1 == of);
-    let points = kept.filter(|&place| outcome.each_m[place].is_finite());
+    // The last member is always picked, as it ends the curve.
+    let picked = (0..of).filter(|&place| place.is_multiple_of(stride) || place + 1 == of);
+    let points = picked.filter(|&place| outcome.each_m[place].is_finite());
     let (x, y): (Vec<f64>, Vec<f64>) =
         points.map(|place| (1e3 * outcome.each_m[place], 100.0 * (place + 1) as f64 / of as f64)).unzip();
     let (low_mm, high_mm) = (1e3 * outcome.within_m.0, 1e3 * outcome.within_m.1);
-    let asked = 100.0 * outcome.demand.probability;
+    let required = 100.0 * outcome.demand.probability;
     let mut layers = vec![
-        line("members that hold the limit".to_owned(), Ink::Series(0), Stroke::Solid, &x, &y),
-        line("asked for".to_owned(), Ink::Measured, Stroke::Dotted, &[low_mm, high_mm], &[asked; 2]),
+        line("within the limit".to_owned(), Ink::Series(0), Stroke::Solid, &x, &y),
+        line("required".to_owned(), Ink::Measured, Stroke::Dotted, &[low_mm, high_mm], &[required; 2]),
     ];
     layers.extend(marks(outcome, 0.0, 100.0));
     if let Some(check) = &outcome.check {
@@ -92,14 +85,14 @@ fn held(answers: &Answers, outcome: &Sizing) -> Figure {
             error: vec![50.0 * (high - low)],
         });
     }
-    let said: Vec<String> = [Some(size::drawn(outcome)), size::checked(outcome)].into_iter().flatten().collect();
+    let text: Vec<String> = [Some(size::drawn(outcome)), size::checked(outcome)].into_iter().flatten().collect();
     Figure {
         id: "size-held".to_owned(),
         number: String::new(),
-        title: format!("Members that keep {}", size::limit(answers, outcome)),
-        caption: said.join(" "),
+        title: format!("Members with {}", size::limit(answers, outcome)),
+        caption: text.join(" "),
         x: thicknesses(outcome),
-        y: Axis::linear("Members that hold the limit, %").within(0.0, 100.0),
+        y: Axis::linear("Members within the limit, %").within(0.0, 100.0),
         layers,
     }
 }

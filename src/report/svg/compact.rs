@@ -1,8 +1,8 @@
-//! The same picture in less text: plotters writes a polyline for every dash, and every point by its absolute place.
+//! Compression of SVG text: plotters writes a polyline for every dash, with absolute coordinates.
 
-/// Lines and polygons become paths with relative points, and successive lines of one style become one path.
+/// Convert lines and polygons to paths with relative coordinates, and join successive lines of one style.
 ///
-/// The text is that of plotters: one element in a line, and texts between the lines of their tags, escaped.
+/// Input is the output of plotters: one element per line, text escaped and on its own line.
 pub(super) fn shorten(svg: &str) -> String {
     let mut out = String::with_capacity(svg.len());
     let mut open: Option<Path> = None;
@@ -16,7 +16,7 @@ pub(super) fn shorten(svg: &str) -> String {
             },
             None => {
                 out.extend(open.take().map(|path| path.written()));
-                // Elements are opaque unless they say otherwise.
+                // Opaque is the default.
                 let line = if line.starts_with('<') { line.replace(OPAQUE, "") } else { line.to_owned() };
                 out.push_str(&line);
                 out.push('\n');
@@ -30,14 +30,14 @@ pub(super) fn shorten(svg: &str) -> String {
 const OPAQUE: &str = " opacity=\"1\"";
 
 struct Path<'a> {
-    /// All attributes but the points.
+    /// All attributes except the points.
     style: &'a str,
     is_closed: bool,
     runs: Vec<Vec<(i32, i32)>>,
 }
 
 impl<'a> Path<'a> {
-    /// The polyline or polygon that is the whole of a line of text.
+    /// Parse a line of text that is one polyline or polygon.
     fn read(line: &'a str) -> Option<Self> {
         let (rest, is_closed) = match line.strip_prefix("<polyline ") {
             Some(rest) => (rest, false),
@@ -52,7 +52,7 @@ impl<'a> Path<'a> {
         (!run.is_empty()).then(|| Self { style, is_closed, runs: vec![run] })
     }
 
-    /// Whether a path can go on with another and look the same: lines to see through would be darker where they cross.
+    /// Whether two paths can be joined without visible change: translucent lines would be darker where they cross.
     fn continues(&self, next: &Self) -> bool {
         !self.is_closed && !next.is_closed && self.style == next.style && self.style.contains(OPAQUE.trim_start())
     }
@@ -61,7 +61,7 @@ impl<'a> Path<'a> {
         let mut data = String::new();
         let (mut x, mut y) = (0, 0);
         for run in &self.runs {
-            // Pairs after the first of a move are lines.
+            // Coordinates after the first pair of a move command are lines.
             data.push('m');
             for (place, (to_x, to_y)) in run.iter().enumerate() {
                 let (right, down) = (to_x - x, to_y - y);
@@ -82,7 +82,7 @@ impl<'a> Path<'a> {
 mod tests {
     use super::*;
 
-    /// The points of a path, run by run.
+    /// Absolute points of each subpath.
     fn points(data: &str) -> Vec<Vec<(i32, i32)>> {
         let (mut x, mut y) = (0, 0);
         let runs = data.trim_end_matches('z').split('m').skip(1);
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_has_the_points_of_its_lines_and_their_style() {
+    fn a_path_has_the_points_and_the_style_of_its_lines() {
         let style = "fill=\"none\" opacity=\"1\" stroke=\"#00829B\" stroke-width=\"6\"";
         let lines = "<polyline STYLE points=\"11,12 13,9 13,9 \"/>\n\
                      <polyline STYLE points=\"-3,5 20,25 \"/>\n\
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_of_other_styles_to_see_through_or_apart_stay_apart() {
+    fn lines_of_different_style_translucent_or_separated_are_not_joined() {
         let line = |style: &str| format!("<polyline fill=\"none\" {style} points=\"1,2 3,4 \"/>\n");
         let (black, white) = ("opacity=\"1\" stroke=\"#000000\"", "opacity=\"1\" stroke=\"#FFFFFF\"");
         let faint = "opacity=\"0.6\" stroke=\"#000000\"";
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn texts_and_other_elements_stay_as_they_are() {
+    fn texts_and_other_elements_are_unchanged() {
         let text = "<text x=\"1\" y=\"2\" fill=\"#222222\">\nopacity=\"1\" points=\"1,2\"\n</text>\n";
         assert_eq!(shorten(text), text);
     }

@@ -1,4 +1,4 @@
-//! A corner: as many panels as pairs, each with axes of its own.
+//! A corner plot: one panel per pair, each with its own axes.
 
 use super::super::contour;
 use super::super::figure::{Ink, Region, Variable};
@@ -6,7 +6,7 @@ use super::{Area, Drawn, FINE, INK, RULE, font, px};
 use crate::report::words;
 use plotters::prelude::*;
 
-/// Room for the labels at the left and the bottom, and around each panel, pixels.
+/// Margins for the labels at the left and the bottom, and between panels, pixels.
 const LEFT: u32 = 76;
 const BOTTOM: u32 = 52;
 const GAP: u32 = 6;
@@ -16,7 +16,7 @@ pub(super) fn draw(variables: &[Variable], regions: &[Region], plot: &Area) -> D
     let (width, height) = plot.dim_in_pixel();
     let top = px(40);
     let (across, up) = ((width - px(LEFT + 14)) / count, (height - top - px(BOTTOM + 8)) / count);
-    // The first column and the last row have room for labels beside their panels.
+    // The first column and the last row include the margin for labels.
     let cell = |row: usize, column: usize| {
         let x = if column == 0 { 0 } else { px(LEFT) + across * column as u32 };
         let y = top + up * row as u32;
@@ -74,7 +74,7 @@ type Panel<'a> = ChartContext<
     Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
 >;
 
-/// The axes of a panel at a row and a column, labelled where it stands at the edge.
+/// The axes of a panel, labelled at the left and at the bottom of the plot.
 fn panel<'a>(
     variables: &[Variable],
     (row, column): (usize, usize),
@@ -88,7 +88,7 @@ fn panel<'a>(
         .x_label_area_size(if below { px(BOTTOM) } else { 0 })
         .y_label_area_size(if left { px(LEFT) } else { 0 })
         .build_cartesian_2d(x.range.0..x.range.1, low..high)?;
-    let said = |value: &f64| words::trimmed(format!("{value:.4}")).replace('-', "−");
+    let label = |value: &f64| words::trimmed(format!("{value:.4}")).replace('-', "−");
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(TRANSPARENT)
         .bold_line_style(RULE.stroke_width(FINE))
@@ -97,8 +97,8 @@ fn panel<'a>(
         .axis_desc_style(font(13).color(&INK))
         .x_labels(5)
         .y_labels(if row == column { 0 } else { 5 })
-        .x_label_formatter(&said)
-        .y_label_formatter(&said);
+        .x_label_formatter(&label)
+        .y_label_formatter(&label);
     if below {
         mesh.x_desc(x.name.clone());
     }

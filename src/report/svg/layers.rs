@@ -1,4 +1,4 @@
-//! Each kind of layer, and the legend beside them.
+//! Layers and legend.
 
 use super::super::figure::{Figure, Ink, Layer, Stroke, diverging, rising};
 use super::super::{contour, words};
@@ -7,7 +7,7 @@ use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// What stands beside a name in the legend.
+/// An entry of the legend.
 pub(super) struct Entry {
     name: String,
     colour: RGBColor,
@@ -20,7 +20,7 @@ enum Key {
     Patch(f64),
 }
 
-/// The legend of a figure, top to bottom; piles read as they lie, the last part on top.
+/// Legend of a figure, top to bottom; stacked areas in the order of the chart, the last on top.
 pub(super) fn legend(figure: &Figure) -> Vec<Entry> {
     let mut entries = Vec::new();
     for layer in &figure.layers {
@@ -50,7 +50,7 @@ pub(super) fn legend(figure: &Figure) -> Vec<Entry> {
 const WINDOW: Ink = Ink::Series(4);
 const WINDOW_OPACITY: f64 = 0.12;
 const PILED: f64 = 0.85;
-/// Characters that the legend has room for.
+/// Maximum number of characters of a name.
 const NAME: usize = 20;
 
 fn entry_of(name: &str, ink: Ink, key: Key) -> Entry {
@@ -69,7 +69,7 @@ fn level_colour(place: usize, levels: usize) -> RGBColor {
     rgb(rising(place as f64 / levels.saturating_sub(1).max(1) as f64))
 }
 
-/// Draw one line of the legend with its left end at `x` and its middle at `y`.
+/// Draw an entry of the legend with its left end at `x`, vertically centred at `y`.
 pub(super) fn entry(entry: &Entry, x: i32, y: i32, side: &Area) -> Drawn {
     let middle = x + spx(14);
     match entry.key {
@@ -93,7 +93,7 @@ pub(super) fn entry(entry: &Entry, x: i32, y: i32, side: &Area) -> Drawn {
     side.draw(&Text::new(words::short(&entry.name, NAME), (x + spx(36), y), anchored))
 }
 
-/// Length of a dash and of the gap after it, drawn units.
+/// Lengths of dash and gap, drawn units.
 fn dashes(stroke: Stroke) -> Option<(i32, i32)> {
     match stroke {
         Stroke::Solid => None,
@@ -152,7 +152,7 @@ pub(super) fn draw<'a>(layer: &Layer, figure: &Figure, chart: &mut Chart<'a>) ->
             chart.plotting_area().draw(&Rectangle::new(corners, colour(WINDOW).mix(WINDOW_OPACITY).filled()))?;
         }
         Layer::Cells { values } => cells(values, chart)?,
-        // It has axes of its own: see `corner`.
+        // Drawn by `corner`.
         Layer::Corner { .. } => {}
         Layer::Contours { x, y, values, levels, .. } => {
             for (place, lines) in contour::lines(x, y, values, levels).into_iter().enumerate() {
@@ -195,7 +195,7 @@ fn cells<'a>(values: &[Vec<f64>], chart: &mut Chart<'a>) -> Drawn {
     Ok(())
 }
 
-/// The unbroken runs of a curve with gaps.
+/// The continuous parts of a curve with gaps.
 fn runs(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
     let mut runs = vec![Vec::new()];
     for (x, y) in points {

@@ -1,7 +1,7 @@
-//! A figure as a still: SVG text, for papers and for print.
+//! A figure as a static SVG image.
 //!
-//! Drawn through plotters, whose SVG backend rounds to whole units: the picture is drawn four times as large
-//! and shown at its size, so that curves keep a quarter of a pixel. Its text is then shortened (`compact`).
+//! The SVG backend of plotters rounds to integers: the image is drawn at four times its size, for a resolution of a
+//! quarter of a pixel. The text is then compressed (`compact`).
 
 mod compact;
 mod corner;
@@ -13,9 +13,9 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use ticks::Ruler;
 
-/// Units drawn to one unit shown.
+/// Drawn units per pixel.
 const FINE: u32 = 4;
-/// Size shown, pixels.
+/// Size of the image, pixels.
 const WIDTH: u32 = 900;
 const HEIGHT: u32 = 520;
 /// Width of the column of the legend, pixels.
@@ -30,7 +30,7 @@ type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 /// The figure as an SVG document of 900 × 520.
 ///
 /// # Errors
-/// When plotters refuses, in words.
+/// The message of plotters.
 pub(super) fn draw(figure: &Figure) -> Result<String, String> {
     let mut text = String::new();
     {
@@ -71,7 +71,7 @@ fn compose(figure: &Figure, root: &Area) -> Drawn {
     Ok(())
 }
 
-/// The stretch of each axis, in plotted units (logarithms on a log axis), with air around the curves.
+/// Range of each axis in plotted units (logarithms on a log axis), with a margin around the curves.
 fn frame(figure: &Figure) -> ((f64, f64), (f64, f64)) {
     let (x, y) = figure.extent();
     let stretch = |axis: &Axis, (low, high): (f64, f64), air: f64| {
@@ -82,7 +82,7 @@ fn frame(figure: &Figure) -> ((f64, f64), (f64, f64)) {
     };
     let surface = figure.layers.iter().any(|layer| matches!(layer, Layer::Contours { .. }));
     let (across, up) = if surface { (0.0, 0.0) } else { (0.03, 0.05) };
-    // Rows of a table read downwards.
+    // Rows of a matrix run downwards.
     let (low, high) = stretch(&figure.y, y, up);
     let down = matches!(figure.y.scale, Scale::Names(_));
     (stretch(&figure.x, x, across), if down { (high, low) } else { (low, high) })
@@ -112,7 +112,7 @@ fn mesh(figure: &Figure, chart: &mut Chart) -> Drawn {
     mesh.draw()
 }
 
-/// Room for the labels of the vertical axis, pixels.
+/// Width of the labels of the vertical axis, pixels.
 fn label_width(axis: &Axis) -> u32 {
     match &axis.scale {
         Scale::Names(names) => 24 + 8 * names.iter().map(|name| name.chars().count()).max().unwrap_or(0).min(30) as u32,
@@ -130,7 +130,7 @@ fn spx(shown: u32) -> i32 {
     (shown * FINE) as i32
 }
 
-/// A font by its size in pixels; plotters writes sizes divided by 1.24.
+/// A font of a size in pixels; plotters divides sizes by 1.24.
 fn font(shown: u32) -> TextStyle<'static> {
     ("sans-serif", f64::from(shown * FINE) * 1.24).into_text_style(&(WIDTH * FINE, HEIGHT * FINE))
 }
@@ -141,20 +141,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_figure_of_a_study_draws_with_its_title_and_without_a_value_that_is_no_number() {
+    fn every_figure_of_a_study_is_drawn_with_its_title_and_without_nan() {
         let outcomes = fixture::outcomes();
         for figure in figures::all(&outcomes.answers("study")) {
             let svg = draw(&figure).expect("a figure of the fixture draws");
-            assert!(svg.contains("<svg") && svg.contains("</svg>"), "{} is no picture", figure.id);
+            assert!(svg.contains("<svg") && svg.contains("</svg>"), "{} is no SVG", figure.id);
             assert!(svg.contains("width=\"900\" height=\"520\""), "{} has another size", figure.id);
-            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{} draws what is no number", figure.id);
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{} contains NaN", figure.id);
             let title = figure.title.replace('\'', "&apos;");
             assert!(svg.contains(&title), "{} lacks its title", figure.id);
         }
     }
 
     #[test]
-    fn a_name_that_looks_like_markup_stays_a_name() {
+    fn markup_in_a_name_is_escaped() {
         let mut outcomes = fixture::outcomes();
         outcomes.case.sensors[0].name = "<script>".to_owned();
         let figure = &figures::all(&outcomes.answers("predict"))[0];

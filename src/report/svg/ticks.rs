@@ -1,24 +1,23 @@
-//! Where the ticks of an axis stand and what they say.
+//! Ticks of an axis and their labels.
 
 use super::super::figure::{Axis, Scale, decades};
 use super::super::words;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use std::ops::Range;
 
-/// An axis laid along the paper, in plotted units: logarithms on a log axis. plotters' own axes choose ticks
-/// that suit neither decades nor names.
+/// A coordinate axis in plotted units (logarithms on a log axis). The ticks of plotters suit neither decades nor names.
 pub(super) struct Ruler {
     axis: Axis,
     ends: Range<f64>,
 }
 
 impl Ruler {
-    /// From `low` at the left or bottom to `high`; the lower may be the larger.
+    /// From `low` at the left or bottom to `high`; `low` may be the larger.
     pub(super) fn new(axis: &Axis, (low, high): (f64, f64)) -> Self {
         Self { axis: axis.clone(), ends: low..high }
     }
 
-    /// The places of the ticks.
+    /// Positions of the ticks.
     fn places(&self) -> Vec<f64> {
         let (low, high) = (self.ends.start.min(self.ends.end), self.ends.start.max(self.ends.end));
         match &self.axis.scale {
@@ -53,7 +52,7 @@ impl ValueFormatter<f64> for Ruler {
         match &self.axis.scale {
             Scale::Names(names) => names.get(place.round() as usize).cloned().unwrap_or_default(),
             Scale::Log => words::significant(10_f64.powf(*place), 1),
-            // What rounding leaves of nought is nought.
+            // Rounding errors of zero are shown as zero.
             Scale::Linear | Scale::Whole => {
                 words::trimmed(format!("{:.6}", if place.abs() < 1e-9 { 0.0 } else { *place })).replace('-', "−")
             }
@@ -61,7 +60,7 @@ impl ValueFormatter<f64> for Ruler {
     }
 }
 
-/// Multiples of a round step, at most ten of them.
+/// At most ten multiples of a round step.
 fn round_steps(low: f64, high: f64, smallest: f64) -> Vec<f64> {
     let rough = (high - low) / 9.0;
     if !(rough.is_finite() && rough > 0.0) {
@@ -79,33 +78,33 @@ fn round_steps(low: f64, high: f64, smallest: f64) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    fn said(axis: &Axis, low: f64, high: f64) -> Vec<String> {
+    fn labels(axis: &Axis, low: f64, high: f64) -> Vec<String> {
         let ruler = Ruler::new(axis, (low, high));
         ruler.places().iter().map(|place| ruler.format_ext(place)).collect()
     }
 
     #[test]
-    fn ticks_stand_at_round_numbers() {
-        assert_eq!(said(&Axis::linear("K"), 287.0, 1610.0), ["400", "600", "800", "1000", "1200", "1400", "1600"]);
-        assert_eq!(said(&Axis::linear(""), -0.2, 0.4), ["−0.2", "−0.1", "0", "0.1", "0.2", "0.3", "0.4"]);
-        assert_eq!(said(&Axis::whole("Iteration"), -0.1, 4.1), ["0", "1", "2", "3", "4"]);
+    fn ticks_are_at_round_numbers() {
+        assert_eq!(labels(&Axis::linear("K"), 287.0, 1610.0), ["400", "600", "800", "1000", "1200", "1400", "1600"]);
+        assert_eq!(labels(&Axis::linear(""), -0.2, 0.4), ["−0.2", "−0.1", "0", "0.1", "0.2", "0.3", "0.4"]);
+        assert_eq!(labels(&Axis::whole("Iteration"), -0.1, 4.1), ["0", "1", "2", "3", "4"]);
     }
 
     #[test]
-    fn a_log_axis_says_one_two_and_five() {
-        assert_eq!(said(&Axis::log("S"), 2.9, 4.1), ["1,000", "2,000", "5,000", "10,000"]);
-        assert_eq!(said(&Axis::log("S"), -3.0, 2.0).len(), 6);
+    fn a_log_axis_has_ticks_at_one_two_and_five() {
+        assert_eq!(labels(&Axis::log("S"), 2.9, 4.1), ["1,000", "2,000", "5,000", "10,000"]);
+        assert_eq!(labels(&Axis::log("S"), -3.0, 2.0).len(), 6);
     }
 
     #[test]
-    fn rows_of_a_table_run_downwards() {
+    fn rows_of_a_matrix_run_downwards() {
         let ruler = Ruler::new(&Axis::names("", vec!["a".to_owned(), "b".to_owned()]), (1.5, -0.5));
         assert!(ruler.map(&0.0, (400, 0)) < ruler.map(&1.0, (400, 0)));
         assert_eq!((ruler.map(&1.5, (400, 0)), ruler.map(&-0.5, (400, 0))), (400, 0));
     }
 
     #[test]
-    fn an_axis_without_length_has_one_tick() {
-        assert_eq!(said(&Axis::linear(""), 3.0, 3.0), ["3"]);
+    fn an_axis_of_zero_length_has_one_tick() {
+        assert_eq!(labels(&Axis::linear(""), 3.0, 3.0), ["3"]);
     }
 }

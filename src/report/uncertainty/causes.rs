@@ -1,11 +1,11 @@
-//! What the spread of a peak is due to, in an analyst's words.
+//! Sensitivity indices of a peak in sentences and tables.
 
 use crate::report::words;
 use crate::study::answers::Answers;
 use crate::study::statistics::{Causes, Likely};
 use crate::study::uncertainty::Uncertainty;
 
-/// How much of the variance of a sensor's peak the factors explain one by one, and how much only together.
+/// Shares of the variance of a sensor's peak due to single factors and to pairwise interactions.
 pub(super) fn alone(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> Option<String> {
     let causes = &outcome.peaks[sensor].causes;
     let name = answers.sensor(&answers.case, sensor);
@@ -13,8 +13,9 @@ pub(super) fn alone(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> 
     if !outcome.is_independent {
         let most = (0..first.len()).max_by(|&a, &b| first[a].value.total_cmp(&first[b].value))?;
         return Some(format!(
-            "Factors go together here, so that what each explains of the variance of the peak of {name} overlaps with \
-             what others do: the most is {} ({}), with whatever moves along; {} of that nobody else explains.",
+            "The factors are correlated, so that the first-order Sobol indices of the peak of {name} overlap. The \
+             largest is that of {}, {}, including the effect of factors correlated with it; its total index, without \
+             that effect, is {}.",
             answers.case.factors[most].name,
             bracketed(first[most]),
             words::percent(causes.total[most].value),
@@ -22,25 +23,31 @@ pub(super) fn alone(answers: &Answers, outcome: &Uncertainty, sensor: usize) -> 
     }
     let explained: f64 = first.iter().map(|index| index.value).sum();
     let together = (1.0 - explained - causes.rest).max(0.0);
-    let mut said = format!(
-        "One by one the factors explain {} of the variance of the peak of {name} (the sum of their first-order Sobol \
-         indices); pairs that act together add {}",
+    let mut text = format!(
+        "Variance of the peak of {name}: first-order Sobol indices sum to {}, pairwise interactions explain {}",
         words::percent_of(explained.min(1.0)),
         words::percent_of(together),
     );
     if causes.rest >= 0.0005 {
-        said += &format!(", and {} is left that pairs do not explain", words::percent_of(causes.rest));
+        text += &format!(", {} is unexplained", words::percent_of(causes.rest));
     }
-    Some(said + ".")
+    Some(text + ".")
 }
 
-/// The table's head and, one a factor, its rows: the largest total first.
-pub(super) const HEAD: [&str; 6] =
-    ["Factor", "Alone (first order)", "With others (total)", "Correlation", "Of ranks", "Of ranks, others taken out"];
+/// Head of the table of sensitivity indices.
+pub(super) const HEAD: [&str; 6] = [
+    "Factor",
+    "First-order Sobol index",
+    "Total Sobol index",
+    "Pearson correlation",
+    "Spearman rank correlation",
+    "Partial rank correlation (PRCC)",
+];
 
+/// Rows of the table, one per factor, the largest total index first.
 pub(super) fn rows(answers: &Answers, causes: &Causes) -> Vec<Vec<String>> {
     let mut order: Vec<usize> = (0..answers.case.factors.len()).collect();
-    // Unknown indices leave the order of the case.
+    // NaN keeps the order of the case.
     order.sort_by(|&a, &b| {
         causes.total[b].value.partial_cmp(&causes.total[a].value).unwrap_or(std::cmp::Ordering::Equal)
     });
@@ -61,16 +68,18 @@ pub(super) fn rows(answers: &Answers, causes: &Causes) -> Vec<Vec<String>> {
     order.into_iter().map(row).collect()
 }
 
-/// How to read the table.
+/// Explanation of the table.
 pub(super) fn explanation(outcome: &Uncertainty) -> &'static str {
     if outcome.is_independent {
-        "Alone: the share of the variance that would go were the factor known. With others: the share that would stay were \
-         all others known, which counts what it does together with each. The two differ by what factors do in pairs. In \
-         brackets 95 % intervals: chance, and above also the share that pairs do not explain, as it may be any factor's."
+        "First-order index: expected share by which the variance falls if the factor becomes known. Total index: \
+         expected share of the variance that remains if all other factors become known; it includes the interactions \
+         of the factor. Brackets: 95 % intervals by sampling error; the upper ends of the indices include the \
+         unexplained variance (beyond pairwise interactions), which may be due to any factor."
     } else {
-        "Factors go together here. Alone: the share of the variance that would go were the factor known, and with it what it \
-         tells of those that move along. With others: the share that would stay were all others known, so only what the \
-         factor does apart from them. These shares overlap or leave gaps, and do not sum to all. In brackets 95 % intervals."
+        "The factors are correlated. First-order index: expected share by which the variance falls if the factor \
+         becomes known; it includes the effect of factors correlated with it. Total index: expected share of the \
+         variance that remains if all other factors become known; it excludes that effect. The indices overlap or \
+         leave gaps, and do not sum to one. Brackets: 95 % intervals."
     }
 }
 
@@ -82,7 +91,7 @@ fn bracketed(index: Likely) -> String {
     format!("{} % ({} to {} %)", percent(index.value), percent(index.low), percent(index.high))
 }
 
-/// Indices, where there were members enough and something varies.
+/// The indices, if there were enough members and the output varies.
 fn known(indices: &[Likely]) -> Option<&[Likely]> {
     indices.iter().any(|index| index.value > 0.0).then_some(indices)
 }

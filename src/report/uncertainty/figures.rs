@@ -1,4 +1,4 @@
-//! How far the prediction may be off and which factor is to blame.
+//! Prediction intervals and sensitivity indices over time.
 
 use crate::case::Case;
 use crate::report::figure::{Axis, Figure, Ink, Layer, Part, Stroke};
@@ -9,7 +9,7 @@ use crate::study::statistics::Likely;
 use crate::study::uncertainty::Uncertainty;
 
 pub(super) fn figures(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>) -> Vec<Figure> {
-    // A sensor that is held has no spread to draw.
+    // A sensor of constant temperature has no spread.
     let moves = |sensor: &usize| outcome.spreads[*sensor].deviation_k.iter().any(|deviation_k| *deviation_k > STILL_K);
     let sensors = (0..case.sensors.len()).filter(moves);
     let mut figures: Vec<Figure> = sensors.clone().map(|sensor| spread(case, outcome, nominal, sensor)).collect();
@@ -31,11 +31,11 @@ fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor:
         low: thinned(low),
         high: thinned(high),
     };
-    let mut layers: Vec<Layer> = window(case, sensor, "trusted window").into_iter().collect();
-    layers.push(band("95 % at each instant", 0.18, low, high));
-    layers.push(band("50 % at each instant", 0.38, quarter, three_quarters));
+    let mut layers: Vec<Layer> = window(case, sensor, "data window").into_iter().collect();
+    layers.push(band("95 % pointwise", 0.18, low, high));
+    layers.push(band("50 % pointwise", 0.38, quarter, three_quarters));
     let whole = &outcome.spreads[sensor].whole;
-    layers.push(line("95 % of whole traces".to_owned(), Ink::Series(0), Stroke::Thin, times, &whole.low_k));
+    layers.push(line("95 % simultaneous".to_owned(), Ink::Series(0), Stroke::Thin, times, &whole.low_k));
     layers.push(line(String::new(), Ink::Series(0), Stroke::Thin, times, &whole.high_k));
     layers.push(line("median".to_owned(), Ink::Series(0), Stroke::Solid, times, median));
     if let Some(nominal) = nominal {
@@ -46,12 +46,12 @@ fn spread(case: &Case, outcome: &Uncertainty, nominal: Option<&Nominal>, sensor:
     Figure {
         id: file_name("spread", name),
         number: String::new(),
-        title: format!("How far {name} may be off"),
+        title: format!("{name}: predicted temperature with 50 % and 95 % intervals"),
         caption: format!(
-            "Pointwise: at each instant 95 % of {} lie in the light band, half of them in the dark one. Simultaneous: 95 % of \
-             them stay between the thin dashed lines at all instants. Of {} whose whole traces were kept {} % stay in the \
-             light band throughout, {} % between the dashed lines. The members' own peaks at {name} reach {} on average, \
-             95 % of them from {} to {}.",
+            "Bands: pointwise 50 % (dark) and 95 % (light) intervals of {}. Thin dashed lines: simultaneous 95 % band, \
+             in which 95 % of the members stay at all instants. Of {} stored traces {} % stay in the pointwise 95 % \
+             band at all instants, {} % in the simultaneous one. Peaks of the members: mean {}, 95 % interval {} to \
+             {}.",
             words::counted(outcome.ok, "member"),
             words::count(whole.in_pointwise.of),
             words::grouped(100.0 * whole.in_pointwise.share(), 1),
@@ -90,31 +90,31 @@ fn shares(case: &Case, outcome: &Uncertainty, sensor: usize) -> Figure {
     Figure {
         id: file_name("shares", name),
         number: String::new(),
-        title: format!("What the spread at {name} is due to"),
+        title: format!("Variance shares at {name}"),
         caption: format!(
-            "Each factor's share of the spread at {name} through time.{} A share is the squared correlation of the \
-             factor with the temperature over the sum of all factors'.",
+            "Share of each factor in the variance at {name} over time.{} A share is the squared correlation of factor \
+             and temperature, normalised so that all shares sum to one.",
             blame.unwrap_or_default(),
         ),
         x: time(case),
-        y: Axis::linear("Share of the spread, %").within(0.0, 100.0),
+        y: Axis::linear("Share of the variance, %").within(0.0, 100.0),
         layers: vec![Layer::Shares { x: thinned(&outcome.instants_s), parts: parts.collect() }],
     }
 }
 
-/// Total Sobol indices through time, with their intervals, of those factors that ever matter; `None` where too few members
-/// arrived to tell.
+/// Total Sobol indices over time with their intervals, of the factors that exceed 2 % at any time; `None` if too few
+/// members completed.
 fn indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> {
     let name = &case.sensors[sensor].name;
     let spread = &outcome.spreads[sensor];
-    // Before anything moves, indices are those of nothing.
+    // Where the variance is zero, indices are undefined.
     let most_k = spread.deviation_k.iter().copied().fold(0.0, f64::max);
     let from = spread.deviation_k.iter().position(|&deviation_k| deviation_k > 0.01 * most_k)?;
     let (times, causes) = (&outcome.instants_s[from..], &spread.causes[from..]);
     let curve = |factor: usize, of: fn(&Likely) -> f64| -> Vec<f64> {
         causes.iter().map(|causes| 100.0 * of(&causes.total[factor])).collect()
     };
-    let mut layers: Vec<Layer> = window(case, sensor, "trusted window").into_iter().collect();
+    let mut layers: Vec<Layer> = window(case, sensor, "data window").into_iter().collect();
     let matters = |factor: &usize| curve(*factor, |index| index.value).into_iter().any(|percent| percent > 2.0);
     for factor in (0..case.factors.len()).filter(matters) {
         let stroke = if factor % 2 == 0 { Stroke::Solid } else { Stroke::Dashed };
@@ -131,28 +131,28 @@ fn indices(case: &Case, outcome: &Uncertainty, sensor: usize) -> Option<Figure> 
     }
     let rest = causes.iter().map(|causes| causes.rest).fold(0.0, f64::max);
     let sum = if outcome.is_independent {
-        "Together they exceed the share that factors and pairs explain by what pairs add."
+        "Their sum counts each pairwise interaction twice."
     } else {
-        "Factors go together here: shares overlap or leave gaps, and their sum says nothing."
+        "The factors are correlated: the indices overlap or leave gaps, and do not sum to one."
     };
     let drawn = layers.iter().any(|layer| matches!(layer, Layer::Band { .. }));
     drawn.then(|| Figure {
         id: file_name("indices", name),
         number: String::new(),
-        title: format!("How much of the variance at {name} hangs on each factor"),
+        title: format!("Total Sobol indices at {name}"),
         caption: format!(
-            "Total Sobol indices through time, of factors that ever reach 2 %: the share of the variance that would stay \
-             were all other factors known, with its 95 % interval. {sum} At most {} of the variance is left that pairs \
-             do not explain.",
+            "Total Sobol indices over time with 95 % intervals, of factors that exceed 2 % at any time: expected share \
+             of the variance that remains if all other factors become known. {sum} At most {} of the variance is \
+             unexplained (beyond pairwise interactions).",
             words::percent_of(rest),
         ),
         x: time(case),
-        y: Axis::linear("Total index, %"),
+        y: Axis::linear("Total Sobol index, %"),
         layers,
     })
 }
 
-/// Peaks less the nominal one, so that a spread of tens of kelvin shows beside peaks a thousand apart.
+/// Peaks less the nominal peak of each sensor, as spreads are small compared with the differences between sensors.
 fn peaks(case: &Case, outcome: &Uncertainty) -> Figure {
     let less_nominal = outcome
         .peaks
@@ -163,9 +163,9 @@ fn peaks(case: &Case, outcome: &Uncertainty) -> Figure {
     Figure {
         id: "peaks".to_owned(),
         number: String::new(),
-        title: "Where the peaks fall".to_owned(),
-        caption: "The members' peaks less the nominal peak of each sensor: the thick bar holds half of them, the thin \
-                  one 95 %, and the light mark is the median."
+        title: "Distribution of the peak temperatures".to_owned(),
+        caption: "Peaks of the members less the nominal peak of each sensor: 50 % (thick bar), 95 % (thin bar) and \
+                  median (light mark)."
             .to_owned(),
         x: Axis::names("", case.sensors.iter().map(|sensor| sensor.name.clone()).collect()),
         y: Axis::linear("Peak less nominal peak, K"),

@@ -1,4 +1,4 @@
-//! What a sweep adds to `summary.json`.
+//! Keys of a Monte Carlo sweep in `summary.json`.
 
 use crate::case::Case;
 use crate::report::files::json::Named;
@@ -7,7 +7,7 @@ use crate::study::statistics::{Causes, Likely};
 use crate::study::uncertainty::Uncertainty;
 use serde::Serialize;
 
-/// Of a sensor's peak temperature and of the time of its peak.
+/// Indices of a sensor's peak temperature and of the time of its peak.
 #[derive(Serialize)]
 pub(super) struct Due<'a> {
     peak: CausesRecord<'a>,
@@ -17,7 +17,7 @@ pub(super) struct Due<'a> {
 #[derive(Serialize)]
 struct CausesRecord<'a> {
     factors: Named<'a, CauseRecord>,
-    /// The share of the variance that no functions of two factors explain.
+    /// Share of the variance beyond pairwise interactions.
     unexplained: f64,
 }
 
@@ -28,12 +28,12 @@ struct CauseRecord {
     rank_correlation: Likely,
     partial_rank_correlation: Likely,
     /// First-order Sobol index.
-    index: Likely,
+    first_order: Likely,
     /// Total Sobol index.
     total: Likely,
 }
 
-/// Sensor → what its peak and the time of that are due to.
+/// Sensor → sensitivity indices.
 pub(super) fn causes<'a>(case: &'a Case, outcome: &Uncertainty) -> Named<'a, Due<'a>> {
     let of = |index: usize| {
         let peak = &outcome.peaks[index];
@@ -47,14 +47,14 @@ fn record<'a>(case: &'a Case, causes: &Causes) -> CausesRecord<'a> {
         correlation: causes.correlations[factor],
         rank_correlation: causes.rank_correlations[factor],
         partial_rank_correlation: causes.partial_rank_correlations[factor],
-        index: causes.first[factor],
+        first_order: causes.first[factor],
         total: causes.total[factor],
     };
     let named = case.factors.iter().enumerate().map(|(index, factor)| (factor.name.as_str(), each(index)));
     CausesRecord { factors: Named(named.collect()), unexplained: causes.rest }
 }
 
-/// Sensor → factor → share of the spread at the sensor's nominal peak.
+/// Sensor → factor → variance share at the sensor's nominal peak.
 pub(super) fn shares<'a>(case: &'a Case, outcome: &Uncertainty) -> Named<'a, Named<'a, f64>> {
     let of = |sensor: usize| {
         let ranked = super::ranked(case, outcome, sensor);
@@ -64,27 +64,28 @@ pub(super) fn shares<'a>(case: &'a Case, outcome: &Uncertainty) -> Named<'a, Nam
     Named(case.sensors.iter().enumerate().map(|(index, sensor)| (sensor.name.as_str(), of(index))).collect())
 }
 
-/// Of the members whose whole traces were kept.
+/// Coverage of the pointwise and the simultaneous 95 % band of a sensor.
 #[derive(Serialize)]
 pub(super) struct WholeRecord {
-    kept: usize,
-    /// The share that stays between the percentiles 2.5 and 97.5 at every instant.
-    in_pointwise_band: f64,
-    /// The share that stays in the simultaneous band.
-    in_simultaneous_band: f64,
-    /// How many times as far as 200 members marched beforehand the simultaneous band reaches from the nominal trace.
-    envelope_stretch: f64,
+    /// Stored traces from which the coverages are counted.
+    traces: usize,
+    /// Share of traces that stay between the percentiles 2.5 and 97.5 at all instants.
+    pointwise_coverage: f64,
+    /// Share of traces that stay in the simultaneous band at all instants.
+    simultaneous_coverage: f64,
+    /// Half-width of the simultaneous band in units of the envelope, the extremes of 200 preliminary members.
+    envelope_scale: f64,
 }
 
-/// Sensor → how whole traces lie.
+/// Sensor → coverage of its bands.
 pub(super) fn whole_traces<'a>(case: &'a Case, outcome: &Uncertainty) -> Named<'a, WholeRecord> {
     let named = case.sensors.iter().zip(&outcome.spreads).map(|(sensor, spread)| {
         let Proportion { of, .. } = spread.whole.in_pointwise;
         let record = WholeRecord {
-            kept: of,
-            in_pointwise_band: spread.whole.in_pointwise.share(),
-            in_simultaneous_band: spread.whole.in_simultaneous.share(),
-            envelope_stretch: spread.whole.stretch,
+            traces: of,
+            pointwise_coverage: spread.whole.in_pointwise.share(),
+            simultaneous_coverage: spread.whole.in_simultaneous.share(),
+            envelope_scale: spread.whole.stretch,
         };
         (sensor.name.as_str(), record)
     });

@@ -1,4 +1,4 @@
-//! Two cases fitted to the same observations, sensor by sensor.
+//! Two models fitted to the same observations, one figure per sensor.
 
 use crate::case::{Case, Observation};
 use crate::report::figure::{Figure, Ink, Layer, Stroke};
@@ -24,11 +24,11 @@ fn figure(case: &Case, first: &Fitted, outcome: &Beside, seen: &Observation, lef
         measured("measured".to_owned(), Ink::Measured, seen),
     ];
     Figure {
-        id: file_name("beside", name),
+        id: file_name("comparison", name),
         number: String::new(),
-        title: format!("{name}, both cases at their estimates"),
+        title: format!("{name}: two models at their estimates"),
         caption: format!(
-            "In cool-down {} is off by {} (root mean square), {} by {}.",
+            "RMSE in cool-down: {} {}, {} {}.",
             case.id,
             words::misfit(left.cooling_k[0]),
             outcome.id,

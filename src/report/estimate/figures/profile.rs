@@ -1,4 +1,4 @@
-//! Profiles: how much worse the data are met as one factor is held and the others follow.
+//! Profile likelihood of a factor.
 
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
 use crate::report::figures::{file_name, line};
@@ -13,12 +13,12 @@ fn figure(outcome: &Estimated, profile: &Profile) -> Figure {
     let place = profile.factor;
     let estimand = &outcome.factors[place];
     let name = &estimand.factor.name;
-    // Beyond, it would press what matters to the ground.
+    // Higher values would compress the interval in the chart.
     let is_near = |rise: f64| rise <= 4.0 * profile.level;
     let met = profile.points.iter().map(|point| point[place]).zip(profile.rises.iter().copied());
     let (x, y): (Vec<f64>, Vec<f64>) = met.filter(|(_, rise)| is_near(*rise)).unzip();
     let (first, last) = (x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(1.0));
-    // The half-width of the linear interval is the root of the level in its standard errors.
+    // The half-width of the linear interval is the square root of the level times the standard error.
     let (low, high) = outcome.intervals[place];
     let error = (high - low) / (2.0 * profile.level.sqrt());
     let even: Vec<f64> = (0..=60).map(|step| first + (last - first) * f64::from(step) / 60.0).collect();
@@ -29,25 +29,25 @@ fn figure(outcome: &Estimated, profile: &Profile) -> Figure {
     let (least, most) = estimand.bounds;
     let layers = vec![
         Layer::Window { name: "95 % interval".to_owned(), from: below.unwrap_or(least), to: above.unwrap_or(most) },
-        line("as if linear".to_owned(), Ink::Guide, Stroke::Dashed, &even, &parabola),
-        line("95 %".to_owned(), Ink::Guide, Stroke::Dotted, &[first, last], &[profile.level; 2]),
+        line("linear approximation".to_owned(), Ink::Guide, Stroke::Dashed, &even, &parabola),
+        line("95 % level".to_owned(), Ink::Guide, Stroke::Dotted, &[first, last], &[profile.level; 2]),
         line("profile".to_owned(), Ink::Series(0), Stroke::Solid, &x, &y),
         Layer::Points { name: String::new(), ink: Ink::Series(0), x, y, error: Vec::new() },
     ];
     Figure {
         id: file_name("profile", name),
         number: String::new(),
-        title: format!("Profile of {name}"),
+        title: format!("Profile likelihood of {name}"),
         caption: format!(
-            "With {name} held at each value and all other factors sought again, what was made least rises so far above \
-             its least. Where it stays below {} lies the 95 % interval: {}; the linear one, of the dashed parabola, is {}. \
-             Data count by the scatter of their residuals and by how far these follow one another.",
+            "Rise of the objective above its minimum with {name} fixed at each value and all other factors estimated \
+             again. The 95 % interval is where the rise is below {}: {}; the linear one (dashed parabola) is {}. The \
+             objective is scaled by the variance and the autocorrelation of the residuals.",
             words::significant(profile.level, 3),
             words::profiled(profile.interval, estimand.bounds),
             words::interval(outcome.intervals[place], estimand.bounds)
         ),
         x: Axis::linear(name),
-        y: Axis::linear("Rise, squares of a standard error").within(0.0, highest),
+        y: Axis::linear("Rise of the scaled objective").within(0.0, highest),
         layers,
     }
 }

@@ -1,4 +1,4 @@
-//! What walkers drew of the factors, and what that predicts of every sensor.
+//! Corner plot of the posterior, and predictive intervals of every sensor.
 
 use crate::case::Case;
 use crate::report::estimate::posterior;
@@ -37,14 +37,14 @@ fn corner(found: &Estimated, outcome: &Posterior) -> Figure {
     let several = if outcome.pairs.is_empty() {
         ""
     } else {
-        " Below, each pair: the smallest regions that hold half (dark) and 95 % (light) of what was drawn."
+        " Below, pairs: regions of highest density with 50 % (dark) and 95 % (light) of the samples."
     };
     Figure {
         id: "corner".to_owned(),
         number: String::new(),
-        title: "How likely the factors are".to_owned(),
+        title: "Posterior of the factors".to_owned(),
         caption: format!(
-            "On the diagonal the share of the draws by value, its 95 % interval dashed and the estimate vermilion.{several} {}",
+            "Diagonal: histograms of the samples, 95 % intervals (dashed) and estimates (vermilion).{several} {}",
             posterior::walked(outcome)
         ),
         x: Axis::linear(""),
@@ -56,7 +56,7 @@ fn corner(found: &Estimated, outcome: &Posterior) -> Figure {
     }
 }
 
-/// One sensor; none that is held and so never in doubt.
+/// One sensor; `None` if its temperature is constant.
 fn predictive(answers: &Answers, case: &Case, of: &Predicted, sensor: usize) -> Option<Figure> {
     let found = &of.sensors[sensor];
     let width_k = |band: &Band| band.low_k.iter().zip(&band.high_k).map(|(low, high)| high - low).fold(0.0, f64::max);
@@ -74,8 +74,8 @@ fn predictive(answers: &Answers, case: &Case, of: &Predicted, sensor: usize) -> 
         high: thinned(&band.high_k),
     };
     let mut layers = vec![
-        band("with what is lacking", Ink::Series(4), 0.25, &found.discrepancy),
-        band("by the factors", Ink::Series(0), 0.35, &found.parameters),
+        band("with discrepancy", Ink::Series(4), 0.25, &found.discrepancy),
+        band("factors only", Ink::Series(0), 0.35, &found.parameters),
         line("median".to_owned(), Ink::Series(0), Stroke::Solid, &of.instants_s, &found.parameters.median_k),
     ];
     let seen = case.observations.iter().find(|seen| seen.sensor == sensor);
@@ -83,9 +83,10 @@ fn predictive(answers: &Answers, case: &Case, of: &Predicted, sensor: usize) -> 
     Some(Figure {
         id: file_name("predictive", &name),
         number: String::new(),
-        title: format!("What the posterior predicts of {name}"),
+        title: format!("Posterior prediction of {name}"),
         caption: format!(
-            "95 % at each instant: by what is known of the factors, {} wide at most, and with what the model lacks, {}. {}",
+            "Pointwise 95 % predictive intervals: by the factors only (largest width {}) and with model discrepancy \
+             ({}). {}",
             words::misfit(width_k(&found.parameters)),
             words::misfit(width_k(&found.discrepancy)),
             posterior::held(case, sensor, found)

@@ -1,4 +1,4 @@
-//! The section of a posterior: factors, peaks and how the walkers went.
+//! The section of the posterior: convergence, factors and peaks.
 
 use crate::report::estimate::posterior;
 use crate::report::html::table::{list, table};
@@ -32,31 +32,31 @@ pub(in crate::report::estimate) fn posterior(answers: &Answers, found: &Estimate
                 let [low_k, _, high_k] = band.peak_k;
                 format!("{} to {}", words::grouped(low_k, 1), words::grouped(high_k, 1))
             });
-            let held = foreseen.held.map_or("-".to_owned(), |(_, share)| words::percent(share));
+            let coverage = foreseen.held.map_or("-".to_owned(), |(_, share)| words::percent(share));
             peaks.push(vec![
                 answers.sensor(case, sensor),
                 if posterior::is_fitted(case, sensor) { "yes" } else { "no" }.to_owned(),
                 words::grouped(foreseen.parameters.peak_k[1], 1),
                 parameters,
                 discrepancy,
-                held,
+                coverage,
             ]);
         }
     }
     let used = posterior::apart(found, outcome).unwrap_or_else(posterior::agreeing);
-    let said = [posterior::walked(outcome), used, posterior::lacking(outcome)];
+    let text = [posterior::walked(outcome), used, posterior::lacking(outcome)];
     let head = [
         "Factor",
         "Median",
-        "95 % within",
-        "Linear",
-        "By profile",
+        "95 % interval",
+        "Linear interval",
+        "Profile interval",
         "R-hat",
-        "Autocorrelation, moves",
-        "Effective draws",
+        "Autocorrelation time, iterations",
+        "Effective sample size",
     ];
-    let peak = ["Sensor", "Fitted", "Median, K", "By the factors, K", "With what the model lacks, K", "Samples held"];
-    list(&said)
-        + &table("Factors, and their intervals in other ways", &head, &rows)
-        + &table("Peaks, 95 %", &peak, &peaks)
+    let peak = ["Sensor", "Fitted", "Median, K", "Factors only, K", "With model discrepancy, K", "Coverage"];
+    list(&text)
+        + &table("Posterior of the factors", &head, &rows)
+        + &table("Peaks, 95 % predictive intervals", &peak, &peaks)
 }

@@ -1,26 +1,25 @@
-//! What a posterior adds to `summary.json`.
+//! The key `posterior` of `summary.json`.
 
 use crate::case::Case;
 use crate::report::files::json::Named;
 use crate::study::answers::Answers;
 use crate::study::estimate::Estimated;
-use crate::study::posterior::{Band, Discrepancy, Foreseen, Posterior, Predicted};
+use crate::study::posterior::{Band, Foreseen, Posterior, Predicted};
 use serde::Serialize;
 
 /// Keys in the order written.
 #[derive(Serialize)]
 pub(in crate::report::estimate) struct PosteriorRecord<'a> {
     walkers: usize,
-    moves: usize,
+    iterations: usize,
     burn_in: usize,
     acceptance: f64,
     marches: usize,
-    settled: bool,
+    converged: bool,
     factors: Named<'a, MarginalRecord>,
     correlation: Vec<Vec<f64>>,
-    /// A time of `null` keeps for ever.
-    discrepancy: Discrepancy,
-    /// Case → sensor → what is foreseen of it.
+    discrepancy: DiscrepancyRecord,
+    /// Case → sensor → predictive intervals.
     predicted: Named<'a, Named<'a, ForeseenRecord>>,
 }
 
@@ -30,24 +29,34 @@ struct MarginalRecord {
     low: f64,
     high: f64,
     r_hat: f64,
-    autocorrelation_moves: f64,
-    effective_draws: f64,
+    /// Iterations.
+    autocorrelation_time: f64,
+    effective_samples: f64,
 }
 
-/// By the factors alone, and with what the model lacks.
+#[derive(Serialize)]
+struct DiscrepancyRecord {
+    /// In units of the effect of the prior standard deviations of all factors.
+    relative_amplitude: f64,
+    amplitude_k: f64,
+    /// Infinite, and so `null`, where the discrepancy is constant in time.
+    correlation_time_s: f64,
+}
+
+/// By the factors only, and with model discrepancy.
 #[derive(Serialize)]
 struct ForeseenRecord {
     parameters: PeakRecord,
-    discrepancy: PeakRecord,
+    with_discrepancy: PeakRecord,
 }
 
-/// Of a sensor's peak, K; and the share of its observed samples that the band holds, where there are any.
+/// Predictive interval of a sensor's peak, K, and coverage of its observations, if any.
 #[derive(Serialize)]
 struct PeakRecord {
     peak_low_k: f64,
     peak_median_k: f64,
     peak_high_k: f64,
-    held: Option<f64>,
+    coverage: Option<f64>,
 }
 
 impl<'a> PosteriorRecord<'a> {
@@ -58,8 +67,8 @@ impl<'a> PosteriorRecord<'a> {
             low: found.interval.0,
             high: found.interval.1,
             r_hat: found.mixing.r_hat,
-            autocorrelation_moves: found.mixing.autocorrelation_moves,
-            effective_draws: found.mixing.effective_draws,
+            autocorrelation_time: found.mixing.autocorrelation_moves,
+            effective_samples: found.mixing.effective_draws,
         });
         let factors = outcome.marginals.len();
         let mut correlation = vec![vec![1.0; factors]; factors];
@@ -69,14 +78,18 @@ impl<'a> PosteriorRecord<'a> {
         }
         Self {
             walkers: outcome.walkers.number,
-            moves: outcome.walkers.moves,
+            iterations: outcome.walkers.moves,
             burn_in: outcome.burn_in,
             acceptance: outcome.acceptance,
             marches: outcome.marches,
-            settled: outcome.is_settled(),
+            converged: outcome.is_settled(),
             factors: Named(names.zip(marginals).collect()),
             correlation,
-            discrepancy: outcome.discrepancy,
+            discrepancy: DiscrepancyRecord {
+                relative_amplitude: outcome.discrepancy.share,
+                amplitude_k: outcome.discrepancy.amplitude_k,
+                correlation_time_s: outcome.discrepancy.time_s,
+            },
             predicted: Named(
                 answers
                     .cases()
@@ -89,13 +102,13 @@ impl<'a> PosteriorRecord<'a> {
 }
 
 fn predicted<'a>(case: &'a Case, outcome: &Predicted) -> Named<'a, ForeseenRecord> {
-    let peak = |band: &Band, held: Option<f64>| {
+    let peak = |band: &Band, coverage: Option<f64>| {
         let [peak_low_k, peak_median_k, peak_high_k] = band.peak_k;
-        PeakRecord { peak_low_k, peak_median_k, peak_high_k, held }
+        PeakRecord { peak_low_k, peak_median_k, peak_high_k, coverage }
     };
     let record = |found: &Foreseen| ForeseenRecord {
-        parameters: peak(&found.parameters, found.held.map(|held| held.0)),
-        discrepancy: peak(&found.discrepancy, found.held.map(|held| held.1)),
+        parameters: peak(&found.parameters, found.held.map(|coverage| coverage.0)),
+        with_discrepancy: peak(&found.discrepancy, found.held.map(|coverage| coverage.1)),
     };
     let sensors = case.sensors.iter().zip(&outcome.sensors);
     Named(sensors.map(|(sensor, found)| (sensor.name.as_str(), record(found))).collect())

@@ -1,4 +1,4 @@
-//! What decomposition and gas do through time.
+//! Decomposition and gas flow over time.
 
 use crate::case::Case;
 use crate::report::figure::{Axis, Figure, Ink, Layer, Stroke};
@@ -7,7 +7,7 @@ use crate::report::nominal::gas;
 use crate::study::nominal::{Nominal, Reading};
 use crate::traces::Gauge;
 
-/// Of what there is: gas alone loses no mass, and without Darcy's law pressure is that outside.
+/// Mass lost and fronts only where plies decompose, pressures only with Darcy's law.
 pub(in crate::report::nominal) fn figures(case: &Case, outcome: &Nominal) -> Vec<Figure> {
     let reading = |gauge| outcome.reading(gauge);
     let times_s = &outcome.instants_s;
@@ -18,7 +18,7 @@ pub(in crate::report::nominal) fn figures(case: &Case, outcome: &Nominal) -> Vec
     };
     if let Some(flux) = reading(Gauge::GasFlux) {
         let layers = vec![curve("", 0, Stroke::Solid, times_s, flux.values.clone())];
-        add("gas-flux", "Gas out of the hot face", gas::flux(flux), Axis::linear("Gas flux, kg/m²/s"), layers);
+        add("gas-flux", "Gas flux out of the hot face", gas::flux(flux), Axis::linear("Gas flux, kg/m²/s"), layers);
     }
     if let Some(lost) = reading(Gauge::MassLost).filter(|_| gas::decomposes(case)) {
         let layers = vec![curve("", 1, Stroke::Solid, times_s, lost.values.clone())];
@@ -30,15 +30,15 @@ pub(in crate::report::nominal) fn figures(case: &Case, outcome: &Nominal) -> Vec
         let met =
             [(char, "char front", 7), (virgin, "virgin front", 2)].into_iter().filter(|(front, ..)| front.peak > 0.0);
         let layers = met.map(|(front, name, ink)| curve(name, ink, Stroke::Solid, times_s, depths_mm(front))).collect();
-        let axis = Axis::linear("Depth in the layup as made, mm");
-        add("gas-fronts", "Fronts of char and virgin material", gas::fronts(virgin, char), axis, layers);
+        let axis = Axis::linear("Depth in the undeformed layup, mm");
+        add("gas-fronts", "Char front and virgin front", gas::fronts(virgin, char), axis, layers);
     }
     if let (Some(largest), Some(back)) = (reading(Gauge::PeakPressure), reading(Gauge::BackPressure))
         && gas::is_driven(case)
     {
         let kilopascals = |of: &Reading| of.values.iter().map(|pressure_pa| 1e-3 * pressure_pa).collect();
         let layers = vec![
-            curve("largest", 0, Stroke::Solid, times_s, kilopascals(largest)),
+            curve("maximum in the layup", 0, Stroke::Solid, times_s, kilopascals(largest)),
             curve("at the back face", 1, Stroke::Dashed, times_s, kilopascals(back)),
         ];
         let axis = Axis::linear("Pressure, kPa");
@@ -51,7 +51,7 @@ fn curve(name: &str, series: usize, stroke: Stroke, times_s: &[f64], values: Vec
     line(name.to_owned(), Ink::Series(series), stroke, times_s, &values)
 }
 
-/// A front that is nowhere has no depth: a gap, where zero would draw it at the hot face.
+/// Depths of a front; a gap where there is none, as zero would put it at the hot face.
 fn depths_mm(front: &Reading) -> Vec<f64> {
     front.values.iter().map(|&depth_m| if depth_m > 0.0 { 1e3 * depth_m } else { f64::NAN }).collect()
 }
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn charts_of_gas_show_what_there_is_and_nothing_else() {
+    fn gas_charts_are_drawn_only_for_quantities_that_are_present() {
         let outcomes = fixture::outcomes();
         assert!(drawn(&outcomes).is_empty());
         let mut charring = outcomes.charring();
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_front_is_drawn_in_millimetres_and_not_at_all_where_it_is_nowhere() {
+    fn a_front_is_drawn_in_millimetres_with_a_gap_where_there_is_none() {
         let mut outcomes = fixture::outcomes().charring();
         outcomes.nominal.readings[Gauge::CharFront as usize].values[..10].fill(0.0);
         let figures = figures(&outcomes.case, &outcomes.nominal);
