@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Build the book into target/book/html, warnings denied. Its Python packages go into a virtual environment under target/.
-#   --renew    first make the generated pages anew: the command line from clap's help, the verification tables
+# Build the book into target/book/html, warnings denied. Its Python packages go into a virtual environment under
+#   target/. --renew    first make the generated pages anew: the command line from clap's help, the verification tables
 #   --check    the same, and fail if a verification table of the CPU was out of date
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -21,7 +21,8 @@ command -v python3 >/dev/null || fail 'python3 not found: install Python 3.11 or
 target=${CARGO_TARGET_DIR:-target}
 environment=$target/book/environment
 if ! cmp -s docs/requirements.txt "$environment/requirements.txt"; then
-    python3 -m venv --clear "$environment" || fail 'python3 -m venv failed: on Debian and Ubuntu, apt-get install python3-venv'
+    python3 -m venv --clear "$environment" ||
+        fail 'python3 -m venv failed: on Debian and Ubuntu, apt-get install python3-venv'
     "$environment/bin/pip" install --quiet --disable-pip-version-check -r docs/requirements.txt
     cp docs/requirements.txt "$environment/requirements.txt"
 fi
@@ -38,5 +39,6 @@ if "$renew"; then
         fail 'docs/verification was out of date and is renewed: look at the difference'
     fi
 fi
-"$environment/bin/sphinx-build" -W --keep-going -n -q -j auto -b html -d "$target/book/doctrees" docs "$target/book/html"
+"$environment/bin/sphinx-build" -W --keep-going -n -q -j auto -b html -d "$target/book/doctrees" \
+    docs "$target/book/html"
 printf 'the book: %s/book/html/index.html\n' "$target"

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Reference figures of SciPy, emcee and SALib for tests/fit/peers.rs: writes data/verification/peers.csv.
 
-Needs NumPy, SciPy, emcee and SALib (pip install numpy scipy emcee SALib). The suite needs none of them: it reads the file.
-The model is a plate that is heated and cooled, T = 300 + 200 a (1 - exp(-0.05 b t)) in K, read with 2 K noise.
+Needs NumPy, SciPy, emcee and SALib (pip install numpy scipy emcee SALib). The suite needs none of them: it reads the
+file. The model is a plate that is heated and cooled, T = 300 + 200 a (1 - exp(-0.05 b t)) in K, read with 2 K noise.
 """
 
 import emcee
@@ -51,7 +51,8 @@ def quantiles(function):
 
 
 def indices():
-    """First-order and total Sobol indices of the plate at 20 s, its start scaled by a third factor, all evenly drawn."""
+    """First-order and total Sobol indices of the plate at 20 s, its start scaled by a third factor, all evenly
+    drawn."""
     bounds = [[0.5, 1.5], [0.5, 1.5], [0.9, 1.1]]
     problem = dict(num_vars=3, names=list("abc"), bounds=bounds)
     a, b, c = sampling.sample(problem, 2**18, calc_second_order=False, seed=1).T
@@ -62,8 +63,10 @@ def indices():
 rows = [("squares", best()), ("soft-l1=1", best(loss="soft_l1")), ("huber=1.345", best(loss="huber", f_scale=1.345))]
 rows += [("prior", best(with_prior)), ("bound", best(high=np.array([1.5, 0.85])))]
 with open(OUT, "w") as file:
-    print(f"# scripts/peers.py: SciPy {scipy.__version__}, emcee {emcee.__version__}, SALib {version('SALib')}; reading: time s, K", file=file)
-    print("# optimum: objective, a, b; quantile: objective, factor, 2.5 %, 50 %, 97.5 %; index: factor, first order, total", file=file)
+    versions = f"SciPy {scipy.__version__}, emcee {emcee.__version__}, SALib {version('SALib')}"
+    print(f"# scripts/peers.py: {versions}; reading: time s, K", file=file)
+    columns = "quantile: objective, factor, 2.5 %, 50 %, 97.5 %; index: factor, first order, total"
+    print(f"# optimum: objective, a, b; {columns}", file=file)
     for time, reading in zip(times, readings):
         print(f"reading,{time:.0f},{reading:.6f}", file=file)
     for name, (a, b) in rows:

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # All that a change must pass: format, lints, tests, documentation. Installs what the tests need where it is missing:
 # the software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
-#   --all    also what takes longer: 300 random cases, 300 mutants of the kernels, the slow blocks of the documentation and
-#            its verification tables
+# --all    also what takes longer: 300 random cases, 300 mutants of the kernels, the slow blocks of the documentation
+# and its verification tables
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -20,7 +20,8 @@ done
 install() {
     local what=$1
     shift
-    command -v apt-get >/dev/null || fail "$what not found, and no apt-get to install it: install $* (or your system's like)"
+    command -v apt-get >/dev/null ||
+        fail "$what not found, and no apt-get to install it: install $* (or the packages that your system has for it)"
     local root=()
     if [ "$(id -u)" -ne 0 ]; then
         command -v sudo >/dev/null || fail "$what not found, and no sudo: as root, apt-get install $*"

@@ -1,18 +1,19 @@
 //! README and the book: every command is run and what it prints is compared, every case file is loaded. Rust blocks are
 //! documentation tests of the library (`src/lib.rs`).
 //!
-//! A page is one session in a folder of its own, in which `cases` are the shipped ones. What a block is for stands behind
-//! its language, where neither GitHub nor Sphinx shows it:
+//! A page is one session in a folder of its own, in which `cases` are the shipped ones. What a block is for stands
+//! behind its language, where neither GitHub nor Sphinx shows it:
 //!
-//! - `console`: each line that begins with `$ ` is a command, which goes on behind a line that ends in `\`. What follows is
-//!   its output, and `...` any number of lines.
-//!   `exit=2` states another exit code than 0; a `long` block runs only if `BONDLINE_ALL` is set.
-//! - `toml`, `csv`: `file=PATH` writes the block into the folder, `append=PATH` adds it to a file there; `case` is a whole case, loaded at the end of the page;
-//!   `into=PATH` takes the place of the same keys and tables of that case, which must then load.
+//! - `console`: each line that begins with `$ ` is a command, which goes on behind a line that ends in `\`. What
+//!   follows is its output, and `...` any number of lines. `exit=2` states another exit code than 0; a `long` block
+//!   runs only if `BONDLINE_ALL` is set.
+//! - `toml`, `csv`: `file=PATH` writes the block into the folder, `append=PATH` adds it to a file there; `case` is a
+//!   whole case, loaded at the end of the page; `into=PATH` takes the place of the same keys and tables of that case,
+//!   which must then load.
 //! - `sh`: commands that are not run here, of cargo or of scripts that exist.
 //!
-//! The crate `trycmd` runs such pages too, but would show placeholders where a reader expects times, and writes no files
-//! out of blocks.
+//! The crate `trycmd` runs such pages too, but would show placeholders where a reader expects times, and writes no
+//! files out of blocks.
 
 use crate::support::{Scratch, files, root, text};
 use bondline::case::Case;

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 /// Single precision against double, K: a twentieth of what a thermocouple resolves.
 pub(crate) const SINGLE_K: f64 = 1e-3;
-/// The same where plies decompose, K: an activation energy of thirty times RT makes thirty roundings of a temperature one
-/// of a rate, and what it takes stays taken.
+/// The same where plies decompose, K: an activation energy of thirty times RT makes thirty roundings of a temperature
+/// one of a rate, and what it takes stays taken.
 pub(crate) const SINGLE_REACTING_K: f64 = 1e-2;
 /// Double precision on a device against that on the processor, K: drivers may fuse and reorder, and the rounding of a
 /// few thousand steps at 1,000 K stays three powers of ten below this.
@@ -24,8 +24,8 @@ pub(crate) const BALANCE_FAR: f64 = 1e-2;
 pub(crate) const MASS: f64 = 1e-8;
 /// The same in single precision: rounding of a hundred steps.
 pub(crate) const MASS_SINGLE: f64 = 1e-5;
-/// What reactions that are left out while they come to a billionth of their reactant leave undone, K: ten times what so much heat of reaction is
-/// worth at 1e6 J/kg and 1e3 J/kg/K.
+/// What reactions that are left out while they come to a billionth of their reactant leave undone, K: ten times what so
+/// much heat of reaction is worth at 1e6 J/kg and 1e3 J/kg/K.
 pub(crate) const IDLE_K: f64 = 1e-5;
 /// What ought to be equal or in order but for rounding in double precision, K: ten thousand times the spacing of
 /// doubles at 1,000 K, a ten-thousandth of what anybody prints.
@@ -40,34 +40,38 @@ pub(crate) const FELT_K: f64 = 1e-2;
 /// An estimate from data without noise beside the truth: what the last step of a fit may be worth.
 pub(crate) const FOUND: f64 = 1e-6;
 
-/// A recovered flux beside the true one, over the largest true flux, and its integral over the true one: what is asked of a history from one
-/// thermocouple with noise of 1 K.
+/// A recovered flux beside the true one, over the largest true flux, and its integral over the true one: what is asked
+/// of a history from one thermocouple with noise of 1 K.
 pub(crate) const HISTORY: f64 = 0.05;
 pub(crate) const HISTORY_FLUENCE: f64 = 0.02;
 
-/// Ends of an interval of a posterior beside the linear one, in widths of it: a quantile of 2.5 % of two thousand draws is off
-/// by 0.015 of the width, three of which are left, and as much for what is not quite linear.
+/// Ends of an interval of a posterior beside the linear one, in widths of it: a quantile of 2.5 % of two thousand draws
+/// is off by 0.015 of the width, three of which are left, and as much for what is not quite linear.
 pub(crate) const POSTERIOR_ENDS: f64 = 0.1;
 
-/// What may be left of temperatures that PATO made, K (rms): its 100 cells and implicit steps of first order leave 1.08 K at the best
-/// fit of a march that is converged, and half of that is left for another march.
+/// What may be left of temperatures that PATO made, K (rms): its 100 cells and implicit steps of first order leave 1.08
+/// K at the best fit of a march that is converged, and half of that is left for another march.
 pub(crate) const ANOTHER_CODE_K: f64 = 1.5;
 
-/// A factor at an optimum beside SciPy's on the same data: both stop where a reduction is rounding, which is worth a millionth.
+/// A factor at an optimum beside SciPy's on the same data: both stop where a reduction is rounding, which is worth a
+/// millionth.
 pub(crate) const SCIPY_OPTIMUM: f64 = 5e-6;
 /// A Sobol index beside SALib's of a quarter of a million draws, which are off by some millionths.
 pub(crate) const SALIB_INDEX: f64 = 1e-4;
-/// Quantiles of a posterior beside emcee's, in widths of the 95 % interval: chance of some ten thousand independent draws of each.
+/// Quantiles of a posterior beside emcee's, in widths of the 95 % interval: chance of some ten thousand independent
+/// draws of each.
 pub(crate) const EMCEE_QUANTILES: f64 = 0.02;
 /// A factor found from noise-free data made by the same march, in double and in single precision.
 pub(crate) const RECOVERED: f64 = 1e-4;
 pub(crate) const RECOVERED_SINGLE: f64 = 1e-3;
 /// Committed synthetic readings beside those made anew, K: half of their last decimal, and rounding.
 pub(crate) const FILE_K: f64 = 1e-6;
-/// Ends of profiles and of an interval from a grid of the same objective, in widths of it: a grid of 41 values read off straight.
+/// Ends of profiles and of an interval from a grid of the same objective, in widths of it: a grid of 41 values read off
+/// straight.
 pub(crate) const PROFILE_ENDS: f64 = 0.03;
 
-/// A share of 95 % of other members: chance of 3,000 members that made a band and of 2,000 that are counted is 0.6 %, and three of it are left.
+/// A share of 95 % of other members: chance of 3,000 members that made a band and of 2,000 that are counted is 0.6 %,
+/// and three of it are left.
 pub(crate) const BAND_SHARE: f64 = 0.02;
 /// A share of a half of them, whose chance is 1.4 %.
 pub(crate) const HALF_SHARE: f64 = 0.045;
@@ -85,8 +89,8 @@ pub(crate) const MEMORY_KIB: usize = 256 * 1024;
 /// `LP_MAX_TGSI_LOOP_ITERATIONS` = 65,535).
 pub(crate) const LOOPS_ENDED: u32 = 65_535;
 
-/// Uniform buffers for whose words, where conditions hang on them, the software rasteriser (Mesa 22.3) has room while it compiles: four, of
-/// which the first is its own. Those of a fifth it writes beyond it.
+/// Uniform buffers for whose words, where conditions hang on them, the software rasteriser (Mesa 22.3) has room while
+/// it compiles: four, of which the first is its own. Those of a fifth it writes beyond it.
 pub(crate) const UNIFORM_BUFFERS: usize = 3;
 
 /// The root of the repository.

@@ -1,31 +1,32 @@
-//! The tree's own rules, read from its sources. Each is a function from sources to complaints, which must find
-//! nothing in the tree and something in an example that breaks it. A new arrow between modules, or a new home for a
-//! crate, is a deliberate edit of the tables here.
+//! Rules for the source tree. Each rule is a function from sources to violations: the test requires none in the tree,
+//! and at least one in an example that breaks the rule. To let a module import another one, or to use a crate in a
+//! new folder, edit the tables here.
 
-use crate::support::{files, text};
+use crate::support::{files, root, text};
+use std::fs;
 
-/// Which modules of the library each may use. The binary may use all of it, through its public face.
+/// The modules that each module of the library may import. The binary uses the library's public interface.
 const IMPORTS: &[(&str, &[&str])] = &[
     ("case", &[]),
     ("traces", &[]),
     ("chance", &[]),
     ("fit", &["chance"]),
     ("ensemble", &["case", "chance"]),
-    // Of the traces only the names of gauges, whose errors a plan states.
+    // A plan states errors of gauges, whose names are in `traces`.
     ("plan", &["case", "traces"]),
     ("physics", &["plan"]),
     ("march", &["plan", "ensemble", "traces", "physics"]),
     ("study", &["case", "chance", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
-    // Of the march only what records name: backend and precision; of the fit the loss that is told.
+    // Records name the backend, the precision and the loss function.
     ("report", &["case", "traces", "study", "march", "fit"]),
     ("session", &["case", "plan", "pilot", "ensemble", "traces", "march", "fit", "study", "report"]),
     ("pilot", &["case", "plan", "ensemble", "traces", "march"]),
     ("verify", &["case", "chance", "plan", "pilot", "ensemble", "traces", "march", "fit"]),
-    // The command's folder. It is not part of the library, which it uses by its public face.
+    // Part of the binary, not of the library.
     ("command", &[]),
 ];
 
-/// Where each crate is at home: a file, or a folder that ends in a stroke.
+/// The files, or folders with a trailing slash, in which each crate is used.
 const HOMES: &[(&str, &[&str])] = &[
     ("wgpu", &["src/march/gpu/"]),
     ("pollster", &["src/march/gpu/"]),
@@ -51,10 +52,19 @@ const HOMES: &[(&str, &[&str])] = &[
     ("textplots", &["src/report/materials/"]),
 ];
 
-/// Names that say nothing of what a type is.
-const EMPTY_NAMES: &[&str] = &["solver", "model", "simulation", "manager", "context", "util", "helper", "data"];
+/// The longest line, in characters.
+const COLUMNS: usize = 120;
 
-/// A file's path and its text without comments and unit tests.
+/// Files that may have longer lines: a part of the path, and the reason.
+const LONG_LINES: &[(&str, &str)] = &[
+    (".csv", "tables: one row per line"),
+    (".svg", "generated figures"),
+    ("src/report/html/vendor/", "a vendored script"),
+    ("Cargo.lock", "written by cargo"),
+    ("LICENSE-MIT", "the text of the licence"),
+];
+
+/// A source file without comments and unit tests.
 struct Source {
     path: String,
     text: String,
@@ -67,20 +77,20 @@ impl Source {
         Self { path: path.to_owned(), text: lines.join("\n") }
     }
 
-    /// The library module it belongs to; none for the binary and the root.
+    /// The module of the library; `None` for the binary and the root.
     fn module(&self) -> Option<&str> {
         let (name, inner) = self.path.strip_prefix("src/")?.split_once(['/', '.'])?;
         let is_module = inner != "rs" || IMPORTS.iter().any(|(known, _)| *known == name);
         is_module.then_some(name)
     }
 
-    /// How many modules deep its own module lies under the root.
+    /// The depth of its module under the root.
     fn depth(&self) -> usize {
         let inner = self.path.trim_start_matches("src/").trim_end_matches(".rs").trim_end_matches("/mod");
         inner.split('/').count()
     }
 
-    /// Whether it names a crate's items.
+    /// Whether it uses an item of a crate.
     fn names(&self, library: &str) -> bool {
         let path = format!("{library}::");
         let is_start = |place: usize| !self.text[..place].ends_with(|c: char| c.is_alphanumeric() || c == '_');
@@ -88,7 +98,7 @@ impl Source {
     }
 }
 
-/// All sources of the crate but those that exist for tests alone.
+/// All sources of the crate except modules under `#[cfg(test)]`.
 fn sources() -> Vec<Source> {
     let paths = files("src", ".rs");
     let texts: Vec<String> = paths.iter().map(|path| text(path)).collect();
@@ -100,19 +110,19 @@ fn sources() -> Vec<Source> {
     sources
 }
 
-/// The folder of the modules that a file declares.
+/// The folder of the submodules of a file.
 fn folder(path: &str) -> String {
     format!("{}/", path.trim_end_matches("mod.rs").trim_end_matches(".rs").trim_end_matches('/'))
 }
 
-/// The files of modules that a file declares for tests alone.
+/// The files of the modules that a file declares under `#[cfg(test)]`.
 fn for_tests(path: &str, text: &str) -> Vec<String> {
     let folder = folder(path);
     let declared = text.split("#[cfg(test)]\nmod ").skip(1).filter_map(|rest| rest.split_once([';', '{']));
     declared.map(|(name, _)| format!("{folder}{}.rs", name.trim())).collect()
 }
 
-/// What follows each `crate::` up to the end of the name.
+/// The names that follow `crate::`.
 fn used(text: &str) -> impl Iterator<Item = &str> {
     text.split("crate::").skip(1).map(|rest| {
         let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
@@ -131,9 +141,9 @@ fn wrong_imports(sources: &[Source]) -> Vec<String> {
         for name in used(&source.text).filter(|name| *name != module && !allowed.contains(name)) {
             wrong.push(format!("{}: {module} may not use crate::{name}", source.path));
         }
-        // From as many modules down, so many steps up reach the root, and with it any module.
+        // So many `super::` reach the root, and with it any module.
         if source.text.contains(&"super::".repeat(source.depth())) {
-            wrong.push(format!("{}: write crate:: for what lies at the root", source.path));
+            wrong.push(format!("{}: write crate:: for modules at the root", source.path));
         }
     }
     wrong
@@ -166,12 +176,12 @@ fn a_forbidden_import_is_caught() {
     assert_eq!(wrong_imports(&sound), Vec::<String>::new());
 }
 
-fn strays(sources: &[Source]) -> Vec<String> {
+fn crates_outside_their_folders(sources: &[Source]) -> Vec<String> {
     let mut wrong = Vec::new();
     for (library, homes) in HOMES {
         for source in sources.iter().filter(|source| source.names(library)) {
             if !homes.iter().any(|home| source.path.starts_with(home)) {
-                wrong.push(format!("{}: {library} is at home in {}", source.path, homes.join(", ")));
+                wrong.push(format!("{}: {library} is used only in {}", source.path, homes.join(", ")));
             }
         }
     }
@@ -179,22 +189,22 @@ fn strays(sources: &[Source]) -> Vec<String> {
 }
 
 #[test]
-fn every_crate_stays_at_home() {
-    assert_eq!(strays(&sources()), Vec::<String>::new());
+fn every_crate_is_used_only_in_its_folders() {
+    assert_eq!(crates_outside_their_folders(&sources()), Vec::<String>::new());
     for (library, homes) in HOMES {
         let is_used = sources().iter().any(|source| source.names(library));
-        assert!(is_used, "{library} has a home, {}, and nobody uses it", homes.join(", "));
+        assert!(is_used, "{library} is not used in {}", homes.join(", "));
     }
 }
 
 #[test]
-fn a_crate_abroad_is_caught() {
+fn a_crate_used_in_another_folder_is_caught() {
     for text in
         ["use wgpu::Device;", "fn f(x: serde_json::Value) {}", "    clap::Parser::parse()", "use rayon::prelude::*;"]
     {
-        assert_eq!(strays(&[Source::new("src/plan/mod.rs", text)]).len(), 1, "{text}");
+        assert_eq!(crates_outside_their_folders(&[Source::new("src/plan/mod.rs", text)]).len(), 1, "{text}");
     }
-    assert!(strays(&[Source::new("src/plan/mod.rs", "my_toml::parse()")]).is_empty());
+    assert!(crates_outside_their_folders(&[Source::new("src/plan/mod.rs", "my_toml::parse()")]).is_empty());
 }
 
 fn unwraps(sources: &[Source]) -> Vec<String> {
@@ -215,7 +225,7 @@ fn unsafe_blocks(sources: &[Source]) -> Vec<String> {
 }
 
 #[test]
-fn nothing_is_unsafe_but_the_words_of_a_kernel_what_was_compiled_of_them_and_the_loads_of_vectors() {
+fn unsafe_code_is_only_in_device_code_and_vector_loads() {
     assert_eq!(
         unsafe_blocks(&sources()),
         ["src/march/gpu/cache.rs", "src/march/gpu/device.rs", "src/physics/lanes/abreast.rs"]
@@ -225,35 +235,14 @@ fn nothing_is_unsafe_but_the_words_of_a_kernel_what_was_compiled_of_them_and_the
     }
 }
 
-fn empty_names(sources: &[Source]) -> Vec<String> {
-    let mut wrong = Vec::new();
-    for source in sources {
-        for line in source.text.lines() {
-            let words: Vec<&str> = line.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
-            let declared = words.windows(2).find(|pair| ["struct", "enum", "trait"].contains(&pair[0]));
-            let name = declared.map_or("", |pair| pair[1]);
-            if EMPTY_NAMES.iter().any(|empty| name.to_lowercase().contains(empty)) {
-                wrong.push(format!("{}: {name}", source.path));
-            }
-        }
-    }
-    wrong
-}
-
-#[test]
-fn every_type_is_named_for_what_it_is() {
-    assert_eq!(empty_names(&sources()), Vec::<String>::new());
-    assert_eq!(empty_names(&[Source::new("src/a.rs", "pub struct HeatSolver<R> {}")]), ["src/a.rs: HeatSolver"]);
-}
-
-/// Files with their texts, whole.
-fn whole(folders: &[(&str, &str)]) -> Vec<(String, String)> {
+/// Files with their texts.
+fn with_texts(folders: &[(&str, &str)]) -> Vec<(String, String)> {
     let paths = folders.iter().flat_map(|(folder, ending)| files(folder, ending));
     paths.map(|path| (path.clone(), text(&path))).collect()
 }
 
-fn put_off(files: &[(String, String)]) -> Vec<String> {
-    // Written in two halves, so that this file does not find itself.
+fn unfinished(files: &[(String, String)]) -> Vec<String> {
+    // In two halves, so that this file passes.
     let words =
         [concat!("TO", "DO"), concat!("FIX", "ME"), concat!("XX", "X"), concat!("to", "do!("), concat!("dbg", "!(")];
     let found = files.iter().filter(|(_, text)| words.iter().any(|word| text.contains(word)));
@@ -261,7 +250,50 @@ fn put_off(files: &[(String, String)]) -> Vec<String> {
 }
 
 #[test]
-fn nothing_is_put_off() {
-    assert_eq!(put_off(&whole(&[("src", ".rs"), ("shaders", ".wgsl"), ("tests", ".rs")])), Vec::<String>::new());
-    assert_eq!(put_off(&[("src/a.rs".to_owned(), format!("// {}: later", concat!("TO", "DO")))]), ["src/a.rs"]);
+fn no_source_is_marked_as_unfinished() {
+    assert_eq!(unfinished(&with_texts(&[("src", ".rs"), ("shaders", ".wgsl"), ("tests", ".rs")])), Vec::<String>::new());
+    assert_eq!(unfinished(&[("src/a.rs".to_owned(), format!("// {}: later", concat!("TO", "DO")))]), ["src/a.rs"]);
+}
+
+/// All text files of the repository that people write.
+fn texts() -> Vec<(String, String)> {
+    let folders = ["src", "shaders", "tests", "benches", "scripts", "docs", "cases", "data"];
+    let mut paths: Vec<String> = folders.iter().flat_map(|folder| files(folder, "")).collect();
+    let entries = fs::read_dir(root()).expect("the root is readable").map(|entry| entry.expect("an entry").path());
+    let names = entries.filter(|path| path.is_file()).filter_map(|path| path.file_name().map(ToOwned::to_owned));
+    paths.extend(names.map(|name| name.to_string_lossy().into_owned()));
+    // Images are not UTF-8.
+    let read = |path: String| Some((path.clone(), String::from_utf8(fs::read(root().join(&path)).ok()?).ok()?));
+    paths.into_iter().filter_map(read).collect()
+}
+
+fn long_lines(files: &[(String, String)]) -> Vec<String> {
+    let checked = files.iter().filter(|(path, _)| !LONG_LINES.iter().any(|(part, _)| path.contains(part)));
+    let lines = checked.flat_map(|(path, text)| {
+        text.lines().enumerate().map(move |(index, line)| (path, index + 1, line.chars().count()))
+    });
+    lines
+        .filter(|(_, _, columns)| *columns > COLUMNS)
+        .map(|(path, line, columns)| format!("{path}:{line}: {columns} columns"))
+        .collect()
+}
+
+#[test]
+fn no_line_is_longer_than_120_columns() {
+    let texts = texts();
+    assert!(texts.len() > 400, "only {} files found", texts.len());
+    let long = long_lines(&texts);
+    assert!(long.is_empty(), "{} lines are longer than {COLUMNS} columns:\n{}", long.len(), long.join("\n"));
+    for (part, reason) in LONG_LINES {
+        let needed = texts.iter().filter(|(path, _)| path.contains(part));
+        let has_long = needed.flat_map(|(_, text)| text.lines()).any(|line| line.chars().count() > COLUMNS);
+        assert!(has_long, "{part} ({reason}) needs no exception");
+    }
+}
+
+#[test]
+fn a_line_of_121_columns_is_caught() {
+    let file = |path: &str, columns: usize| (path.to_owned(), format!("short\n{}\n", "é".repeat(columns)));
+    assert_eq!(long_lines(&[file("docs/a.md", 121)]), ["docs/a.md:2: 121 columns"]);
+    assert_eq!(long_lines(&[file("docs/a.md", 120), file("data/a.csv", 121)]), Vec::<String>::new());
 }

@@ -27,8 +27,23 @@ class Command:
         """March so many members: the summary, with the time of the whole process and its processor time, s."""
         out = self.folder / "sweep"
         shutil.rmtree(out, ignore_errors=True)
-        ours = [ROOT / "target/release/bondline", "uncertainty", ROOT / "cases" / self.case, "-n", str(members), "--out", out, "--json", "--quiet"]
-        ours += ["--backend", "cpu", *(["--keep", keep] if keep else []), *(part for each in sets for part in ("--set", each))]
+        ours = [
+            ROOT / "target/release/bondline",
+            "uncertainty",
+            ROOT / "cases" / self.case,
+            "-n",
+            str(members),
+            "--out",
+            out,
+            "--json",
+            "--quiet",
+        ]
+        ours += [
+            "--backend",
+            "cpu",
+            *(["--keep", keep] if keep else []),
+            *(part for each in sets for part in ("--set", each)),
+        ]
         began, busy_s = time.perf_counter(), processor_s()
         told = subprocess.run(ours, check=True, capture_output=True, text=True).stdout
         wall_s = time.perf_counter() - began

@@ -1,10 +1,11 @@
-"""bondline's march beside what else one might take, at equal accuracy: the tables and the plot of benches/README.md. run.sh says how.
+"""bondline's march beside what else one might take, at equal accuracy: the tables and the plot of benches/README.md.
+run.sh says how.
 
-All march the same members through the same cells and steps by the same tables, at both resolutions that bondline extrapolates from (SciPy by its own steps,
-on the grids that are cheapest), give the temperature at every sensor and instant, and use the same processors. They take turns; a ratio is of one turn. A
-peer that would take longer than the limit is told from fewer members. Of those that march many members at once there are two: at its best, and plain, as one
-writes it first.
-"""
+All march the same members through the same cells and steps by the same tables, at both resolutions that bondline
+extrapolates from (SciPy by its own steps, on the grids that are cheapest), give the temperature at every sensor and
+instant, and use the same processors. They take turns; a ratio is of one turn. A peer that would take longer than the
+limit is told from fewer members. Of those that march many members at once there are two: at its best, and plain, as one
+writes it first. """
 
 import argparse
 import json
@@ -40,7 +41,8 @@ def resolution(cells, clock):
     return [f"resolution.{key}={value}" for key, value in {"cells": cells, **clock}.items()]
 
 
-# What the pilot may have to be asked for so that all members that are judged are within the tolerance, and not the nominal one alone.
+# What the pilot may have to be asked for so that all members that are judged are within the tolerance, and not the
+# nominal one alone.
 ASKED_K = (0.05, 0.04, 0.03, 0.02, 0.01)
 # First step (s), growth, largest step (s).
 FINE = resolution(1024, (0.0005, 0.008, 0.05))
@@ -80,7 +82,8 @@ class Peer:
 
 
 def settle(command, reference, asked):
-    """The resolution: as asked for, else the pilot's own for the loosest tolerance that keeps all members that are judged within it."""
+    """The resolution: as asked for, else the pilot's own for the loosest tolerance that keeps all members that are
+    judged within it."""
     for sets in [asked] if asked else [[f"resolution.tolerance={asked_k} K"] for asked_k in ASKED_K]:
         traces, summary = command.traces(JUDGED, sets)
         error_k = float(np.abs(traces - reference).max())
@@ -92,7 +95,11 @@ def settle(command, reference, asked):
 def started(command, folder, sets, peers):
     path = command.plan(sets, folder / "plan.json")
     members = folder / "members.npy"
-    single = [command.plan(resolution(cells, GROWTH_CLOCKS[-2]), folder / f"{cells}.json") for cells in SINGLE_CELLS] if "SciPy" in peers else []
+    single = (
+        [command.plan(resolution(cells, GROWTH_CLOCKS[-2]), folder / f"{cells}.json") for cells in SINGLE_CELLS]
+        if "SciPy" in peers
+        else []
+    )
     extra = {"SciPy": (folder / "reference.npy", TOLERANCE_K, *single)} | dict.fromkeys(PLAIN, ["plain"])
     return {name: Peer(name, folder, path, members, *extra.get(name, ())) for name in peers}
 
@@ -102,7 +109,8 @@ def rounds(members):
 
 
 def timed(command, sets, peers, sizes, limit_s, rounds):
-    """By size and name, the seconds and the processor seconds of every round; so many times those of fewer members where a peer would take too long."""
+    """By size and name, the seconds and the processor seconds of every round; so many times those of fewer members
+    where a peer would take too long."""
     found = {}
     for members in sizes:
         found[members] = now = {}
@@ -111,7 +119,9 @@ def timed(command, sets, peers, sizes, limit_s, rounds):
             base = max((size for size in found if size < members and not found[size][name]["from"]), default=None)
             ratio = members / base if base else 0.0
             if base and ratio * statistics.median(found[base][name]["s"]) > limit_s:
-                now[name] = {key: [ratio * s for s in found[base][name][key]] for key in ("s", "processor_s")} | {"from": base}
+                now[name] = {key: [ratio * s for s in found[base][name][key]] for key in ("s", "processor_s")} | {
+                    "from": base
+                }
             else:
                 waited.append(name)
                 # Compiled, and pages touched, off the clock.
@@ -133,10 +143,14 @@ def timed(command, sets, peers, sizes, limit_s, rounds):
 
 
 def growth(command, folder, names, cells):
-    """By cells and by steps: what was held meanwhile, and of everyone the processor seconds, the least of some rounds."""
+    """By cells and by steps: what was held meanwhile, and of everyone the processor seconds, the least of some
+    rounds."""
     found = {}
     held_clock = GROWTH_CLOCKS[-2]
-    of = {"cells": [resolution(each, held_clock) for each in GROWTH_CELLS], "steps": [resolution(cells, each) for each in GROWTH_CLOCKS]}
+    of = {
+        "cells": [resolution(each, held_clock) for each in GROWTH_CELLS],
+        "steps": [resolution(cells, each) for each in GROWTH_CLOCKS],
+    }
     for axis, resolutions in of.items():
         found[axis] = {"s": {}}
         for sets in resolutions:
@@ -155,12 +169,19 @@ def growth(command, folder, names, cells):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--case", default="lcat-2259")
-    parser.add_argument("--set", action="append", default=[], help="change the case, as for bondline; a resolution is then taken as it is")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        help="change the case, as for bondline; a resolution is then taken as it is",
+    )
     parser.add_argument("--members", type=int, nargs="+", default=[15, 100, 1000, 5000, 50_000])
     parser.add_argument("--limit", type=float, default=60.0, help="longest march of a peer that is waited for, s")
     parser.add_argument("--peers", nargs="+", default=list(PEERS), choices=PEERS)
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--results", type=pathlib.Path, default=ROOT / "target/peers.json", help="what show.py writes the tables from")
+    parser.add_argument(
+        "--results", type=pathlib.Path, default=ROOT / "target/peers.json", help="what show.py writes the tables from"
+    )
     options = parser.parse_args()
     os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: options.threads])
     with tempfile.TemporaryDirectory() as name:
@@ -184,7 +205,14 @@ def main():
         times = timed(command, sets, peers, sorted(options.members), options.limit, rounds)
         for peer in peers.values():
             peer.end()
-        results = {"case": options.case, "sets": sets, "cells": summary["cells"], "steps": summary["steps"], "told": told, "times": times}
+        results = {
+            "case": options.case,
+            "sets": sets,
+            "cells": summary["cells"],
+            "steps": summary["steps"],
+            "told": told,
+            "times": times,
+        }
         options.results.write_text(json.dumps(results, indent=1))
         results |= {"growth": growth(command, folder, options.peers, summary["cells"]), "growing": GROWING}
         options.results.write_text(json.dumps(results, indent=1))

@@ -1,8 +1,9 @@
-"""The scheme of one member under `vmap`, its steps and its elimination under `scan`, in f64, in blocks that take turns on a device a thread.
+"""The scheme of one member under `vmap`, its steps and its elimination under `scan`, in f64, in blocks that take turns
+on a device a thread.
 
-Elimination by `scan` takes 29 ns a cell-step where `tridiagonal_solve` takes 50 to 90, and blocks on two devices 14 where one call with all members takes
-30 to 45. Blocks of 64, 128 and 256 members take alike. `plain` is what one writes first: all members in one call.
-"""
+Elimination by `scan` takes 29 ns a cell-step where `tridiagonal_solve` takes 50 to 90, and blocks on two devices 14
+where one call with all members takes 30 to 45. Blocks of 64, 128 and 256 members take alike. `plain` is what one writes
+first: all members in one call. """
 
 import os
 import sys
@@ -81,7 +82,9 @@ def prepare(layups, columns, _setting=None):
             march(block).block_until_ready()
         return lambda: np.concatenate([np.asarray(found) for found in [march(block) for block in blocks]])[:members]
 
-    return of, "all members in one call" if PLAIN else f"blocks of at most {BLOCK} members, {THREADS} devices of the processor"
+    return of, (
+        "all members in one call" if PLAIN else f"blocks of at most {BLOCK} members, {THREADS} devices of the processor"
+    )
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
-"""A layup as its peers march it: the cells, steps and tables of bondline's own plan, as `cargo bench --bench plan` prints them.
+"""A layup as its peers march it: the cells, steps and tables of bondline's own plan, as `cargo bench --bench plan`
+prints them.
 
-bondline marches at two resolutions and takes from both what they say of a third (src/march/extrapolated.rs): a reading is the sum of the finer
-one's times 4/3 and the coarser one's times −1/3, and each layup here carries its share.
+bondline marches at two resolutions and takes from both what they say of a third (src/march/extrapolated.rs): a reading
+is the sum of the finer one's times 4/3 and the coarser one's times −1/3, and each layup here carries its share.
 
-Conduction with k(T, P), c_p(T) and contacts; a hot face that is heated by a flux schedule, with hot-wall correction and ε(T); an insulated
-back. That is what `lcat-2259` needs; whatever else a plan may hold is refused.
-"""
+Conduction with k(T, P), c_p(T) and contacts; a hot face that is heated by a flux schedule, with hot-wall correction and
+ε(T); an insulated back. That is what `lcat-2259` needs; whatever else a plan may hold is refused. """
 
 import dataclasses
 import json
@@ -19,7 +19,8 @@ SHARES = {1: [1.0], 2: [4 / 3, -1 / 3]}
 
 @dataclasses.dataclass(frozen=True)
 class Stretch:
-    """Neighbouring plies of one substance that are scaled alike: their cells, tables and the factors' columns (0 is one)."""
+    """Neighbouring plies of one substance that are scaled alike: their cells, tables and the factors' columns (0 is
+    one)."""
 
     start: int
     end: int
@@ -57,7 +58,8 @@ class Layup:
         cells, plies = columns(plan["cells"]), columns(plan["plies"])
         self.width_m, self.above_m, self.below_m = cells["width_m"], cells["above_m"], cells["below_m"]
         self.start_k = cells["start_k"]
-        # Under each cell but the last: a contact (m²K/W) where an interface lies there, half over the distance (1/m) elsewhere.
+        # Under each cell but the last: a contact (m²K/W) where an interface lies there, half over the distance (1/m)
+        # elsewhere.
         self.interfaces = plies["end_cell"][:-1].astype(int) - 1
         self.contacts_m2_k_w = np.array(plan["contacts_m2_k_w"])[: len(self.interfaces)]
         self.half_over_next_1_m = cells["half_over_next_1_m"][:-1]
@@ -114,11 +116,18 @@ def stretches(plan, plies, tables):
         # Each property has its rise to the next node beside it.
         picked = [0, 4, 2] + ([8, 10] if plan["parts"] == 2 and table[:, 8].any() else [])
         scales = {name: row[name] for name in ("heat_capacity", "density")}
-        scales["conductivity"], scales["extinction"] = (int(conductions[of][row["first_state"]]) for of in ("whole", "extinction"))
+        scales["conductivity"], scales["extinction"] = (
+            int(conductions[of][row["first_state"]]) for of in ("whole", "extinction")
+        )
         own = np.ascontiguousarray(table[:, picked].T)
         stretch = Stretch(row["first_cell"], row["end_cell"], own, np.diff(own), density, **scales)
         last = found[-1] if found else None
-        if last and last.density_kg_m3 == density and np.array_equal(last.table, stretch.table) and scales.items() <= vars(last).items():
+        if (
+            last
+            and last.density_kg_m3 == density
+            and np.array_equal(last.table, stretch.table)
+            and scales.items() <= vars(last).items()
+        ):
             found[-1] = dataclasses.replace(last, end=stretch.end)
         else:
             found.append(stretch)
@@ -135,9 +144,12 @@ def refuse(case, plan):
         "pressure that changes": plan["levels"] > 1,
         "conductivity told apart in three": plan["parts"] > 2,
         "a held face, a film or blowing": faces["held"].any() or faces["film_w_m2_k"].any() or faces["blowing"].any(),
-        "radiant heating or a heated back": drives["radiant_w_m2"].any() or drives["flux_w_m2"].reshape(-1, 4)[:, 2:].any(),
+        "radiant heating or a heated back": drives["radiant_w_m2"].any()
+        or drives["flux_w_m2"].reshape(-1, 4)[:, 2:].any(),
         "a back face that radiates": emissivity.any(),
-        "factors on thickness, contacts or depths": plan["has_depths"] or plies["thickness"].any() or plies["contact"].any(),
+        "factors on thickness, contacts or depths": plan["has_depths"]
+        or plies["thickness"].any()
+        or plies["contact"].any(),
         "thermocouples that lag": columns(plan["beads"])["start"].any(),
         "factors on heating": columns(plan["scalings"])["heating"].any(),
     }

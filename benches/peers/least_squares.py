@@ -3,9 +3,9 @@
     python3 -m venv venv && venv/bin/pip install -r benches/peers/requirements.txt
     venv/bin/python benches/peers/least_squares.py > peers.json
 
-Prints one JSON object a run, of the same form as the bench's. Residuals are counted where they are computed, so that columns of a Jacobian
-by differences count like trial points, whatever a library says of itself. The laws are typed here a second time, on purpose.
-"""
+Prints one JSON object a run, of the same form as the bench's. Residuals are counted where they are computed, so that
+columns of a Jacobian by differences count like trial points, whatever a library says of itself. The laws are typed here
+a second time, on purpose. """
 
 import csv
 import json
@@ -181,10 +181,18 @@ def classics():
     found += [
         ("Rosenbrock", [-1.2, 1], lambda x: stack(10 * (x[1] - x[0] ** 2), 1 - x[0])),
         ("helical valley", [-1, 0, 0], helical),
-        ("Powell, singular", [3, -1, 0, 1], lambda x: stack(
-            x[0] + 10 * x[1], 5**0.5 * (x[2] - x[3]), (x[1] - 2 * x[2]) ** 2, 10**0.5 * (x[0] - x[3]) ** 2)),
-        ("Freudenstein and Roth", [0.5, -2], lambda x: stack(
-            -13 + x[0] + ((5 - x[1]) * x[1] - 2) * x[1], -29 + x[0] + ((x[1] + 1) * x[1] - 14) * x[1])),
+        (
+            "Powell, singular",
+            [3, -1, 0, 1],
+            lambda x: stack(
+                x[0] + 10 * x[1], 5**0.5 * (x[2] - x[3]), (x[1] - 2 * x[2]) ** 2, 10**0.5 * (x[0] - x[3]) ** 2
+            ),
+        ),
+        (
+            "Freudenstein and Roth",
+            [0.5, -2],
+            lambda x: stack(-13 + x[0] + ((5 - x[1]) * x[1] - 2) * x[1], -29 + x[0] + ((x[1] + 1) * x[1] - 14) * x[1]),
+        ),
         ("Bard", [1, 1, 1], bard),
         ("Kowalik and Osborne", [0.25, 0.39, 0.415, 0.39], kowalik_osborne),
         ("Meyer", [0.02, 4000, 250], meyer),
@@ -192,7 +200,10 @@ def classics():
         ("Box, three variables", [0, 10, 20], box),
         ("Jennrich and Sampson", [0.3, 0.4], jennrich_sampson),
         ("Brown and Dennis", [25, 5, -5, -1], brown_dennis),
-        *((f"Chebyquad, {n} variables", np.arange(1, n + 1) / (n + 1), chebyquad(m)) for n, m in ((1, 8), (8, 8), (9, 9), (10, 10))),
+        *(
+            (f"Chebyquad, {n} variables", np.arange(1, n + 1) / (n + 1), chebyquad(m))
+            for n, m in ((1, 8), (8, 8), (9, 9), (10, 10))
+        ),
         *((f"Brown, almost linear, {n} variables", np.full(n, 0.5), almost_linear) for n in (10, 30, 40)),
         ("Osborne 1", [0.5, 1.5, -1, 0.01, 0.02], osborne_1),
         ("Osborne 2", [1.3, 0.65, 0.65, 0.7, 0.6, 3, 5, 7, 2, 4.5, 5.5], osborne_2),
@@ -206,7 +217,8 @@ def classics():
 
 
 class Counted:
-    """Residuals and derivatives, and how often each was asked for. What is no finite number becomes a large one: neither library takes any."""
+    """Residuals and derivatives, and how often each was asked for. What is no finite number becomes a large one:
+    neither library takes any."""
 
     def __init__(self, residuals):
         self.law, self.residuals, self.tangents = residuals, 0, 0
@@ -218,13 +230,17 @@ class Counted:
     def jacobian(self, x, *_):
         self.tangents += 1
         steps = x + 1e-100j * np.eye(len(x))
-        return np.nan_to_num(np.array([self.law(step).imag * 1e100 for step in steps]).T, nan=0.0, posinf=1e150, neginf=-1e150)
+        return np.nan_to_num(
+            np.array([self.law(step).imag * 1e100 for step in steps]).T, nan=0.0, posinf=1e150, neginf=-1e150
+        )
 
 
 def minpack(f, start, told):
     # By differences its limit counts the columns too.
     limit = PATIENCE if told else PATIENCE * (len(start) + 1)
-    return leastsq(f, start, Dfun=f.jacobian if told else None, ftol=FTOL, xtol=XTOL, gtol=GTOL, maxfev=limit, full_output=True)[0]
+    return leastsq(
+        f, start, Dfun=f.jacobian if told else None, ftol=FTOL, xtol=XTOL, gtol=GTOL, maxfev=limit, full_output=True
+    )[0]
 
 
 def trf(scale):
@@ -251,7 +267,13 @@ def main():
                     except ValueError as error:
                         print(f"{name}, {start}, {method}: {error}", file=sys.stderr)
                         objective = float("inf")
-                    record = {"group": group, "problem": name, "start": start, "method": method, "derivatives": "told" if told else "differences"}
+                    record = {
+                        "group": group,
+                        "problem": name,
+                        "start": start,
+                        "method": method,
+                        "derivatives": "told" if told else "differences",
+                    }
                     record |= {"residuals": f.residuals, "tangents": f.tangents, "objective": objective}
                     print(json.dumps(record, ensure_ascii=False))
 

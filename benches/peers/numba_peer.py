@@ -1,9 +1,8 @@
 """The scheme in Numba: `prange` over groups of members, a group's members side by side in the innermost loops.
 
-Groups of 8 take 9 to 10 ns a cell-step where one member at a time takes 18 (two threads, AVX-512); `fastmath` changes little. Groups of 32 take four fifths of
-that from a thousand members on, which is where they are wanted, and twice as long for 15, which are one group. `plain` is what one writes first: one member
-a turn of `prange`.
-"""
+Groups of 8 take 9 to 10 ns a cell-step where one member at a time takes 18 (two threads, AVX-512); `fastmath` changes
+little. Groups of 32 take four fifths of that from a thousand members on, which is where they are wanted, and twice as
+long for 15, which are one group. `plain` is what one writes first: one member a turn of `prange`. """
 
 import os
 import sys
@@ -23,7 +22,8 @@ inlined = njit(inline="always")
 
 @inlined
 def properties(temperatures_k, increments_k, columns, plies, k, slopes, capacities, sloped):
-    """At temperatures and increments: conductivities, heat capacities and, if asked for, slopes of the conductivities."""
+    """At temperatures and increments: conductivities, heat capacities and, if asked for, slopes of the
+    conductivities."""
     tables, density_kg_m3, radiates, spans, width_m, step_k = plies
     per_step = 1 / step_k
     for s in range(len(spans)):
@@ -60,7 +60,9 @@ def conduct(k, conductances, grid):
         else:
             for lane in range(LANES):
                 both = k[i, lane] * k[i + 1, lane]
-                resistance = below_m[i] * k[i + 1, lane] + above_m[i + 1] * k[i, lane] + contacts_m2_k_w[contact[i]] * both
+                resistance = (
+                    below_m[i] * k[i + 1, lane] + above_m[i + 1] * k[i, lane] + contacts_m2_k_w[contact[i]] * both
+                )
                 conductances[i, lane] = both / resistance
 
 
@@ -155,7 +157,9 @@ def march(traces, columns, plies, grid, wall, start_k, steps_s, flux_w_m2, surro
             for lane in range(LANES):
                 surface_k, scale = temperatures_k[0, lane], own[emissivity, lane]
                 drives = flux_w_m2[step], surroundings_k[step]
-                hot[lane], hot_slope[lane] = hot_face(surface_k, scale, drives[0][0], drives[1][0], face, hot_wall_kg_j, step_k)
+                hot[lane], hot_slope[lane] = hot_face(
+                    surface_k, scale, drives[0][0], drives[1][0], face, hot_wall_kg_j, step_k
+                )
                 end, _ = hot_face(surface_k, scale, drives[0][1], drives[1][1], face, hot_wall_kg_j, step_k)
                 driven[lane] = GAMMA * (end - hot[lane])
             incline(temperatures_k, k, slopes, conductances, grid, by_upper, by_lower)
@@ -169,7 +173,9 @@ def march(traces, columns, plies, grid, wall, start_k, steps_s, flux_w_m2, surro
                     ratio = -GAMMA * by_upper[i - 1, lane] * reciprocals[i - 1, lane]
                     pivot = capacities[i, lane] * per_length + GAMMA * (by_lower[i - 1, lane] + by_upper[i, lane])
                     reciprocals[i, lane] = 1 / (pivot + ratio * GAMMA * by_lower[i - 1, lane])
-                    side[i, lane] = imbalance(i, lane, temperatures_k, first, conductances, 0.0) - ratio * side[i - 1, lane]
+                    side[i, lane] = (
+                        imbalance(i, lane, temperatures_k, first, conductances, 0.0) - ratio * side[i - 1, lane]
+                    )
                     ratios[i, lane] = ratio
             ascend(side, by_lower, reciprocals, first)
 
@@ -231,7 +237,10 @@ def prepare(layups, columns, _setting=None):
         return traces
 
     run(1)
-    return lambda members: lambda: run(members), f"{'one member a turn' if PLAIN else f'groups of {LANES} members'}, {threads} threads"
+    return (
+        lambda members: lambda: run(members),
+        f"{'one member a turn' if PLAIN else f'groups of {LANES} members'}, {threads} threads",
+    )
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """The scheme over many members at once in NumPy, in blocks that fit the cache, a process a thread.
 
-The tridiagonal systems of a block are stacked to one of LAPACK's, which takes less time than a loop over cells of operations on members (100 against
-150 ns a cell-step, and 230 against 660 at 16 members). Blocks of 512 take less processor time than of 256, and those than of 128 (3.9, 4.0, 4.8 s for 1,000 members).
-`plain` is what one writes first: all members in one block, in this process.
-"""
+The tridiagonal systems of a block are stacked to one of LAPACK's, which takes less time than a loop over cells of
+operations on members (100 against 150 ns a cell-step, and 230 against 660 at 16 members). Blocks of 512 take less
+processor time than of 256, and those than of 128 (3.9, 4.0, 4.8 s for 1,000 members). `plain` is what one writes first:
+all members in one block, in this process. """
 
 import multiprocessing
 import os
@@ -25,7 +25,9 @@ def put(values, places, what):
 def solver(lower, diagonal, upper):
     """LU of all members' matrices as one, nothing between the last cell of one and the first of the next."""
     stacked = lambda side: np.pad(side, [(0, 0), (0, 1)]).ravel()[:-1]
-    *factors, info = lapack.dgttrf(stacked(lower), diagonal.ravel(), stacked(upper), overwrite_dl=1, overwrite_d=1, overwrite_du=1)
+    *factors, info = lapack.dgttrf(
+        stacked(lower), diagonal.ravel(), stacked(upper), overwrite_dl=1, overwrite_d=1, overwrite_du=1
+    )
     if info:
         raise ArithmeticError(f"a pivot vanishes: {info}")
     return lambda side: lapack.dgttrs(*factors, side.ravel())[0].reshape(diagonal.shape)
@@ -36,7 +38,9 @@ def march(layup, columns):
     temperature_k = np.tile(layup.start_k, (len(columns), 1))
     records, recorded = [], set(layup.records.tolist())
     for step, length_s in enumerate(layup.steps_s):
-        temperature_k, shown = scheme.step(temperature_k, columns, length_s, layup.flux_w_m2[step], layup.surroundings_k[step])
+        temperature_k, shown = scheme.step(
+            temperature_k, columns, length_s, layup.flux_w_m2[step], layup.surroundings_k[step]
+        )
         if step in recorded:
             records.append(shown)
     return layup.read(np, np.stack([*records, scheme.shown(temperature_k, columns)], axis=1))

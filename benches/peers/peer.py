@@ -2,9 +2,8 @@
 
     python numpy_peer.py plan.json members.npy [further arguments of the peer]
 
-It says that it is ready, then answers each line on its standard input, a request in JSON, with a line. `members.npy` holds a row a member, its
-first column one and the others the factors.
-"""
+It says that it is ready, then answers each line on its standard input, a request in JSON, with a line. `members.npy`
+holds a row a member, its first column one and the others the factors. """
 
 import json
 import multiprocessing
@@ -19,8 +18,9 @@ from layup import layups
 
 
 def serve(prepare):
-    """Answer requests. `prepare` takes the layups of all resolutions, columns and further arguments to a function from a number of members to what
-    gets ready for that many: a function that marches the first so many members and gives their traces, member × instant × sensor, K."""
+    """Answer requests. `prepare` takes the layups of all resolutions, columns and further arguments to a function from
+    a number of members to what gets ready for that many: a function that marches the first so many members and gives
+    their traces, member × instant × sensor, K. """
     of, note = prepare(layups(sys.argv[1]), np.load(sys.argv[2]), *sys.argv[3:])
     answer({"note": note})
     for line in sys.stdin:
@@ -38,7 +38,8 @@ def serve(prepare):
 def processor_s():
     """Processor time of this process and of its workers so far."""
     stats = [pathlib.Path(f"/proc/{worker.pid}/stat").read_text() for worker in multiprocessing.active_children()]
-    # User and system time are the 12th and 13th field after the name, which may hold anything but ends with a parenthesis.
+    # User and system time are the 12th and 13th field after the name, which may hold anything but ends with a
+    # parenthesis.
     ticks = sum(int(ticks) for stat in stats for ticks in stat.rpartition(")")[2].split()[11:13])
     return time.process_time() + ticks / os.sysconf("SC_CLK_TCK")
 

@@ -1,6 +1,7 @@
 #!/bin/sh
-# bondline's march beside its peers: installs them, builds both sides, runs all side by side, and writes the tables and the plot of
-# benches/README.md. What follows goes to compare.py (--help): a resolution, sizes, a limit, some of the peers.
+# bondline's march beside its peers: installs them, builds both sides, runs all side by side, and writes the tables and
+# the plot of benches/README.md. What follows goes to compare.py (--help): a resolution, sizes, a limit, some of the
+# peers.
 #
 #     benches/peers/run.sh [--set resolution.cells=320 …] [--members 15 100 …]
 #

@@ -1,9 +1,8 @@
 """bondline's scheme in the array language that NumPy and JAX share: the linearly implicit pair of src/physics/step.rs.
 
-Cells run along the last axis; before it any number of members, none under `vmap`. `xp` is numpy or jax.numpy, and `solver` makes of lower, diagonal
-and upper coefficients a function from right-hand sides to solutions. The text follows src/physics/conducting.rs and faces.rs, but for the
-accounts of heat, which peers do not keep.
-"""
+Cells run along the last axis; before it any number of members, none under `vmap`. `xp` is numpy or jax.numpy, and
+`solver` makes of lower, diagonal and upper coefficients a function from right-hand sides to solutions. The text follows
+src/physics/conducting.rs and faces.rs, but for the accounts of heat, which peers do not keep. """
 
 from layup import STEFAN_BOLTZMANN
 
@@ -15,7 +14,8 @@ class Scheme:
         self.layup, self.xp, self.solver, self.put = layup, xp, solver, put
 
     def step(self, temperature_k, columns, length_s, flux_w_m2, surroundings_k):
-        """Temperatures at the end of a step and what the sensors read at its start; drives are told at the start and at the end of the step."""
+        """Temperatures at the end of a step and what the sensors read at its start; drives are told at the start and at
+        the end of the step."""
         k, capacity, slope = self.properties(columns, temperature_k, sloped=True)
         conductance, drop = self.conductances(k), temperature_k[..., :-1] - temperature_k[..., 1:]
         shown = self.readings(temperature_k, k, conductance, drop)
@@ -51,7 +51,8 @@ class Scheme:
         return lambda column: take(xp.asarray(table[column])) + share * take(xp.asarray(rises[column]))
 
     def properties(self, columns, temperature_k, sloped):
-        """Conductivity, heat capacity a unit of area and, where asked for, the slope of the conductivity, cell by cell."""
+        """Conductivity, heat capacity a unit of area and, where asked for, the slope of the conductivity, cell by
+        cell."""
         layup, found = self.layup, []
         for stretch in layup.stretches:
             scale = lambda column: columns[..., column, None]
@@ -65,15 +66,19 @@ class Scheme:
         return [self.xp.concatenate(parts, axis=-1) for parts in zip(*found)]
 
     def conductances(self, k):
-        """From each node to the next, W/m²/K: by the mean conductivity within a ply; two half cells and the contact in series across interfaces."""
+        """From each node to the next, W/m²/K: by the mean conductivity within a ply; two half cells and the contact in
+        series across interfaces."""
         layup, across = self.layup, self.layup.interfaces
         above, below = k[..., across], k[..., across + 1]
         both = above * below
-        series = both / (layup.below_m[across] * below + layup.above_m[across + 1] * above + layup.contacts_m2_k_w * both)
+        series = both / (
+            layup.below_m[across] * below + layup.above_m[across + 1] * above + layup.contacts_m2_k_w * both
+        )
         return self.put((k[..., :-1] + k[..., 1:]) * layup.half_over_next_1_m, across, series)
 
     def flux_slopes(self, k, slope, conductance, drop):
-        """Slopes of the flux from each node to the next: by the temperature of the one, and by that of the other less; never negative."""
+        """Slopes of the flux from each node to the next: by the temperature of the one, and by that of the other less;
+        never negative."""
         layup, xp, across = self.layup, self.xp, self.layup.interfaces
         within = xp.ones_like(drop) * layup.half_over_next_1_m
         gain = lambda k, length_m: self.put(within + 0.0, across, (conductance[..., across] / k) ** 2 * length_m)
@@ -82,7 +87,8 @@ class Scheme:
         return by_upper, xp.maximum(conductance - below * slope[..., 1:] * drop, 0)
 
     def hot_face(self, columns, temperature_k, flux_w_m2, surroundings_k):
-        """Heat flux into the layup by the drive at the start, its slope by the temperature, and the flux by the drive at the end."""
+        """Heat flux into the layup by the drive at the start, its slope by the temperature, and the flux by the drive
+        at the end."""
         layup = self.layup
         value = self.read(layup.face, layup.face_rises, temperature_k)
         reduced = 1 - layup.hot_wall_kg_j * value(0)

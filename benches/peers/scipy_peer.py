@@ -1,9 +1,9 @@
-"""`solve_ivp` a member at a time, a process a thread: of LSODA, BDF and Radau whichever reaches the accuracy asked for soonest, on bondline's two
-grids with their error in space extrapolated away, or on a finer one.
+"""`solve_ivp` a member at a time, a process a thread: of LSODA, BDF and Radau whichever reaches the accuracy asked for
+soonest, on bondline's two grids with their error in space extrapolated away, or on a finer one.
 
-The equations are those of scheme.py in space; a member's factors are taken into tables of its own, so that a right-hand side is a score of operations
-on cells. Jacobians are told, banded to LSODA and sparse to the others. Every leg between corners of the exposure is integrated by itself.
-"""
+The equations are those of scheme.py in space; a member's factors are taken into tables of its own, so that a right-hand
+side is a score of operations on cells. Jacobians are told, banded to LSODA and sparse to the others. Every leg between
+corners of the exposure is integrated by itself. """
 
 import itertools
 import math
@@ -35,7 +35,9 @@ class Member:
     def __init__(self, layup, columns):
         self.layup, self.columns = layup, columns
         self.scheme = Scheme(layup, np, None, put)
-        self.rows = np.concatenate([np.full(s.end - s.start, i * layup.table_nodes) for i, s in enumerate(layup.stretches)])
+        self.rows = np.concatenate(
+            [np.full(s.end - s.start, i * layup.table_nodes) for i, s in enumerate(layup.stretches)]
+        )
         # Conductivity, its slope and heat capacity of every stretch, as scaled, one after the other.
         self.tables = np.concatenate([scaled(stretch, columns) for stretch in layup.stretches], axis=1)
         self.rises = np.diff(self.tables, append=0.0)
@@ -105,7 +107,9 @@ def scaled(stretch, columns):
     if stretch.radiates:
         k, slope = (part + more / columns[stretch.extinction] for part, more in zip((k, slope), stretch.table[3:]))
     density_kg_m3 = stretch.density_kg_m3 * columns[stretch.density] * columns[stretch.heat_capacity]
-    return np.stack([k * columns[stretch.conductivity], slope * columns[stretch.conductivity], density_kg_m3 * heat_capacity])
+    return np.stack(
+        [k * columns[stretch.conductivity], slope * columns[stretch.conductivity], density_kg_m3 * heat_capacity]
+    )
 
 
 def legs(layup):
@@ -117,7 +121,8 @@ def legs(layup):
     starts = [0, *(1 + np.flatnonzero(bends | jumps))]
     ends = [*starts[1:], len(layup.steps_s)]
     return [
-        Leg(layup.times_s[a], layup.times_s[b], drives[[a, b - 1], [0, 1]], drives[[a, b - 1], [2, 3]]) for a, b in zip(starts, ends)
+        Leg(layup.times_s[a], layup.times_s[b], drives[[a, b - 1], [0, 1]], drives[[a, b - 1], [2, 3]])
+        for a, b in zip(starts, ends)
     ]
 
 
@@ -130,15 +135,17 @@ class Way:
         self.cells = " and ".join(str(grid.cells) for grid in grids)
 
     def march(self, columns):
-        return sum(grid.share * Member(grid, columns).march(self.exposure, self.method, self.rtol) for grid in self.grids)
+        return sum(
+            grid.share * Member(grid, columns).march(self.exposure, self.method, self.rtol) for grid in self.grids
+        )
 
     def __str__(self):
         return f"{self.method} at rtol {self.rtol:g} on {self.cells} cells"
 
 
 def choose(grids, columns, reference, tolerance_k):
-    """The ways that reach the accuracy, the soonest first, over members whose traces are known: on all grids by all methods, each by the loosest
-    tolerance that does."""
+    """The ways that reach the accuracy, the soonest first, over members whose traces are known: on all grids by all
+    methods, each by the loosest tolerance that does."""
     found = []
     for each, method in itertools.product(grids, METHODS):
         for rtol in RTOLS:

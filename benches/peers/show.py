@@ -1,12 +1,13 @@
 """The tables and the plot of benches/README.md from what compare.py found.
 
-    python benches/peers/show.py results.json
+python benches/peers/show.py results.json
 """
 
 import json
 import pathlib
 import statistics
 import sys
+import textwrap
 
 from matplotlib import pyplot
 
@@ -17,16 +18,22 @@ BEGIN, END = "<!-- peers: written by show.py -->", "<!-- peers: end -->"
 
 
 def seconds(value):
-    return f"{value:.4f}" if value < 0.1 else f"{value:.3f}" if value < 1 else f"{value:.2f}" if value < 10 else f"{value:.0f}"
+    decimals = 4 if value < 0.1 else 3 if value < 1 else 2 if value < 10 else 0
+    return f"{value:.{decimals}f}"
 
 
 def told(results):
     yield "| who | how | ready after, s | off the reference, K | apart from bondline, K |"
     yield "|---|---|---|---|---|"
+    alternatives = []
     for name, of in results["told"].items():
+        note, _, tried = of["note"].partition("; tried: ")
+        alternatives += [f"{name} tried: {tried}."] if tried else []
         start = "–" if of["start_s"] is None else f"{of['start_s']:.1f}"
         apart = "–" if name == MARCH else f"{of['apart_k']:.1e}" if of["apart_k"] < 1e-3 else f"{of['apart_k']:.3f}"
-        yield f"| {name} | {of['note']} | {start} | {of['error_k']:.3f} | {apart} |"
+        yield f"| {name} | {note} | {start} | {of['error_k']:.3f} | {apart} |"
+    for line in alternatives:
+        yield "\n" + textwrap.fill(line, 120, break_on_hyphens=False)
 
 
 def timed(results):
@@ -40,10 +47,13 @@ def timed(results):
             spread = f"{min(ratios):.2f}–{max(ratios):.2f}" if len(ratios) > 1 else "one"
             source = f"{own['from']} members" if own["from"] else "measured"
             busy = beside(own, times[COMMAND], "processor_s")
+            wall, ratio = about + seconds(statistics.median(own["s"])), f"{statistics.median(ratios):.2f}"
             # The march alone has no processor time of its own.
-            busy = ["–", "–"] if name == MARCH else [about + seconds(statistics.median(own["processor_s"])), f"{statistics.median(busy):.2f}"]
-            row = [members, name, about + seconds(statistics.median(own["s"])), busy[0], source, f"{statistics.median(ratios):.2f}", spread, busy[1]]
-            yield f"| {' | '.join(row)} |"
+            processor, processor_ratio = "–", "–"
+            if name != MARCH:
+                processor = about + seconds(statistics.median(own["processor_s"]))
+                processor_ratio = f"{statistics.median(busy):.2f}"
+            yield f"| {' | '.join([members, name, wall, processor, source, ratio, spread, processor_ratio])} |"
 
 
 def beside(own, other, key):
@@ -59,9 +69,14 @@ def plot(results):
     names = [COMMAND, *(name for name in results["told"] if name != MARCH)]
     everyone = list(dict.fromkeys(name.split(", ")[0] for name in names))
     times = results["times"]
-    over_members = {name: [(int(n), statistics.median(t[name]["processor_s"])) for n, t in times.items() if not t[name]["from"]] for name in names}
+    over_members = {
+        name: [(int(n), statistics.median(t[name]["processor_s"])) for n, t in times.items() if not t[name]["from"]]
+        for name in names
+    }
     series = [("members", f"{results['cells']} cells, {results['steps']} steps", over_members)]
-    series += [(axis, f"{results['growing']} members, {of['held']}", of["s"]) for axis, of in results.get("growth", {}).items()]
+    series += [
+        (axis, f"{results['growing']} members, {of['held']}", of["s"]) for axis, of in results.get("growth", {}).items()
+    ]
     for panel, (axis, title, lines) in zip(panels, series):
         for name in names:
             if lines.get(name):
@@ -70,7 +85,9 @@ def plot(results):
                 style = {"linestyle": "--" if name.endswith("plain") else "-", "color": f"C{place}", "label": name}
                 panel.loglog(*zip(*lines[name]), marker="o", markersize=3, linewidth=1.2, **style)
         xs, ys = zip(*lines[COMMAND])
-        panel.loglog([xs[0], xs[-1]], [ys[-1] * 0.4 * xs[0] / xs[-1], ys[-1] * 0.4], "k:", linewidth=0.8, label="linear")
+        panel.loglog(
+            [xs[0], xs[-1]], [ys[-1] * 0.4 * xs[0] / xs[-1], ys[-1] * 0.4], "k:", linewidth=0.8, label="linear"
+        )
         panel.set(xlabel=axis, title=title, ylabel="processor time, s" if axis == "members" else None)
         if axis != "members":
             # Less than a decade: the sizes themselves are the ticks, and none between.

@@ -3,9 +3,8 @@
     cargo bench --bench least_squares > ours.json
     python benches/peers/table.py ours.json peers.json
 
-A run counts as solved where its sum of squares is within 1e-5 of one of the problem's minima, or, of one of zero, below 1e-13.
-Of two methods the residuals are compared on the runs that both solved.
-"""
+A run counts as solved where its sum of squares is within 1e-5 of one of the problem's minima, or, of one of zero, below
+1e-13. Of two methods the residuals are compared on the runs that both solved. """
 
 import json
 import statistics
@@ -13,7 +12,12 @@ import sys
 
 SOLVED = 1e-5
 NOTHING = 1e-13
-STARTS = {"NIST, both starts": ("nist", None), "standard": ("classics", "× 1"), "× 10": ("classics", "× 10"), "× 100": ("classics", "× 100")}
+STARTS = {
+    "NIST, both starts": ("nist", None),
+    "standard": ("classics", "× 1"),
+    "× 10": ("classics", "× 10"),
+    "× 100": ("classics", "× 100"),
+}
 
 
 def main():
@@ -26,15 +30,21 @@ def main():
 
     def solved(run):
         found = run["objective"]
-        return found is not None and any(abs(found - least) <= max(SOLVED * least, NOTHING) for least in minima[run["problem"]])
+        return found is not None and any(
+            abs(found - least) <= max(SOLVED * least, NOTHING) for least in minima[run["problem"]]
+        )
 
     methods = list(dict.fromkeys(key[4] for key in runs))
     ours = [method for method in methods if method.startswith("bondline")]
-    print("| starts | derivatives | method | solved | median residuals | × MINPACK | × trf | solved by either and not by it |")
+    print("| starts | derivatives | method | solved | median residuals | × MINPACK | × trf | only the others solved |")
     print("|---|---|---|---|---|---|---|---|")
     for name, (group, start) in STARTS.items():
         for derivatives in ("told", "differences"):
-            at = [key[:3] for key in runs if key[0] == group and start in (None, key[1]) and key[3:] == (derivatives, "minpack")]
+            at = [
+                key[:3]
+                for key in runs
+                if key[0] == group and start in (None, key[1]) and key[3:] == (derivatives, "minpack")
+            ]
             of = lambda method: [runs[*key, derivatives, method] for key in at]
             for method in [*ours, "minpack", "trf"]:
                 own = of(method)
@@ -43,11 +53,14 @@ def main():
                     pairs = [a["residuals"] / b["residuals"] for a, b in zip(own, of(peer)) if solved(a) and solved(b)]
                     ratios.append(f"{statistics.median(pairs):.2f}")
                 missed = [
-                    a["problem"] for a, b, c in zip(own, of("minpack"), of("trf")) if not solved(a) and (solved(b) or solved(c))
+                    a["problem"]
+                    for a, b, c in zip(own, of("minpack"), of("trf"))
+                    if not solved(a) and (solved(b) or solved(c))
                 ]
                 median = statistics.median(run["residuals"] for run in own if solved(run))
                 count = f"{sum(map(solved, own))} of {len(own)}"
-                print(f"| {name} | {derivatives} | {method} | {count} | {median:g} | {' | '.join(ratios)} | {', '.join(missed) or 'none'} |")
+                row = [name, derivatives, method, count, f"{median:g}", *ratios, ", ".join(missed) or "none"]
+                print(f"| {' | '.join(row)} |")
 
 
 if __name__ == "__main__":

@@ -12,13 +12,14 @@ DOCS = Path(__file__).parent.parent
 GROUPS = {
     "exact": (
         "Exact solutions",
-        "The march against closed forms and series: conduction with constant and with temperature-dependent properties,\n"
-        "contacts, radiation, a holder, reactions, Darcy flow. Cells and steps are refined until the tolerance is met, so\n"
-        "that a wrong term cannot hide behind the discretisation error.",
+        "The march against closed forms and series: conduction with constant and with temperature-dependent\n"
+        "properties, contacts, radiation, a holder, reactions, Darcy flow. Cells and steps are refined until the\n"
+        "tolerance is met, so that a wrong term cannot hide behind the discretisation error.",
     ),
     "orders": (
         "Observed orders of accuracy",
-        "Errors at successively halved cells and steps. The scheme is of second order; an observed order below 1.9 fails.",
+        "Errors at successively halved cells and steps. The scheme is of second order; an observed order below 1.9\n"
+        "fails.",
     ),
     "codes": (
         "Other codes and published computations",
@@ -35,13 +36,13 @@ GROUPS = {
     ),
     "fit": (
         "Least squares",
-        "The minimiser against certified answers: the 27 nonlinear sets of NIST's Statistical Reference Datasets from both\n"
-        "starts, and the test problems of Moré, Garbow and Hillstrom (1981).",
+        "The minimiser against certified answers: the 27 nonlinear sets of NIST's Statistical Reference Datasets from\n"
+        "both starts, and the test problems of Moré, Garbow and Hillstrom (1981).",
     ),
     "twins": (
         "CPU against GPU",
-        "Every backend against the CPU in double precision. On a device that rounds as IEEE 754 says, GPU and CPU results\n"
-        "of the same precision are bit-identical (src/march/gpu/tests, tests/inside/parity.rs).",
+        "Every backend against the CPU in double precision. On a device that rounds as IEEE 754 says, GPU and CPU\n"
+        "results of the same precision are bit-identical (src/march/gpu/tests, tests/inside/parity.rs).",
     ),
 }
 

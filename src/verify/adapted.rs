@@ -1,7 +1,7 @@
 //! What an analyst gets: cells and steps adapted to a tolerance, two resolutions extrapolated.
 //!
-//! Every problem with a reference is marched once more that way, and may be off by the tolerance of its reference and that of the adaptation
-//! together. Random cases ask whether the error that is reported covers the true one.
+//! Every problem with a reference is marched once more that way, and may be off by the tolerance of its reference and
+//! that of the adaptation together. Random cases ask whether the error that is reported covers the true one.
 
 use super::problem::{Measure, Place, Problem};
 use super::random_case::random_case;
@@ -15,8 +15,8 @@ use crate::traces::Arrival;
 
 /// The tolerance of temperatures that a case file gets that names none, K.
 const TEMPERATURE_K: f64 = 0.05;
-/// Cells and steps of the march that is taken for the truth of a random case, for each of the plan. The estimate is made of marches at
-/// two and four times, so that the error against either would be within it by construction.
+/// Cells and steps of the march that is taken for the truth of a random case, for each of the plan. The estimate is
+/// made of marches at two and four times, so that the error against either would be within it by construction.
 const TRUTH: usize = 6;
 /// Random cases that are judged, their seeds counted from zero.
 const RANDOM_CASES: u64 = 20;

@@ -5,8 +5,8 @@
 //! closes to rounding at any step, since what a cell loses is what it gives off and pores hold what did not leave.
 //!
 //! By Darcy's law heat does not close beyond `p Δε`, the work of gas that fills the pores that char has and virgin
-//! material had not: the march warms gas by `ε dp/dt`, where `d(εp)/dt` would close. That is 50 J/m² of a million at one
-//! atmosphere, a twentieth of a kelvin, and no step makes it less; so no order is told there.
+//! material had not: the march warms gas by `ε dp/dt`, where `d(εp)/dt` would close. That is 50 J/m² of a million at
+//! one atmosphere, a twentieth of a kelvin, and no step makes it less; so no order is told there.
 
 use super::orders::{carried, shortfall};
 use super::problems::charring::smooth;

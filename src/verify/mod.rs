@@ -1,11 +1,11 @@
 //! Does the march solve the equation it says it solves?
 //!
-//! Five questions, a group of rows each: does it meet exact solutions, does its error vanish at the order
-//! it claims, does it agree with other people's codes, does it do so with adapted cells and steps within the error that it
-//! reports, and is what comes in, less what goes out, stored? A
-//! row names its reference and where its tolerance comes from; tolerances are those of the references,
-//! never of the march. [`least_squares`] asks whether the minimiser, which no march has a part in, finds what is known to be
-//! there, and [`twins`] the last: do two marches agree with each other?
+//! Five questions, a group of rows each: does it meet exact solutions, does its error vanish at the order it claims,
+//! does it agree with other people's codes, does it do so with adapted cells and steps within the error that it
+//! reports, and is what comes in, less what goes out, stored? A row names its reference and where its tolerance comes
+//! from; tolerances are those of the references, never of the march. [`least_squares`] asks whether the minimiser,
+//! which no march has a part in, finds what is known to be there, and [`twins`] the last: do two marches agree with
+//! each other?
 //!
 //! The references are closed forms evaluated here ([`exact`]) and published figures re-typed under
 //! `data/verification`. Cylinders and spheres are out of scope, as the march is planar.

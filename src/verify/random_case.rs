@@ -1,7 +1,8 @@
 //! Random cases: the text of a case file from a seed.
 //!
-//! They hold a claim of the march against layups and exposures that nobody chose: 1 to 12 plies of the built-in materials from
-//! 25 µm to 8 mm, every kind of face, schedules with jumps, ramps and many corners, contacts, holders, decomposition and gas.
+//! They hold a claim of the march against layups and exposures that nobody chose: 1 to 12 plies of the built-in
+//! materials from 25 µm to 8 mm, every kind of face, schedules with jumps, ramps and many corners, contacts, holders,
+//! decomposition and gas.
 
 use crate::case::{Case, CaseError};
 use crate::chance::Numbers;
@@ -171,7 +172,8 @@ impl Text {
         }
     }
 
-    /// A schedule between two values: constant, a pulse of ramps, a jump, random corners, or a noisy measurement at 50 Hz at most.
+    /// A schedule between two values: constant, a pulse of ramps, a jump, random corners, or a noisy measurement at 50
+    /// Hz at most.
     fn schedule(&mut self, duration_s: f64, low: f64, high: f64, unit: &str) -> String {
         let top = low + (high - low) * (0.1 + 0.9 * self.numbers.unit());
         let mut points: Vec<(f64, f64)> = Vec::new();

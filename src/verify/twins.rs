@@ -1,5 +1,5 @@
-//! Do two marches agree? The device against the processor, single precision against double, and derivatives that a march
-//! tells against differences.
+//! Do two marches agree? The device against the processor, single precision against double, and derivatives that a
+//! march tells against differences.
 
 use super::problems::flexible;
 use super::{Group, Row, compare};
@@ -15,23 +15,24 @@ pub const SINGLE_K: f64 = 1e-3;
 /// device orders its operations otherwise.
 pub const DOUBLE_K: f64 = 1e-6;
 
-/// Largest difference of derivatives that a march tells from central differences in double precision, of the largest of the
-/// factor: what those of step 1e-7 are off by, as a temperature of 1,600 K is rounded at 2e-13 of itself. In f32, rounding.
+/// Largest difference of derivatives that a march tells from central differences in double precision, of the largest of
+/// the factor: what those of step 1e-7 are off by, as a temperature of 1,600 K is rounded at 2e-13 of itself. In f32,
+/// rounding.
 pub const DERIVATIVE: f64 = 1e-6;
 /// Tolerance of derivatives in f32, as a share of the largest: see its uses.
 pub const SINGLE_DERIVATIVE: f64 = 1e-5;
-/// Derivatives below this count as if they were it, K by a unit of a factor: a hundredth of the factor moves a kelvin. Of a
-/// factor that hardly moves anything differences and f32 tell rounding.
+/// Derivatives below this count as if they were it, K by a unit of a factor: a hundredth of the factor moves a kelvin.
+/// Of a factor that hardly moves anything differences and f32 tell rounding.
 const FAINT_K: f64 = 100.0;
-/// Relative steps of those differences, the nearer of which counts: with longer ones a cell passes the node of a table between
-/// their points, and there is always some cell that passes one on either of these.
+/// Relative steps of those differences, the nearer of which counts: with longer ones a cell passes the node of a table
+/// between their points, and there is always some cell that passes one on either of these.
 const STEPS: [f64; 2] = [1e-7, 1e-8];
 
 /// Members of each comparison: enough for several vectors of lanes and a ragged end.
 const MEMBERS: usize = 37;
 
-/// Two rows a march and a case: the largest difference from the processor in double precision, and that of its derivatives from differences; the latter
-/// of the processor in double precision too.
+/// Two rows a march and a case: the largest difference from the processor in double precision, and that of its
+/// derivatives from differences; the latter of the processor in double precision too.
 ///
 /// # Errors
 /// As [`March::march`].
@@ -97,7 +98,8 @@ fn nominal(case: &Case) -> Vec<f64> {
 }
 
 /// How far derivatives by all factors, as a march tells them at a point, are from central differences of another's
-/// temperatures, of the largest derivative by the same factor, or of 100 K if it is less; infinite where it tells none or does not arrive.
+/// temperatures, of the largest derivative by the same factor, or of 100 K if it is less; infinite where it tells none
+/// or does not arrive.
 ///
 /// # Errors
 /// As [`March::march`].

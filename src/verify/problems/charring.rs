@@ -214,8 +214,8 @@ fn board(series: &'static str) -> Problem {
     problem
 }
 
-/// The smooth felt under a cover of so much permeability, its back sealed: where nothing passes the cover, gas has no way out
-/// of the layup, which no case file may say.
+/// The smooth felt under a cover of so much permeability, its back sealed: where nothing passes the cover, gas has no
+/// way out of the layup, which no case file may say.
 pub fn covered(permeability_m2: f64) -> Case {
     let mut case = smooth(GasPath::Darcy, 1e-13);
     let mut cover = case.layup.plies[0].clone();

@@ -262,7 +262,7 @@ fn stream(path: GasPath) -> Problem {
         points: points(&depths_m, &[duration_s], temperature_k),
         tolerance: 3e-6,
         measure: Measure::ShareOf(hot_k - back_k),
-        source_of_tolerance: "second order on 100 cells and more between two depths; upwind differences miss it by 1e-3",
+        source_of_tolerance: "second order on 100 or more cells between two depths; upwind differences miss it by 1e-3",
     };
     let setting = Setting {
         plies: vec![(Arc::new(passed), length_m), (maker, source_m)],
