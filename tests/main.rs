@@ -16,6 +16,8 @@ mod import_graph; // imports between files: no cycle
 mod instants; // readings beside the instants that they are of
 mod landscape; // the map of an objective beside the descents that minimise it
 mod measured_schedules; // schedules of thousands of noisy rows: what they cost, and that none is lost
+#[cfg(unix)]
+mod outputs; // columns, keys and screens against docs/reference/outputs.md
 mod posterior; // posteriors beside linear intervals and profiles; bands beside what was not fitted
 mod readings; // what sensors read beside plies that decompose
 mod reduction; // which factors are left to estimate, beside what the paper left
