@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Build the book into target/book/html, warnings denied. Its Python packages go into a virtual environment under
-#   target/. --renew    first make the generated pages anew: the command line from clap's help, the verification tables
+# Build the book into target/book/html, warnings denied. Python packages go into a virtual environment under target/.
+#   --renew    first renew the generated pages: the command line from clap's help, the verification tables
 #   --check    the same, and fail if a verification table of the CPU was out of date
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -34,7 +34,7 @@ if "$renew"; then
     program=$target/work/bondline
     "$environment/bin/python" docs/generate/command_line.py "$program"
     "$environment/bin/python" docs/generate/verification.py "$program"
-    # Differences of a device depend on its driver, and with them the plot.
+    # Results of a device, and the plot, depend on its driver.
     if "$check" && ! diff -r -x twins.csv -x ratios.svg "$before/verification" docs/verification; then
         fail 'docs/verification was out of date and is renewed: look at the difference'
     fi

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Make the synthetic observations of the shipped cases anew, from their truths. Same seeds, same files.
+# Renew the synthetic observations of the shipped cases from their truths. The same seeds give the same files.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 cargo build --release --quiet
 bondline=target/release/bondline
 
-# A case names its observations, so that a stub stands in until they are made.
+# A case names its observations, so a placeholder file is needed until they are made.
 make() { # truth, observations, further options
     local truth=$1 out=$2
     shift 2
@@ -13,16 +13,16 @@ make() { # truth, observations, further options
     "$bondline" twin "$truth" --out "$out" --force --quiet "$@"
 }
 
-# The two runs: what four thermocouples of a richer layup would show, with 2 K noise.
+# The two runs: four thermocouples of a layup with more physics, with 2 K noise.
 for run in 2259 2330; do
     make "cases/lcat-$run/truth.toml" "cases/lcat-$run/measured.csv" --noise "2 K" --seed "$run"
 done
 
-# Run 2259 from TC3 down: the same thermocouples, one of them now the driver.
+# Run 2259 from TC3 down: the same thermocouples, with TC3 as the driver.
 awk -F, '{ print $1 "," $4 }' cases/lcat-2259/measured.csv > cases/lcat-2259-tc3/driver.csv
 awk -F, '{ print $1 "," $5 }' cases/lcat-2259/measured.csv > cases/lcat-2259-tc3/measured.csv
 
-# The estimator's own test: the nominal TC3 drives, TC4 is made with both factors at one, neither has noise.
+# The test of the estimator: the nominal TC3 drives, TC4 has both factors at one, neither has noise.
 made=$(mktemp)
 trap 'rm -f "$made"' EXIT
 make cases/lcat-2259 "$made"
@@ -34,6 +34,6 @@ cp "$made" cases/twin-tc3/measured.csv
 # The test of the tutorial: a case whose nominal factors are the true ones.
 make cases/lamp-test/truth.toml cases/lamp-test/measured.csv --noise "1.5 K" --seed 3
 
-# Readings of TC1 under a flux in lumps.
+# Readings of TC1 under a flux with two lumps.
 make cases/lcat-2259-lumps/truth.toml "$made" --noise "1 K" --seed 1
 cut -d, -f1,2 "$made" > cases/lcat-2259-lumps/measured.csv

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# All that a change must pass: format, lints, tests, documentation. Installs what the tests need where it is missing:
-# the software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
-# --all    also what takes longer: 300 random cases, 300 mutants of the kernels, the slow blocks of the documentation
-# and its verification tables
+# The full check of a change: format, lints, tests, documentation. Installs missing requirements of the tests: the
+# software Vulkan driver (lavapipe), against which shaders are compared bit for bit, and a browser for the report.
+#   --all    also the slow parts: 300 random cases, 300 mutants of the kernels, slow blocks and verification tables of
+#            the documentation
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -66,7 +66,7 @@ for features in '' gpu serde report gpu,report; do
 done
 cargo clippy --profile work --benches --features internals -- -D warnings
 cargo tree --edges normal --no-default-features | grep -E ' (wgpu|naga|parquet|clap|plotters|serde_json) ' &&
-    fail 'the solver alone depends on what only devices, reports or the command need'
+    fail 'the library without features depends on crates of devices, reports or the command'
 say 'tests'
 cargo test --profile work
 say 'documentation'
