@@ -54,7 +54,7 @@ impl Candidate {
         fine.iter().zip(coarse).map(|(fine, coarse)| fine + (fine - coarse) / 3.0).collect()
     }
 
-    /// Cell-steps of a member.
+    /// Cell-steps per member.
     pub(crate) fn work(&self, plan: &Plan, space: Space) -> f64 {
         let second = self.second(plan, space).map_or(0, |(cells, steps)| cells.cells() * steps.steps());
         (plan.cells() * plan.steps() + second) as f64

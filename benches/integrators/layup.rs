@@ -27,7 +27,7 @@ pub(crate) struct Evaluation<R> {
     conductivities: Vec<R>,
     slopes: Vec<R>,
     conductances: Vec<R>,
-    /// Heat capacity of each cell (J/m²/K) and its slope by the cell's temperature.
+    /// Heat capacity of each cell (J/m²/K) and its slope by temperature.
     pub capacities: Vec<R>,
     pub capacity_slopes: Vec<R>,
     /// Net heat flux into each cell, W/m².

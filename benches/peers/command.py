@@ -1,4 +1,4 @@
-"""bondline's command, asked for sweeps of one case."""
+"""Runs of bondline's command: sweeps of one case."""
 
 import json
 import pathlib
@@ -45,9 +45,9 @@ class Command:
             *(part for each in sets for part in ("--set", each)),
         ]
         began, busy_s = time.perf_counter(), processor_s()
-        told = subprocess.run(ours, check=True, capture_output=True, text=True).stdout
+        summary = subprocess.run(ours, check=True, capture_output=True, text=True).stdout
         wall_s = time.perf_counter() - began
-        return json.loads(told) | {"process_s": wall_s, "processor_s": processor_s() - busy_s}
+        return json.loads(summary) | {"process_s": wall_s, "processor_s": processor_s() - busy_s}
 
     def traces(self, members, sets):
         """Member × instant × sensor, K, and the summary."""
@@ -64,6 +64,6 @@ class Command:
 
 
 def processor_s():
-    """Processor time of all commands that ended."""
+    """Processor time of all completed commands."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime

@@ -1,11 +1,11 @@
-"""bondline's march beside what else one might take, at equal accuracy: the tables and the plot of benches/README.md.
-run.sh says how.
+"""bondline's march compared with other implementations at equal accuracy, for benches/README.md; see run.sh.
 
-All march the same members through the same cells and steps by the same tables, at both resolutions that bondline
-extrapolates from (SciPy by its own steps, on the grids that are cheapest), give the temperature at every sensor and
-instant, and use the same processors. They take turns; a ratio is of one turn. A peer that would take longer than the
-limit is told from fewer members. Of those that march many members at once there are two: at its best, and plain, as one
-writes it first. """
+All implementations march the same members with the same cells, steps and property tables, at both resolutions that
+bondline extrapolates from (SciPy with its own steps, on the cheapest grids). They give the temperature at every sensor
+and instant and use the same processors. They run in turn, and a ratio is taken within one turn. Times of an
+implementation that would exceed the limit are scaled from fewer members. NumPy, JAX and Numba have two versions:
+optimised, and plain.
+"""
 
 import argparse
 import json
@@ -27,11 +27,11 @@ AT_BEST = {"SciPy": "scipy_peer.py", "NumPy": "numpy_peer.py", "JAX": "jax_peer.
 PLAIN = {f"{name}, plain": AT_BEST[name] for name in ("NumPy", "JAX", "Numba")}
 PEERS = AT_BEST | PLAIN
 TOLERANCE_K = 0.05
-# Members over which the accuracy is judged.
+# Members for the accuracy.
 JUDGED = 15
-# Members of the growth with cells and steps, and rounds there.
+# Members and rounds of the scaling with cells and steps.
 GROWING, GROWTH_ROUNDS = 100, 2
-# A block on either processor of the peers that march in blocks, so that whatever they compile is compiled.
+# Members of the warm-up: a block on each processor, so that everything is compiled.
 WARMING = 256
 
 
@@ -41,25 +41,24 @@ def resolution(cells, clock):
     return [f"resolution.{key}={value}" for key, value in {"cells": cells, **clock}.items()]
 
 
-# What the pilot may have to be asked for so that all members that are judged are within the tolerance, and not the
-# nominal one alone.
-ASKED_K = (0.05, 0.04, 0.03, 0.02, 0.01)
+# Tolerances of the adaptation: the loosest at which all members, not only the nominal one, are within TOLERANCE_K.
+ADAPTATION_TOLERANCES_K = (0.05, 0.04, 0.03, 0.02, 0.01)
 # First step (s), growth, largest step (s).
 FINE = resolution(1024, (0.0005, 0.008, 0.05))
 COARSE = resolution(20, (1, 1, 20))
-# Grids of which SciPy may take one instead of the two that bondline takes.
+# Grids of SciPy without extrapolation, as an alternative to the two grids of bondline.
 SINGLE_CELLS = (512, 640)
 GROWTH_CELLS = (128, 256, 512, 1024)
 GROWTH_CLOCKS = [(0.08, 0.08, 2.4), (0.04, 0.04, 1.2), (0.02, 0.02, 0.6), (0.01, 0.01, 0.3)]
 
 
 class Peer:
-    """A peer's process, ready and waiting."""
+    """A process of a peer, ready for requests."""
 
     def __init__(self, name, folder, *arguments):
         began = time.perf_counter()
         command = [sys.executable, HERE / PEERS[name], *map(str, arguments)]
-        # Threads within an operation would only be in each other's way.
+        # One thread per operation: members are parallel.
         alone = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "NUMBA_CACHE_DIR": folder / name}
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=alone)
         self.note = self.answer()["note"]
@@ -81,13 +80,14 @@ class Peer:
         self.process.wait()
 
 
-def settle(command, reference, asked):
-    """The resolution: as asked for, else the pilot's own for the loosest tolerance that keeps all members that are
-    judged within it."""
-    for sets in [asked] if asked else [[f"resolution.tolerance={asked_k} K"] for asked_k in ASKED_K]:
+def settle(command, reference, given):
+    """The given resolution, else the adapted one at the loosest tolerance that keeps all members within it."""
+    for sets in (
+        [given] if given else [[f"resolution.tolerance={tolerance_k} K"] for tolerance_k in ADAPTATION_TOLERANCES_K]
+    ):
         traces, summary = command.traces(JUDGED, sets)
         error_k = float(np.abs(traces - reference).max())
-        if asked or error_k <= TOLERANCE_K:
+        if given or error_k <= TOLERANCE_K:
             return traces, summary, error_k, sets
     raise SystemExit(f"no resolution keeps {JUDGED} members within {TOLERANCE_K} K")
 
@@ -109,8 +109,7 @@ def rounds(members):
 
 
 def timed(command, sets, peers, sizes, limit_s, rounds):
-    """By size and name, the seconds and the processor seconds of every round; so many times those of fewer members
-    where a peer would take too long."""
+    """Wall and processor seconds of every round by size and name; scaled from fewer members beyond the limit."""
     found = {}
     for members in sizes:
         found[members] = now = {}
@@ -124,7 +123,7 @@ def timed(command, sets, peers, sizes, limit_s, rounds):
                 }
             else:
                 waited.append(name)
-                # Compiled, and pages touched, off the clock.
+                # Warm-up: compilation and page faults are not timed.
                 peer.march(min(members, WARMING))
         note = lambda name, s, processor_s: [
             now.setdefault(name, {"s": [], "processor_s": [], "from": None})[key].append(value)
@@ -137,14 +136,13 @@ def timed(command, sets, peers, sizes, limit_s, rounds):
             for name in waited:
                 answer = peers[name].march(members)
                 note(name, answer["march_s"], answer["processor_s"])
-        told = (f"{name} {statistics.median(times['s']):.3f} s" for name, times in now.items())
-        print(f"{time.strftime('%T')} {members} members: {', '.join(told)}", file=sys.stderr)
+        medians = (f"{name} {statistics.median(times['s']):.3f} s" for name, times in now.items())
+        print(f"{time.strftime('%T')} {members} members: {', '.join(medians)}", file=sys.stderr)
     return found
 
 
 def growth(command, folder, names, cells):
-    """By cells and by steps: what was held meanwhile, and of everyone the processor seconds, the least of some
-    rounds."""
+    """Processor seconds over cells and over steps, the least of some rounds, and the resolution that is constant."""
     found = {}
     held_clock = GROWTH_CLOCKS[-2]
     of = {
@@ -154,7 +152,7 @@ def growth(command, folder, names, cells):
     for axis, resolutions in of.items():
         found[axis] = {"s": {}}
         for sets in resolutions:
-            # SciPy takes steps of its own, and to be plain changes no slope.
+            # Without SciPy, which has its own steps, and without plain versions, which scale alike.
             peers = started(command, folder, sets, [name for name in names if name in AT_BEST and name != "SciPy"])
             summary = command.sweep(GROWING, sets)
             times = timed(command, sets, peers, [GROWING], float("inf"), lambda _: GROWTH_ROUNDS)[GROWING]
@@ -195,13 +193,20 @@ def main():
         factors = json.loads(command.plan(sets, folder / "plan.json").read_text())["factors"]
         np.save(folder / "members.npy", command.columns(max(GROWING, *options.members), factors, COARSE))
         peers = started(command, folder, sets, options.peers)
-        told = {show.MARCH: {"start_s": None, "note": summary["backend"]["name"], "apart_k": 0.0, "error_k": error_k}}
+        accuracy = {
+            show.MARCH: {"start_s": None, "note": summary["backend"]["name"], "apart_k": 0.0, "error_k": error_k}
+        }
         for name, peer in peers.items():
             prepared = peer.march(JUDGED, folder / "traces.npy")["prepare_s"]
             traces = np.load(folder / "traces.npy")
             apart_k, off_k = (float(np.abs(traces - other).max()) for other in (ours, reference))
-            told[name] = {"start_s": peer.start_s + prepared, "note": peer.note, "apart_k": apart_k, "error_k": off_k}
-            print(f"{name}: {told[name]}", file=sys.stderr)
+            accuracy[name] = {
+                "start_s": peer.start_s + prepared,
+                "note": peer.note,
+                "apart_k": apart_k,
+                "error_k": off_k,
+            }
+            print(f"{name}: {accuracy[name]}", file=sys.stderr)
         times = timed(command, sets, peers, sorted(options.members), options.limit, rounds)
         for peer in peers.values():
             peer.end()
@@ -210,7 +215,7 @@ def main():
             "sets": sets,
             "cells": summary["cells"],
             "steps": summary["steps"],
-            "told": told,
+            "accuracy": accuracy,
             "times": times,
         }
         options.results.write_text(json.dumps(results, indent=1))

@@ -1,9 +1,9 @@
-"""The scheme of one member under `vmap`, its steps and its elimination under `scan`, in f64, in blocks that take turns
-on a device a thread.
+"""The scheme of one member under `vmap`, with steps and elimination under `scan`, in f64, in blocks of members on one
+CPU device per thread.
 
-Elimination by `scan` takes 29 ns a cell-step where `tridiagonal_solve` takes 50 to 90, and blocks on two devices 14
-where one call with all members takes 30 to 45. Blocks of 64, 128 and 256 members take alike. `plain` is what one writes
-first: all members in one call. """
+Elimination by `scan` takes 29 ns per cell-step, `tridiagonal_solve` 50 to 90; blocks on two devices take 14, one call
+with all members 30 to 45. Blocks of 64, 128 and 256 members take equal times. `plain`: all members in one call.
+"""
 
 import os
 import sys
@@ -75,7 +75,7 @@ def prepare(layups, columns, _setting=None):
     def of(members):
         count = THREADS * -(-members // (THREADS * BLOCK))
         size = -(-members // count)
-        # Every block is of one size, or each would be compiled; the last is filled up.
+        # Blocks have one size, so that one kernel is compiled; the last block is padded.
         filled = np.resize(columns[:members], (count * size, columns.shape[1]))
         blocks = [jax.device_put(block, devices[i % THREADS]) for i, block in enumerate(np.split(filled, count))]
         for block in blocks[:THREADS]:

@@ -1,11 +1,11 @@
-"""A layup as its peers march it: the cells, steps and tables of bondline's own plan, as `cargo bench --bench plan`
-prints them.
+"""A layup for the peers: cells, steps and tables of bondline's own plan, as `cargo bench --bench plan` prints them.
 
-bondline marches at two resolutions and takes from both what they say of a third (src/march/extrapolated.rs): a reading
-is the sum of the finer one's times 4/3 and the coarser one's times −1/3, and each layup here carries its share.
+bondline marches at two resolutions and extrapolates (src/march/extrapolated.rs): a reading is 4/3 of the finer one less
+1/3 of the coarser one. Each layup here carries its weight.
 
-Conduction with k(T, P), c_p(T) and contacts; a hot face that is heated by a flux schedule, with hot-wall correction and
-ε(T); an insulated back. That is what `lcat-2259` needs; whatever else a plan may hold is refused. """
+Conduction with k(T, P), c_p(T) and contacts; a hot face under a flux schedule with hot-wall correction and ε(T); an
+insulated back, as `lcat-2259` has it. Other features of a plan are refused.
+"""
 
 import dataclasses
 import json
@@ -13,20 +13,19 @@ import json
 import numpy as np
 
 STEFAN_BOLTZMANN = 5.670374419e-8
-# Of so many resolutions, the finest first.
+# Weights of the resolutions, the finest first.
 SHARES = {1: [1.0], 2: [4 / 3, -1 / 3]}
 
 
 @dataclasses.dataclass(frozen=True)
 class Stretch:
-    """Neighbouring plies of one substance that are scaled alike: their cells, tables and the factors' columns (0 is
-    one)."""
+    """Adjacent plies of one material and the same factors: cells, tables, columns of the factors (column 0 is 1)."""
 
     start: int
     end: int
     # (conductivity without radiation, its slope, heat capacity[, radiative conductivity, its slope]) × node, SI.
     table: np.ndarray
-    # By how much each rises from node to node.
+    # Differences between nodes.
     rises: np.ndarray
     density_kg_m3: float
     conductivity: int
@@ -40,7 +39,7 @@ class Stretch:
 
 
 def layups(path, resolutions=2):
-    """Of a plan: the finer resolution, then the coarser."""
+    """The layups of a plan: the finer resolution, then the coarser one."""
     with open(path, encoding="utf-8") as file:
         plan = json.load(file)
     return [Layup(plan, march, share) for march, share in zip(plan["marches"], SHARES[resolutions])]
@@ -51,22 +50,21 @@ class Layup:
         refuse(case["case"], plan)
         self.share = share
         self.times_s, self.instants_s = np.array(plan["times_s"]), np.array(case["instants_s"])
-        # The steps at whose start the sensors are read, and what each instant is read from: instant × tap.
+        # Steps at whose start sensors are read, and the interpolation of each instant: instant × tap.
         self.records = np.array(plan["record_steps"])
         taps = np.array(plan["taps"])
         self.taps, self.weights = taps[..., 0].astype(int), taps[..., 1]
         cells, plies = columns(plan["cells"]), columns(plan["plies"])
         self.width_m, self.above_m, self.below_m = cells["width_m"], cells["above_m"], cells["below_m"]
         self.start_k = cells["start_k"]
-        # Under each cell but the last: a contact (m²K/W) where an interface lies there, half over the distance (1/m)
-        # elsewhere.
+        # Below each cell but the last: contact resistance (m²K/W) at an interface, else half over the distance (1/m).
         self.interfaces = plies["end_cell"][:-1].astype(int) - 1
         self.contacts_m2_k_w = np.array(plan["contacts_m2_k_w"])[: len(self.interfaces)]
         self.half_over_next_1_m = cells["half_over_next_1_m"][:-1]
         self.table_step_k, self.table_nodes = plan["table_step_k"], plan["table_nodes"]
         tables = np.array(plan["tables"])
         self.stretches = stretches(plan, plies, tables)
-        # (enthalpy of air over that at the cold wall, its slope, emissivity of the hot face) × node.
+        # (enthalpy of air less that at the cold wall, its slope, emissivity of the hot face) × node.
         face = tables[plan["face_table"] :][: self.table_nodes * plan["face_columns"]]
         self.face = np.ascontiguousarray(face.reshape(self.table_nodes, -1)[:, [0, 2, 4]].T)
         self.face_rises = np.diff(self.face)
@@ -77,7 +75,7 @@ class Layup:
         self.flux_w_m2 = drives["flux_w_m2"].reshape(-1, 4)[:-1, :2]
         self.surroundings_k = drives["surroundings_k"].reshape(-1, 4)[:-1, :2]
         sensors, places = columns(plan["sensors"]), columns(plan["places"])
-        # Each reads between this cell and the next.
+        # Each sensor lies between this cell and the next.
         self.places = places["cell"].astype(int)
         self.sides = [(sensors[side] * sensors[f"{side}_m"]) for side in ("above", "below")]
         self.share_below = sensors["below"]
@@ -105,15 +103,15 @@ def columns(table):
 
 
 def stretches(plan, plies, tables):
-    """Plies joined where they are alike; a radiative part that is nothing is left out."""
+    """Adjacent equal plies merged; zero radiative parts left out."""
     found = []
     block = plan["table_nodes"] * plan["table_columns"]
-    # A ply here has one state, and so has what scales its conductivity.
+    # A ply here has one state, and its conductivity factors too.
     conductions = columns(plan["conductions"])
     for ply, density in enumerate(columns(plan["bulks"])["density_kg_m3"]):
         row = {name: int(values[ply]) for name, values in plies.items()}
         table = tables[row["table"] :][:block].reshape(plan["table_nodes"], -1)
-        # Each property has its rise to the next node beside it.
+        # Each property is followed by its difference to the next node.
         picked = [0, 4, 2] + ([8, 10] if plan["parts"] == 2 and table[:, 8].any() else [])
         scales = {name: row[name] for name in ("heat_capacity", "density")}
         scales["conductivity"], scales["extinction"] = (
@@ -135,14 +133,14 @@ def stretches(plan, plies, tables):
 
 
 def refuse(case, plan):
-    """Whatever these peers do not march."""
+    """The features of a plan that the peers do not support."""
     faces, drives, plies = columns(plan["faces"]), columns(plan["drives"]), columns(plan["plies"])
     face = np.array(plan["tables"])[plan["face_table"] :][: plan["table_nodes"] * plan["face_columns"]]
     emissivity = face.reshape(plan["table_nodes"], -1)[:, 12]
     beyond = {
         "gas, decomposition or a holder": plan["has_gas"] or plan["has_holder"] or plan["states"] > 1,
         "pressure that changes": plan["levels"] > 1,
-        "conductivity told apart in three": plan["parts"] > 2,
+        "conductivity in three parts": plan["parts"] > 2,
         "a held face, a film or blowing": faces["held"].any() or faces["film_w_m2_k"].any() or faces["blowing"].any(),
         "radiant heating or a heated back": drives["radiant_w_m2"].any()
         or drives["flux_w_m2"].reshape(-1, 4)[:, 2:].any(),

@@ -1,11 +1,11 @@
-"""What MINPACK and SciPy's trust-region reflective method need on the problems of `cargo bench --bench least_squares`.
+"""MINPACK and SciPy's trust-region reflective method on the problems of `cargo bench --bench least_squares`.
 
     python3 -m venv venv && venv/bin/pip install -r benches/peers/requirements.txt
     venv/bin/python benches/peers/least_squares.py > peers.json
 
-Prints one JSON object a run, of the same form as the bench's. Residuals are counted where they are computed, so that
-columns of a Jacobian by differences count like trial points, whatever a library says of itself. The laws are typed here
-a second time, on purpose. """
+Prints one JSON object per run, in the form of the bench. Residual evaluations are counted where they are computed, so
+columns of a finite-difference Jacobian count like trial points. The problems are typed a second time here on purpose.
+"""
 
 import csv
 import json
@@ -19,8 +19,8 @@ from scipy.optimize import least_squares, leastsq
 
 DATA = pathlib.Path(__file__).parents[2] / "data" / "verification"
 FTOL, XTOL, GTOL = 1e-12, 1e-10, 1e-12
-# Trials at most.
-PATIENCE = 2000
+# Maximum number of trial points.
+MAX_TRIALS = 2000
 
 
 def table(name):
@@ -211,14 +211,13 @@ def classics():
     for name, start, residuals in found:
         start = np.array(start, float)
         for factor in (1, 10, 100):
-            # The start at nought is moved to ten and a hundred, as in MINPACK's driver.
+            # A start at zero becomes 10 and 100, as in MINPACK's driver.
             at = np.full_like(start, factor) if factor > 1 and not start.any() else factor * start
             yield name, f"× {factor}", at, residuals
 
 
 class Counted:
-    """Residuals and derivatives, and how often each was asked for. What is no finite number becomes a large one:
-    neither library takes any."""
+    """Residuals and derivatives with counts. Non-finite values become large ones: neither library accepts them."""
 
     def __init__(self, residuals):
         self.law, self.residuals, self.tangents = residuals, 0, 0
@@ -235,18 +234,18 @@ class Counted:
         )
 
 
-def minpack(f, start, told):
-    # By differences its limit counts the columns too.
-    limit = PATIENCE if told else PATIENCE * (len(start) + 1)
+def minpack(f, start, exact):
+    # With finite differences, the limit of leastsq counts the columns of the Jacobian too.
+    limit = MAX_TRIALS if exact else MAX_TRIALS * (len(start) + 1)
     return leastsq(
-        f, start, Dfun=f.jacobian if told else None, ftol=FTOL, xtol=XTOL, gtol=GTOL, maxfev=limit, full_output=True
+        f, start, Dfun=f.jacobian if exact else None, ftol=FTOL, xtol=XTOL, gtol=GTOL, maxfev=limit, full_output=True
     )[0]
 
 
 def trf(scale):
-    def run(f, start, told):
-        jac = f.jacobian if told else "2-point"
-        return least_squares(f, start, jac=jac, x_scale=scale, ftol=FTOL, xtol=XTOL, gtol=GTOL, max_nfev=PATIENCE).x
+    def run(f, start, exact):
+        jac = f.jacobian if exact else "2-point"
+        return least_squares(f, start, jac=jac, x_scale=scale, ftol=FTOL, xtol=XTOL, gtol=GTOL, max_nfev=MAX_TRIALS).x
 
     return run
 
@@ -259,10 +258,10 @@ def main():
     for group, problems in (("nist", nist()), ("classics", classics())):
         for name, start, at, residuals in problems:
             for method, run in methods.items():
-                for told in (True, False):
+                for exact in (True, False):
                     f = Counted(residuals)
                     try:
-                        point = run(f, at, told)
+                        point = run(f, at, exact)
                         objective = float(np.sum(np.square(residuals(point))))
                     except ValueError as error:
                         print(f"{name}, {start}, {method}: {error}", file=sys.stderr)
@@ -272,7 +271,7 @@ def main():
                         "problem": name,
                         "start": start,
                         "method": method,
-                        "derivatives": "told" if told else "differences",
+                        "derivatives": "exact" if exact else "differences",
                     }
                     record |= {"residuals": f.residuals, "tangents": f.tangents, "objective": objective}
                     print(json.dumps(record, ensure_ascii=False))

@@ -1,8 +1,8 @@
-"""The scheme in Numba: `prange` over groups of members, a group's members side by side in the innermost loops.
+"""The scheme in Numba: `prange` over groups of members, with the members of a group in the innermost loops.
 
-Groups of 8 take 9 to 10 ns a cell-step where one member at a time takes 18 (two threads, AVX-512); `fastmath` changes
-little. Groups of 32 take four fifths of that from a thousand members on, which is where they are wanted, and twice as
-long for 15, which are one group. `plain` is what one writes first: one member a turn of `prange`. """
+Groups of 8 take 9 to 10 ns per cell-step, single members 18 (two threads, AVX-512); `fastmath` changes little. Groups
+of 32 take four fifths of that and are used from 1,000 members on; with 15 members (one group) they take twice as long.
+`plain`: one member per turn of `prange`. """
 
 import os
 import sys
@@ -22,8 +22,7 @@ inlined = njit(inline="always")
 
 @inlined
 def properties(temperatures_k, increments_k, columns, plies, k, slopes, capacities, sloped):
-    """At temperatures and increments: conductivities, heat capacities and, if asked for, slopes of the
-    conductivities."""
+    """Conductivities, heat capacities and, if requested, slopes of the conductivities."""
     tables, density_kg_m3, radiates, spans, width_m, step_k = plies
     per_step = 1 / step_k
     for s in range(len(spans)):
@@ -51,7 +50,7 @@ def properties(temperatures_k, increments_k, columns, plies, k, slopes, capaciti
 
 @inlined
 def conduct(k, conductances, grid):
-    """Conductances from each node to the next."""
+    """Conductances between nodes."""
     contact, contacts_m2_k_w, above_m, below_m, half_1_m = grid
     for i in range(len(k) - 1):
         if contact[i] < 0:
@@ -68,7 +67,7 @@ def conduct(k, conductances, grid):
 
 @inlined
 def incline(temperatures_k, k, slopes, conductances, grid, by_upper, by_lower):
-    """Slopes of the fluxes by the temperature of the upper and, less, by that of the lower node."""
+    """Slopes of the fluxes by the temperature of the upper and, negated, of the lower node."""
     contact, _, above_m, below_m, half_1_m = grid
     for i in range(len(k) - 1):
         for lane in range(LANES):
@@ -98,7 +97,7 @@ def hot_face(temperature_k, scale, flux_w_m2, surroundings_k, face, hot_wall_kg_
 
 @inlined
 def imbalance(i, lane, temperatures_k, increments_k, conductances, hot):
-    """What flows into a cell from above, less what flows on."""
+    """Net heat flux into a cell."""
     here = temperatures_k[i, lane] + increments_k[i, lane]
     above, below = hot, 0.0
     if i > 0:
@@ -120,13 +119,13 @@ def ascend(side, by_lower, reciprocals, found):
 
 @njit(parallel=True, cache=True)
 def march(traces, columns, plies, grid, wall, start_k, steps_s, flux_w_m2, surroundings_k, readout, sensors):
-    """Add to traces, member × instant × sensor, what this resolution says."""
+    """Add the weighted readings of this resolution to the traces (member × instant × sensor)."""
     face, emissivity, hot_wall_kg_j, step_k = wall
     record_steps, taps, weights = readout
     places, above_m, below_m, share_below = sensors
     members, cells = len(columns), len(start_k)
     for group in prange((members + LANES - 1) // LANES):
-        # Transposed; the last group is filled up with its last member.
+        # Transposed; the last group is padded with its last member.
         own = np.empty((columns.shape[1], LANES))
         for lane in range(LANES):
             own[:, lane] = columns[min(group * LANES + lane, members - 1)]
@@ -208,7 +207,7 @@ def march(traces, columns, plies, grid, wall, start_k, steps_s, flux_w_m2, surro
 
 
 def arguments(layup):
-    """Of a resolution, as the march takes it."""
+    """Arrays of a resolution for the march."""
     stretches = layup.stretches
     tables = np.zeros((len(stretches), layup.table_nodes, 5))
     for own, stretch in zip(tables, stretches):

@@ -1,9 +1,10 @@
-"""How a peer is asked: one process a peer, so that all take turns and none compiles on the clock.
+"""The protocol of the peers: one process per peer, so that peers run in turn and compilation is not timed.
 
     python numpy_peer.py plan.json members.npy [further arguments of the peer]
 
-It says that it is ready, then answers each line on its standard input, a request in JSON, with a line. `members.npy`
-holds a row a member, its first column one and the others the factors. """
+The process reports that it is ready, then answers each request (a line of JSON on standard input) with a line.
+`members.npy` has one row per member: a one, then the factors.
+"""
 
 import json
 import multiprocessing
@@ -18,9 +19,9 @@ from layup import layups
 
 
 def serve(prepare):
-    """Answer requests. `prepare` takes the layups of all resolutions, columns and further arguments to a function from
-    a number of members to what gets ready for that many: a function that marches the first so many members and gives
-    their traces, member × instant × sensor, K. """
+    """Answer requests. `prepare(layups, columns, *arguments)` returns a function: from a number of members to a march
+    of the first members, which returns traces (member × instant × sensor, K).
+    """
     of, note = prepare(layups(sys.argv[1]), np.load(sys.argv[2]), *sys.argv[3:])
     answer({"note": note})
     for line in sys.stdin:
@@ -36,13 +37,12 @@ def serve(prepare):
 
 
 def processor_s():
-    """Processor time of this process and of its workers so far."""
+    """Processor time of this process and its workers."""
     stats = [pathlib.Path(f"/proc/{worker.pid}/stat").read_text() for worker in multiprocessing.active_children()]
-    # User and system time are the 12th and 13th field after the name, which may hold anything but ends with a
-    # parenthesis.
+    # User and system time are the 12th and 13th field after the name, which ends with a parenthesis.
     ticks = sum(int(ticks) for stat in stats for ticks in stat.rpartition(")")[2].split()[11:13])
     return time.process_time() + ticks / os.sysconf("SC_CLK_TCK")
 
 
-def answer(what):
-    print(json.dumps(what), flush=True)
+def answer(record):
+    print(json.dumps(record), flush=True)

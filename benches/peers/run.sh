@@ -1,11 +1,10 @@
 #!/bin/sh
-# bondline's march beside its peers: installs them, builds both sides, runs all side by side, and writes the tables and
-# the plot of benches/README.md. What follows goes to compare.py (--help): a resolution, sizes, a limit, some of the
-# peers.
+# Compare bondline's march with SciPy, NumPy, JAX and Numba: install them, build bondline, run all in turn, and write
+# tables and plot of benches/README.md. Options go to compare.py (--help): resolution, sizes, limit, peers.
 #
 #     benches/peers/run.sh [--set resolution.cells=320 …] [--members 15 100 …]
 #
-# On a machine that others share, `chrt -f 50 benches/peers/run.sh` keeps them off the processors (as root).
+# On a shared machine, `chrt -f 50 benches/peers/run.sh` gives it priority (as root).
 set -eu
 here=$(dirname "$0")
 root=$here/../..

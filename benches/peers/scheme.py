@@ -1,8 +1,9 @@
-"""bondline's scheme in the array language that NumPy and JAX share: the linearly implicit pair of src/physics/step.rs.
+"""bondline's scheme in the array language of NumPy and JAX: the linearly implicit pair of src/physics/step.rs.
 
-Cells run along the last axis; before it any number of members, none under `vmap`. `xp` is numpy or jax.numpy, and
-`solver` makes of lower, diagonal and upper coefficients a function from right-hand sides to solutions. The text follows
-src/physics/conducting.rs and faces.rs, but for the accounts of heat, which peers do not keep. """
+Cells run along the last axis, after any number of member axes (none under `vmap`). `xp` is numpy or jax.numpy. `solver`
+maps lower, diagonal and upper coefficients to a function from right-hand sides to solutions. The code follows the
+conduction and faces of src/physics, without the heat balance.
+"""
 
 from layup import STEFAN_BOLTZMANN
 
@@ -14,8 +15,7 @@ class Scheme:
         self.layup, self.xp, self.solver, self.put = layup, xp, solver, put
 
     def step(self, temperature_k, columns, length_s, flux_w_m2, surroundings_k):
-        """Temperatures at the end of a step and what the sensors read at its start; drives are told at the start and at
-        the end of the step."""
+        """Temperatures at the end of a step and sensor readings at its start; drives are (start, end) of the step."""
         k, capacity, slope = self.properties(columns, temperature_k, sloped=True)
         conductance, drop = self.conductances(k), temperature_k[..., :-1] - temperature_k[..., 1:]
         shown = self.readings(temperature_k, k, conductance, drop)
@@ -37,7 +37,7 @@ class Scheme:
         return temperature_k + 1.5 * first + 0.5 * second, shown
 
     def shown(self, temperature_k, columns):
-        """What the sensors read."""
+        """Sensor readings."""
         k, _ = self.properties(columns, temperature_k, sloped=False)
         return self.readings(temperature_k, k, self.conductances(k), temperature_k[..., :-1] - temperature_k[..., 1:])
 
@@ -51,8 +51,7 @@ class Scheme:
         return lambda column: take(xp.asarray(table[column])) + share * take(xp.asarray(rises[column]))
 
     def properties(self, columns, temperature_k, sloped):
-        """Conductivity, heat capacity a unit of area and, where asked for, the slope of the conductivity, cell by
-        cell."""
+        """Conductivity, areal heat capacity and, if `sloped`, the slope of the conductivity of each cell."""
         layup, found = self.layup, []
         for stretch in layup.stretches:
             scale = lambda column: columns[..., column, None]

@@ -1,9 +1,10 @@
-"""`solve_ivp` a member at a time, a process a thread: of LSODA, BDF and Radau whichever reaches the accuracy asked for
-soonest, on bondline's two grids with their error in space extrapolated away, or on a finer one.
+"""`solve_ivp` one member at a time, one process per thread: the fastest of LSODA, BDF and Radau at the accuracy, on
+bondline's two grids with extrapolation in space, or on one finer grid.
 
-The equations are those of scheme.py in space; a member's factors are taken into tables of its own, so that a right-hand
-side is a score of operations on cells. Jacobians are told, banded to LSODA and sparse to the others. Every leg between
-corners of the exposure is integrated by itself. """
+The spatial equations are those of scheme.py. The factors of a member scale its own tables, so a right-hand side is some
+twenty operations on cells. Jacobians are exact: banded for LSODA, sparse for the others. Intervals between corners of
+the exposure are integrated separately.
+"""
 
 import itertools
 import math
@@ -23,14 +24,14 @@ from numpy_peer import put
 
 METHODS = ("LSODA", "BDF", "Radau")
 RTOLS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
-# Members that rule most ways out.
+# Members of the first test, which excludes most configurations.
 FEW = 2
-# atol over rtol, K: temperatures are at least this.
+# atol over rtol, K: a lower limit of the temperatures.
 LEVEL_K = 300.0
 
 
 class Member:
-    """One member's equations in space."""
+    """The spatial equations of one member."""
 
     def __init__(self, layup, columns):
         self.layup, self.columns = layup, columns
@@ -38,7 +39,7 @@ class Member:
         self.rows = np.concatenate(
             [np.full(s.end - s.start, i * layup.table_nodes) for i, s in enumerate(layup.stretches)]
         )
-        # Conductivity, its slope and heat capacity of every stretch, as scaled, one after the other.
+        # Scaled conductivity, its slope and heat capacity of the plies, concatenated.
         self.tables = np.concatenate([scaled(stretch, columns) for stretch in layup.stretches], axis=1)
         self.rises = np.diff(self.tables, append=0.0)
         self.over_1_m = 1 / layup.width_m
@@ -75,13 +76,13 @@ class Member:
 
     def march(self, legs, method, rtol):
         layup = self.layup
-        told = {"jac": self.packed, "lband": 1, "uband": 1} if method == "LSODA" else {"jac": self.sparse}
+        jacobian = {"jac": self.packed, "lband": 1, "uband": 1} if method == "LSODA" else {"jac": self.sparse}
         state_k, states_k = layup.start_k, [layup.start_k[None]]
         for leg in legs:
             within = layup.instants_s[(layup.instants_s > leg.start_s) & (layup.instants_s <= leg.end_s)]
-            asked_s = np.union1d(within, leg.end_s)
-            span, options = (leg.start_s, leg.end_s), {"rtol": rtol, "atol": rtol * LEVEL_K, **told}
-            found = solve_ivp(self.rate, span, state_k, method, asked_s, args=(leg,), **options)
+            output_s = np.union1d(within, leg.end_s)
+            span, options = (leg.start_s, leg.end_s), {"rtol": rtol, "atol": rtol * LEVEL_K, **jacobian}
+            found = solve_ivp(self.rate, span, state_k, method, output_s, args=(leg,), **options)
             if not found.success:
                 raise ArithmeticError(found.message)
             state_k = found.y[:, -1]
@@ -89,15 +90,15 @@ class Member:
         return self.scheme.shown(np.concatenate(states_k), self.columns[None])
 
 
-class Leg:
-    """From one corner of the exposure to the next: what drives the hot face goes in straight lines."""
+class Interval:
+    """An interval between corners of the exposure, in which the drives are linear."""
 
     def __init__(self, start_s, end_s, flux_w_m2, surroundings_k):
         self.start_s, self.end_s, self.flux_w_m2, self.surroundings_k = start_s, end_s, flux_w_m2, surroundings_k
 
     def drive(self, time_s):
         share = (time_s - self.start_s) / (self.end_s - self.start_s)
-        # As of a step: at its start, and at its end, which nobody asks.
+        # As for a step: (start, end); the end is not used.
         between = lambda ends: (ends[0] + share * (ends[1] - ends[0]), ends[1])
         return between(self.flux_w_m2), between(self.surroundings_k)
 
@@ -121,13 +122,13 @@ def legs(layup):
     starts = [0, *(1 + np.flatnonzero(bends | jumps))]
     ends = [*starts[1:], len(layup.steps_s)]
     return [
-        Leg(layup.times_s[a], layup.times_s[b], drives[[a, b - 1], [0, 1]], drives[[a, b - 1], [2, 3]])
+        Interval(layup.times_s[a], layup.times_s[b], drives[[a, b - 1], [0, 1]], drives[[a, b - 1], [2, 3]])
         for a, b in zip(starts, ends)
     ]
 
 
-class Way:
-    """A method and tolerance on one grid, or on two whose errors in space are taken off."""
+class Configuration:
+    """A method and tolerance on one grid, or on two grids with extrapolation in space."""
 
     def __init__(self, grids, method, rtol):
         self.grids, self.method, self.rtol = grids, method, rtol
@@ -144,52 +145,51 @@ class Way:
 
 
 def choose(grids, columns, reference, tolerance_k):
-    """The ways that reach the accuracy, the soonest first, over members whose traces are known: on all grids by all
-    methods, each by the loosest tolerance that does."""
+    """The configurations that reach the accuracy, the fastest first: each grid and method at its loosest tolerance."""
     found = []
     for each, method in itertools.product(grids, METHODS):
         for rtol in RTOLS:
-            way = Way(each, method, rtol)
-            # Most fail with the first few already.
-            if tried(way, columns, reference[:FEW])[1] > tolerance_k:
+            configuration = Configuration(each, method, rtol)
+            # Most fail for the first members.
+            if measured(configuration, columns, reference[:FEW])[1] > tolerance_k:
                 continue
-            seconds, error_k = tried(way, columns, reference)
+            seconds, error_k = measured(configuration, columns, reference)
             if error_k <= tolerance_k:
-                found.append((seconds, error_k, way))
+                found.append((seconds, error_k, configuration))
                 break
     if not found:
         raise SystemExit(f"none of {', '.join(METHODS)} comes within {tolerance_k} K")
     return sorted(found, key=lambda each: each[0])
 
 
-def tried(way, columns, reference):
-    """How long a member takes, s, and how far all are off at most, K."""
+def measured(configuration, columns, reference):
+    """Seconds per member, and the largest error of all, K."""
     began = time.perf_counter()
     try:
-        traces = [way.march(column) for column in columns[: len(reference)]]
+        traces = [configuration.march(column) for column in columns[: len(reference)]]
     except ArithmeticError:
         return math.inf, math.inf
     return (time.perf_counter() - began) / len(reference), float(np.abs(np.array(traces) - reference).max())
 
 
 def prepare(pair, columns, reference, tolerance_k, *others):
-    """`others` are plans whose finer grid may be the cheaper way."""
+    """`others` are plans whose finer grid may be cheaper."""
     warnings.filterwarnings("ignore")
     threads = len(os.sched_getaffinity(0))
     grids = [pair, *(layups(path, resolutions=1) for path in others)]
     found = choose(grids, columns, np.load(reference), float(tolerance_k))
-    way = found[0][2]
+    configuration = found[0][2]
     global one
 
     def one(member):
-        return way.march(columns[member])
+        return configuration.march(columns[member])
 
     pool = multiprocessing.get_context("fork").Pool(threads)
     of = lambda members: lambda: np.array(pool.map(one, range(members), chunksize=1))
-    soonest = {}
+    fastest = {}
     for seconds, error_k, each in found:
-        soonest.setdefault(each.cells, f"{each} {1e3 * seconds:.0f} ms, {error_k:.3f} K")
-    return of, f"{way}, {threads} processes; tried: {'; '.join(soonest.values())}"
+        fastest.setdefault(each.cells, f"{each} {1e3 * seconds:.0f} ms, {error_k:.3f} K")
+    return of, f"{configuration}, {threads} processes; tried: {'; '.join(fastest.values())}"
 
 
 if __name__ == "__main__":

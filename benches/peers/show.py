@@ -1,4 +1,4 @@
-"""The tables and the plot of benches/README.md from what compare.py found.
+"""The tables and the plot of benches/README.md from the results of compare.py.
 
 python benches/peers/show.py results.json
 """
@@ -22,11 +22,11 @@ def seconds(value):
     return f"{value:.{decimals}f}"
 
 
-def told(results):
+def accuracy(results):
     yield "| who | how | ready after, s | off the reference, K | apart from bondline, K |"
     yield "|---|---|---|---|---|"
     alternatives = []
-    for name, of in results["told"].items():
+    for name, of in results["accuracy"].items():
         note, _, tried = of["note"].partition("; tried: ")
         alternatives += [f"{name} tried: {tried}."] if tried else []
         start = "–" if of["start_s"] is None else f"{of['start_s']:.1f}"
@@ -39,14 +39,14 @@ def told(results):
 def timed(results):
     yield "| members | who | s | processor, s | from | × the march | of all rounds | processor, × the command |"
     yield "|---|---|---|---|---|---|---|---|"
-    names = [MARCH, COMMAND, *(name for name in results["told"] if name != MARCH)]
+    names = [MARCH, COMMAND, *(name for name in results["accuracy"] if name != MARCH)]
     for members, times in results["times"].items():
         for name in names:
             own, about = times[name], "≈ " if times[name]["from"] else ""
-            ratios = beside(own, times[MARCH], "s")
+            ratios = ratios_of(own, times[MARCH], "s")
             spread = f"{min(ratios):.2f}–{max(ratios):.2f}" if len(ratios) > 1 else "one"
             source = f"{own['from']} members" if own["from"] else "measured"
-            busy = beside(own, times[COMMAND], "processor_s")
+            busy = ratios_of(own, times[COMMAND], "processor_s")
             wall, ratio = about + seconds(statistics.median(own["s"])), f"{statistics.median(ratios):.2f}"
             # The march alone has no processor time of its own.
             processor, processor_ratio = "–", "–"
@@ -56,8 +56,8 @@ def timed(results):
             yield f"| {' | '.join([members, name, wall, processor, source, ratio, spread, processor_ratio])} |"
 
 
-def beside(own, other, key):
-    """Ratios round by round, or all against the median where one of the two is of other rounds."""
+def ratios_of(own, other, key):
+    """Ratios within rounds; ratios to the median if the rounds differ."""
     same = len(own[key]) == len(other[key]) and not own["from"]
     return [a / b for a, b in zip(own[key], other[key] if same else [statistics.median(other[key])] * len(own[key]))]
 
@@ -65,8 +65,8 @@ def beside(own, other, key):
 def plot(results):
     pyplot.rcParams |= {"svg.hashsalt": "bondline", "font.size": 9}
     figure, panels = pyplot.subplots(1, 3, figsize=(11, 4.2))
-    # Of bondline the processor time of the whole command is known.
-    names = [COMMAND, *(name for name in results["told"] if name != MARCH)]
+    # bondline: processor time of the whole command.
+    names = [COMMAND, *(name for name in results["accuracy"] if name != MARCH)]
     everyone = list(dict.fromkeys(name.split(", ")[0] for name in names))
     times = results["times"]
     over_members = {
@@ -80,7 +80,7 @@ def plot(results):
     for panel, (axis, title, lines) in zip(panels, series):
         for name in names:
             if lines.get(name):
-                # Both settings of a peer have one colour.
+                # Both versions of a peer have one colour.
                 place = everyone.index(name.split(", ")[0])
                 style = {"linestyle": "--" if name.endswith("plain") else "-", "color": f"C{place}", "label": name}
                 panel.loglog(*zip(*lines[name]), marker="o", markersize=3, linewidth=1.2, **style)
@@ -90,7 +90,7 @@ def plot(results):
         )
         panel.set(xlabel=axis, title=title, ylabel="processor time, s" if axis == "members" else None)
         if axis != "members":
-            # Less than a decade: the sizes themselves are the ticks, and none between.
+            # Less than a decade: ticks at the sizes only.
             panel.set_xticks(xs, [f"{x:,}" for x in xs])
             panel.xaxis.set_minor_formatter("")
         panel.grid(True, which="major", linewidth=0.3)
@@ -101,7 +101,7 @@ def plot(results):
 
 def publish(results):
     plot(results)
-    text = "\n".join(["", *told(results), "", *timed(results), ""])
+    text = "\n".join(["", *accuracy(results), "", *timed(results), ""])
     readme = README.read_text(encoding="utf-8")
     before, rest = readme.split(BEGIN)
     README.write_text(before + BEGIN + "\n" + text + "\n" + END + rest.split(END)[1], encoding="utf-8")

@@ -1,10 +1,11 @@
-"""The table of benches/README.md, from what the bench and least_squares.py printed.
+"""The table of benches/README.md from the output of the bench and of least_squares.py.
 
     cargo bench --bench least_squares > ours.json
     python benches/peers/table.py ours.json peers.json
 
-A run counts as solved where its sum of squares is within 1e-5 of one of the problem's minima, or, of one of zero, below
-1e-13. Of two methods the residuals are compared on the runs that both solved. """
+A run is solved if its sum of squares is within 1e-5 of a minimum of the problem, or below 1e-13 for a minimum of zero.
+Residual evaluations of two methods are compared on the runs that both solved.
+"""
 
 import json
 import statistics
@@ -39,7 +40,7 @@ def main():
     print("| starts | derivatives | method | solved | median residuals | × MINPACK | × trf | only the others solved |")
     print("|---|---|---|---|---|---|---|---|")
     for name, (group, start) in STARTS.items():
-        for derivatives in ("told", "differences"):
+        for derivatives in ("exact", "differences"):
             at = [
                 key[:3]
                 for key in runs
@@ -59,7 +60,8 @@ def main():
                 ]
                 median = statistics.median(run["residuals"] for run in own if solved(run))
                 count = f"{sum(map(solved, own))} of {len(own)}"
-                row = [name, derivatives, method, count, f"{median:g}", *ratios, ", ".join(missed) or "none"]
+                problems = ", ".join(missed).replace(" variables", "") or "none"
+                row = [name, derivatives, method, count, f"{median:g}", *ratios, problems]
                 print(f"| {' | '.join(row)} |")
 
 
