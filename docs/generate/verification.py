@@ -23,7 +23,7 @@ GROUPS = {
     ),
     "codes": (
         "Other codes and published computations",
-        "Published results of other programs. The tolerance is what the reference itself is worth.",
+        "Published results of other programs. The tolerance is the accuracy of the reference.",
     ),
     "adapted": (
         "What an analyst gets",

@@ -1,7 +1,7 @@
-//! What an analyst gets: cells and steps adapted to a tolerance, two resolutions extrapolated.
+//! Marches as an analyst gets them: cells and steps adapted to a tolerance, two resolutions extrapolated.
 //!
-//! Every problem with a reference is marched once more that way, and may be off by the tolerance of its reference and
-//! that of the adaptation together. Random cases ask whether the error that is reported covers the true one.
+//! Every reference problem is marched once more in this way. The tolerance is the sum of the problem's own and that of
+//! the adaptation. Random cases show whether the reported error covers the true one.
 
 use super::problem::{Measure, Place, Problem};
 use super::random_case::random_case;
@@ -13,15 +13,15 @@ use crate::pilot::error_estimate::{FRONT_M, GAUGE_SHARE};
 use crate::pilot::pilot;
 use crate::traces::Arrival;
 
-/// The tolerance of temperatures that a case file gets that names none, K.
+/// Default temperature tolerance of a case file, K.
 const TEMPERATURE_K: f64 = 0.05;
-/// Cells and steps of the march that is taken for the truth of a random case, for each of the plan. The estimate is
-/// made of marches at two and four times, so that the error against either would be within it by construction.
+/// Refinement of the march that serves as the truth of a random case. The error estimate uses refinements of two and
+/// four, and would cover the error against either of them by construction.
 const TRUTH: usize = 6;
-/// Random cases that are judged, their seeds counted from zero.
+/// Number of random cases; their seeds count from zero.
 const RANDOM_CASES: u64 = 20;
 
-/// A row for every problem, and two for the error that is reported.
+/// A row for every problem, and two for the reported error.
 ///
 /// # Errors
 /// As [`March::march`].
@@ -55,18 +55,18 @@ fn row(march: &mut dyn March, mut problem: Problem) -> Result<Row, MarchError> {
     Ok(Row {
         group: Group::Adapted,
         case: problem.case.name,
-        reference: "its references".to_owned(),
+        reference: "the references of the problem".to_owned(),
         quantity: format!("worst of {} quantities, adapted and extrapolated", rows.len()),
         difference: worst,
         tolerance: 1.0,
-        unit: "of what is allowed".to_owned(),
+        unit: "of the tolerance".to_owned(),
         source_of_tolerance:
-            "the reference's and the adaptation's together; wide: an output that is not checked here is harder"
+            "sum of the tolerances of reference and adaptation; wide: the adaptation serves other outputs too"
                 .to_owned(),
     })
 }
 
-/// How the error that is reported compares with the true one, which is that against six times the cells and steps.
+/// The reported error against the true one, which is the difference from six times the cells and steps.
 fn reported(march: &mut dyn March) -> Result<[Row; 2], MarchError> {
     let (mut judged, mut beyond, mut worst) = (0_u32, 0_u32, 0.0_f64);
     for seed in 0..RANDOM_CASES {
@@ -88,11 +88,11 @@ fn reported(march: &mut dyn March) -> Result<[Row; 2], MarchError> {
     };
     Ok([
         row(
-            &format!("outputs of {judged} that are off by more than the reported error"),
+            &format!("share of {judged} outputs whose error exceeds the reported error"),
             f64::from(beyond) / f64::from(judged),
             0.05,
-            "of the outputs",
-            "the claim: the reported error covers the true one in 95 of 100; wide: few are off by more",
+            "of outputs",
+            "the claim: the reported error covers the true one in 95 of 100; wide: few exceed it",
         ),
         row(
             "largest true error",
@@ -104,7 +104,7 @@ fn reported(march: &mut dyn March) -> Result<[Row; 2], MarchError> {
     ])
 }
 
-/// The true error of each output of a random case over the reported one; none where the case does not come to its end.
+/// The true error of each output of a random case over the reported one; empty where the march does not complete.
 ///
 /// # Errors
 /// As [`March::march`].

@@ -1,12 +1,12 @@
-//! Is what comes in, less what goes out, what is stored? Of heat and of mass.
+//! Conservation of heat and mass: inflow less outflow less storage.
 //!
-//! Heat through the faces is integrated by the scheme itself, and what reactions take by its stages: both close at
-//! second order in the step, as a step knows the heat of what it turns into gas at the temperature midway alone. Mass
-//! closes to rounding at any step, since what a cell loses is what it gives off and pores hold what did not leave.
+//! The scheme integrates the heat through the faces and the heat of reactions by its own stages. Both balances of heat
+//! are of second order in the step, because a step takes the heat of new gas at the midpoint temperature. Mass is
+//! conserved to rounding at any step: pores hold the gas that did not leave.
 //!
-//! By Darcy's law heat does not close beyond `p Δε`, the work of gas that fills the pores that char has and virgin
-//! material had not: the march warms gas by `ε dp/dt`, where `d(εp)/dt` would close. That is 50 J/m² of a million at
-//! one atmosphere, a twentieth of a kelvin, and no step makes it less; so no order is told there.
+//! With Darcy's law the heat balance keeps a residual `p Δε`, the work of gas that fills the additional pores of the
+//! char: the march heats gas by `ε dp/dt`, where `d(εp)/dt` would close. This is 50 J/m² of a million at one atmosphere
+//! (0.05 K) and does not vanish with the step, so no order is checked there.
 
 use super::orders::{carried, shortfall};
 use super::problems::charring::smooth;
@@ -16,21 +16,21 @@ use crate::case::{Case, GasPath, Resolution};
 use crate::march::{March, MarchError};
 use crate::traces::{Arrival, Balance};
 
-/// Of the mass moved, in double precision.
+/// Tolerance of mass as a share of the mass moved, in double precision.
 const MASS: f64 = 1e-12;
-/// Of the heat moved.
+/// Tolerance of heat as a share of the heat moved.
 const HEAT: f64 = 2e-4;
 
-/// A case, and what of it is told.
+/// A case and the balances that are checked.
 struct Balanced {
     case: Case,
-    /// Whether its heat is more than what the gas carries at one temperature.
+    /// Whether heat is checked: not for gas flow at one temperature.
     of_heat: bool,
-    /// Whether its residual of heat is there to fall with the steps: above rounding, and of the steps alone.
+    /// Whether the order of the heat residual is checked: it must exceed rounding and come from the steps alone.
     of_order: bool,
 }
 
-/// Balances at the resolution of each case, and how that of heat closes as the clock is refined.
+/// Balances at the resolution of each case, and the order in the step of the heat balance.
 ///
 /// # Errors
 /// As [`March::march`].
@@ -50,40 +50,41 @@ pub(super) fn balances(march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
         let [heat, mass] = residuals(march, &case, 1)?;
         if of_heat {
             rows.push(row(
-                "heat in less heat out less heat stored",
-                "residual at the steps of the case",
+                "heat in − heat out − heat stored",
+                "residual of heat at the steps of the case",
                 heat,
                 HEAT,
                 "of the heat moved",
-                "a fiftieth of a per cent of the heat; wide: one limit for all cases, each at the steps of its own",
+                "0.02 % of the heat; wide: one limit for all cases, each at its own steps",
             ));
         }
         if of_order {
             let order = (heat / residuals(march, &case, 2)?[0]).log2();
-            rows.push(Row { group: Group::Balance, ..shortfall(&case.name, "itself at half", "Δt", order, 0.2) });
+            let row = shortfall(&case.name, "self-convergence, steps halved", "Δt", order, 0.2);
+            rows.push(Row { group: Group::Balance, ..row });
         }
         if case.gas.is_some() {
             rows.push(row(
-                "solid lost and gas in less gas out less gas stored",
+                "solid lost + gas in − gas out − gas stored",
                 "residual of mass at the steps of the case",
                 mass,
                 MASS,
                 "of the mass moved",
-                "rounding of some thousand steps in f64 is 1e-13 at most; wide: rounding adds up by chance",
+                "rounding of some thousand f64 steps is 1e-13 at most; wide: rounding errors partly cancel",
             ));
         }
     }
     Ok(rows)
 }
 
-/// What is left of heat and of mass, of what moved, with each step cut into so many; no number where it did not arrive.
+/// Residuals of heat and mass as shares of the amounts moved, each step cut into `cuts`; NaN if the march failed.
 fn residuals(march: &mut dyn March, case: &Case, cuts: usize) -> Result<[f64; 2], MarchError> {
     let traces = carried(march, case, 1, cuts)?;
     let balance = traces.balances.first().filter(|_| traces.arrivals == [Arrival::Done]);
     Ok([Balance::residual, Balance::mass_residual].map(|of| balance.map_or(f64::NAN, of).abs()))
 }
 
-/// Inert and charring, faces open and held, gas as it is made, by Darcy's law and driven in.
+/// Inert and charring layups, open and held faces, quasi-steady, Darcy and driven gas.
 fn cases() -> Vec<Balanced> {
     let balanced = |case, of_heat, of_order| Balanced { case, of_heat, of_order };
     let mut cases = vec![balanced(flexible::layup(), true, true)];

@@ -1,9 +1,8 @@
-//! Closed forms of one-dimensional conduction; of [`kinetics`] and of [`darcy`] flow apart.
+//! Closed forms of one-dimensional conduction; [`kinetics`] and [`darcy`] flow have modules of their own.
 //!
-//! Slabs are dimensionless: depth ξ = x/L below the heated face, Fourier number Fo = αt/L². Unless named
-//! otherwise the back face (ξ = 1) is insulated and the start is zero. Sources: Carslaw and Jaeger (1959),
-//! chapters 2 and 3; Beck, Blackwell and St. Clair (1985), chapter 1, whose numbers of the cases are given
-//! (X12B10T0 and the like).
+//! Slabs are dimensionless: depth ξ = x/L below the heated face, Fourier number Fo = αt/L². Unless stated otherwise the
+//! back face (ξ = 1) is insulated and the initial temperature is zero. Sources: Carslaw and Jaeger (1959), chapters 2
+//! and 3; Beck, Blackwell and St. Clair (1985), chapter 1, whose case numbers are given (such as X12B10T0).
 
 pub mod darcy;
 pub mod kinetics;
@@ -13,12 +12,12 @@ use std::ops::Range;
 
 pub use statrs::function::erf::erfc;
 
-/// Stefan–Boltzmann constant, W/m²/K⁴ (CODATA 2018): its own, so that the march is not checked by itself.
+/// Stefan–Boltzmann constant, W/m²/K⁴ (CODATA 2018). Not the constant of the march, which is under test.
 const STEFAN_BOLTZMANN: f64 = 5.670374419e-8;
-/// Gas constant, J/mol/K (CODATA 2018): its own as well.
+/// Gas constant, J/mol/K (CODATA 2018). Not the constant of the march either.
 const GAS_CONSTANT_J_MOL_K: f64 = 8.314462618;
 
-/// Σ term(n, λₙ) exp(−λₙ² Fo) over n = 1, 2, … until the exponential is beneath the last digit.
+/// Σ term(n, λₙ) exp(−λₙ² Fo) over n = 1, 2, … until the exponential is below rounding.
 fn decaying(fourier: f64, eigenvalue: impl Fn(f64) -> f64, term: impl Fn(f64, f64) -> f64) -> f64 {
     (1..)
         .map(|n| (f64::from(n), eigenvalue(f64::from(n))))
@@ -27,12 +26,12 @@ fn decaying(fourier: f64, eigenvalue: impl Fn(f64) -> f64, term: impl Fn(f64, f6
         .sum()
 }
 
-/// Face held at one (X12B10T0). Carslaw and Jaeger, §3.3.
+/// Face temperature one (X12B10T0). Carslaw and Jaeger, §3.3.
 pub fn held(fourier: f64, depth: f64) -> f64 {
     1.0 - decaying(fourier, |n| (n - 0.5) * PI, |_, lambda| 2.0 / lambda * (lambda * depth).sin())
 }
 
-/// Hot face held at one, back face at zero (X11B10T0). Carslaw and Jaeger, §3.4.
+/// Hot face at one, back face at zero (X11B10T0). Carslaw and Jaeger, §3.4.
 pub fn held_both(fourier: f64, depth: f64) -> f64 {
     1.0 - depth - decaying(fourier, |n| n * PI, |_, lambda| 2.0 / lambda * (lambda * depth).sin())
 }
@@ -49,9 +48,10 @@ pub fn heated_through(fourier: f64, depth: f64) -> f64 {
     heated(fourier, depth) - heated(fourier, 1.0 - depth)
 }
 
-/// Flux that rises as Fo: the integral of [`heated`] over the Fourier number, nothing before zero.
+/// Flux that rises as Fo: the integral of [`constant_flux`] over the Fourier number; zero for Fo ≤ 0.
 ///
-/// The modes' steady part is summed exactly: Σ cos(nz)/n⁴ = π⁴/90 − π²z²/12 + πz³/12 − z⁴/48, with z = πξ.
+/// The steady part of the series is summed in closed form: Σ cos(nz)/n⁴ = π⁴/90 − π²z²/12 + πz³/12 − z⁴/48, with z =
+/// πξ.
 pub fn ramped(fourier: f64, depth: f64) -> f64 {
     if fourier <= 0.0 {
         return 0.0;
@@ -62,13 +62,13 @@ pub fn ramped(fourier: f64, depth: f64) -> f64 {
     0.5 * fourier * fourier + fourier * (3.0 * height * height - 1.0) / 6.0 - 2.0 * steady + 2.0 * modes
 }
 
-/// Film to a gas at one, Biot number Bi = hL/k (X32B10T0). Carslaw and Jaeger, §3.10.
+/// Convection to a gas at one, Biot number Bi = hL/k (X32B10T0). Carslaw and Jaeger, §3.10.
 pub fn convected(biot: f64, fourier: f64, depth: f64) -> f64 {
     let term = |_, b: f64| 4.0 * b.sin() / (2.0 * b + (2.0 * b).sin()) * (b * (1.0 - depth)).cos();
     1.0 - decaying(fourier, |n| film_eigenvalue(biot, n), term)
 }
 
-/// The n-th root of b tan b = Bi, between (n − 1)π and (n − 1/2)π, by halving.
+/// The n-th root of b tan b = Bi, between (n − 1)π and (n − 1/2)π, by bisection.
 fn film_eigenvalue(biot: f64, n: f64) -> f64 {
     let (mut low, mut high) = ((n - 1.0) * PI, (n - 0.5) * PI);
     let below = |b: f64| sign(n) * (b * b.sin() - biot * b.cos()) > 0.0;
@@ -88,14 +88,13 @@ fn sign(n: f64) -> f64 {
     if n % 2.0 == 0.0 { 1.0 } else { -1.0 }
 }
 
-/// Half space under a constant flux, K: flux over conductivity (K/m), x and √(αt) in m. Carslaw and
-/// Jaeger, §2.9.
+/// Half space under a constant flux, K: flux over conductivity (K/m), x and √(αt) in m. Carslaw and Jaeger, §2.9.
 pub fn half_space_heated(gradient_k_m: f64, depth_m: f64, reach_m: f64) -> f64 {
     let eta = depth_m / (2.0 * reach_m);
     gradient_k_m * (2.0 * reach_m / PI.sqrt() * (-eta * eta).exp() - depth_m * erfc(eta))
 }
 
-/// Half space under a film to a gas at one; film over conductivity in 1/m. Carslaw and Jaeger, §2.7.
+/// Half space with convection to a gas at one; film coefficient over conductivity in 1/m. Carslaw and Jaeger, §2.7.
 pub fn half_space_convected(film_1_m: f64, depth_m: f64, reach_m: f64) -> f64 {
     let eta = depth_m / (2.0 * reach_m);
     let lift = film_1_m * reach_m;
@@ -116,14 +115,14 @@ pub fn held_sine(omega: f64, fourier: f64, depth: f64) -> f64 {
     (1.0 - depth) * (omega * fourier).sin() - modes
 }
 
-/// Rise of temperature that belongs to a Kirchhoff-transformed rise θ where k/k₀ = 1 + b ΔT: the root of
-/// θ = ΔT + b ΔT²/2. With ρc ∝ k the transformed equation is linear. Carslaw and Jaeger, §1.6.
+/// Temperature rise of a Kirchhoff-transformed rise θ for k/k₀ = 1 + b ΔT: the root of θ = ΔT + b ΔT²/2. With ρc ∝ k
+/// the transformed equation is linear. Carslaw and Jaeger, §1.6.
 pub fn untransformed_k(theta_k: f64, slope_1_k: f64) -> f64 {
     ((1.0 + 2.0 * slope_1_k * theta_k).sqrt() - 1.0) / slope_1_k
 }
 
-/// Time in which a plate of a heat capacity (J/m²/K) cools by radiation from one temperature to another
-/// before surroundings, K; the integral of C dT/(εσ(T⁴ − T_s⁴)) by partial fractions.
+/// Time in which a plate of a heat capacity (J/m²/K) cools by radiation to its surroundings (K): the integral of
+/// C dT/(εσ(T⁴ − T_s⁴)) by partial fractions.
 pub fn cooling_time_s(capacity_j_m2_k: f64, emissivity: f64, surroundings_k: f64, from_k: f64, to_k: f64) -> f64 {
     let primitive =
         |t: f64| ((t + surroundings_k) / (t - surroundings_k).abs()).ln() + 2.0 * (t / surroundings_k).atan();
@@ -131,7 +130,7 @@ pub fn cooling_time_s(capacity_j_m2_k: f64, emissivity: f64, surroundings_k: f64
     capacity_j_m2_k / scale * (primitive(to_k) - primitive(from_k))
 }
 
-/// Time in which a plate heats under an absorbed flux (W/m²) that it radiates back to nothing.
+/// Time in which a plate heats under an absorbed flux (W/m²) and radiates to surroundings at 0 K.
 pub fn heating_time_s(capacity_j_m2_k: f64, emissivity: f64, flux_w_m2: f64, from_k: f64, to_k: f64) -> f64 {
     let end_k = (flux_w_m2 / (emissivity * STEFAN_BOLTZMANN)).powf(0.25);
     let primitive = |t: f64| 0.5 * ((end_k + t) / (end_k - t)).ln() + (t / end_k).atan();
@@ -139,8 +138,8 @@ pub fn heating_time_s(capacity_j_m2_k: f64, emissivity: f64, flux_w_m2: f64, fro
     capacity_j_m2_k / scale * (primitive(to_k) - primitive(from_k))
 }
 
-/// Steady temperature of a face that radiates what a conductance brings from a held face, K; by Newton's
-/// method, which converges from the hot side because the balance is convex.
+/// Steady temperature (K) of a radiating face behind a conductance from a held face, by Newton's method. It converges
+/// from the hot side because the balance is convex.
 pub fn radiating_end_k(conductance_w_m2_k: f64, held_k: f64, emissivity: f64, surroundings_k: f64) -> f64 {
     let radiance = emissivity * STEFAN_BOLTZMANN;
     (0..50).fold(held_k, |t, _| {
@@ -154,13 +153,13 @@ pub fn black_w_m2(temperature_k: f64) -> f64 {
     STEFAN_BOLTZMANN * temperature_k.powi(4)
 }
 
-/// Temperature of a lumped plate after a time, K: dT/dt = `rate_k_s(t, T)` in steps of a second at most.
+/// Temperature of a lumped plate, K: dT/dt = `rate_k_s(t, T)`, Runge–Kutta in steps of at most 1 s.
 pub fn lumped_k(start_k: f64, time_s: f64, rate_k_s: impl Fn(f64, f64) -> f64) -> f64 {
     carried([start_k], 0.0..time_s, 1.0, |t, [temperature_k]| [rate_k_s(t, temperature_k)])[0]
 }
 
-/// The end of a system of ordinary differential equations y' = `rate(t, y)` over a span, by the classical fourth-order
-/// Runge–Kutta scheme in equal steps that are no longer than `step_s`.
+/// The final state of y' = `rate(t, y)` over a time span, by the classical fourth-order Runge–Kutta scheme in equal
+/// steps of at most `step_s`.
 pub fn carried<const N: usize>(
     start: [f64; N],
     span_s: Range<f64>,
@@ -207,7 +206,7 @@ mod tests {
         meets(20.0 + 100.0 * convected(0.1, 0.1, 1.0), 20.077_740_933_712_7, 1e-10);
     }
 
-    // The library's erfc holds ten digits, four more than the march is asked for.
+    // The library's erfc has ten digits, four more than the march must reach.
     #[test]
     fn half_space_forms_meet_their_tables_of_eighteen_digits() {
         let reach_m = (1e-6_f64 * 60.0).sqrt();

@@ -1,14 +1,12 @@
-//! Does the march solve the equation it says it solves?
+//! Verification: does the march solve its equations, and does the minimiser find known optima?
 //!
-//! Five questions, a group of rows each: does it meet exact solutions, does its error vanish at the order it claims,
-//! does it agree with other people's codes, does it do so with adapted cells and steps within the error that it
-//! reports, and is what comes in, less what goes out, stored? A row names its reference and where its tolerance comes
-//! from; tolerances are those of the references, never of the march. [`least_squares`] asks whether the minimiser,
-//! which no march has a part in, finds what is known to be there, and [`twins`] the last: do two marches agree with
-//! each other?
+//! Groups of evidence: closed forms ([`exact`]), observed orders of accuracy ([`orders`]), other codes and standards,
+//! the same problems with adapted cells and steps, balances of heat and mass, certified least-squares problems
+//! ([`least_squares`]), and backends against each other ([`cross_backend`]). Each row names its reference and the
+//! source of its tolerance. A tolerance comes from the reference, never from the march.
 //!
-//! The references are closed forms evaluated here ([`exact`]) and published figures re-typed under
-//! `data/verification`. Cylinders and spheres are out of scope, as the march is planar.
+//! Published figures are re-typed under `data/verification`. Cylinders and spheres are out of scope: the march is
+//! planar.
 
 mod adapted;
 mod balances;
@@ -36,13 +34,13 @@ pub enum Group {
     Orders,
     /// Other people's codes and standards.
     Codes,
-    /// Both as an analyst gets them: adapted, extrapolated.
+    /// Exact solutions and codes with adapted cells and steps, extrapolated.
     Adapted,
-    /// What came in less what went out less what is stored, of heat and of mass.
+    /// Balances of heat and mass: inflow less outflow less storage.
     Balance,
-    /// The minimiser against problems whose answers are known.
+    /// The minimiser against problems with known optima.
     Fit,
-    /// Marches against each other.
+    /// Backends, precisions and derivatives against the CPU in double precision.
     Twins,
 }
 
@@ -68,29 +66,29 @@ impl Group {
 /// One comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// What kind of evidence it is.
+    /// The kind of evidence.
     pub group: Group,
-    /// The problem.
+    /// The name of the problem.
     pub case: String,
-    /// Where the expected value comes from.
+    /// Source of the expected value.
     pub reference: String,
-    /// What is compared, with its unit.
+    /// The quantity compared.
     pub quantity: String,
-    /// Largest difference; infinite or no number where the march did not arrive.
+    /// Largest difference; infinite or NaN where the march did not complete.
     pub difference: f64,
-    /// The largest difference that passes.
+    /// Largest difference that passes.
     pub tolerance: f64,
-    /// Of difference and tolerance.
+    /// Unit of difference and tolerance.
     pub unit: String,
-    /// Why the tolerance is as wide as it is.
+    /// Reason for the size of the tolerance.
     pub source_of_tolerance: String,
 }
 
-/// What comes before the reason, in the source of a tolerance, why it is more than ten times the difference.
+/// Separates, in the source of a tolerance, the reason for more than ten times the difference.
 pub const WIDE: &str = "; wide: ";
 
 impl Row {
-    /// Whether the difference is within the tolerance; what is no number is not.
+    /// Whether the difference is within the tolerance; NaN is not.
     pub fn pass(&self) -> bool {
         self.difference <= self.tolerance
     }
@@ -105,7 +103,7 @@ impl Row {
         self.is_wide() && !self.source_of_tolerance.contains(WIDE)
     }
 
-    /// Where the tolerance comes from; why it is wide only if it is.
+    /// The source of the tolerance, with the reason for a wide one only if it is wide.
     pub fn source(&self) -> &str {
         match self.source_of_tolerance.split_once(WIDE) {
             Some((source, _)) if !self.is_wide() => source,
@@ -114,7 +112,7 @@ impl Row {
     }
 }
 
-/// Every row of some groups, in their order: `march` against references, `marches` against the processor.
+/// The rows of some groups, in order: `march` against references, `marches` against the CPU.
 ///
 /// # Errors
 /// As [`March::march`].
@@ -137,10 +135,10 @@ pub fn rows(march: &mut dyn March, marches: &mut [Box<dyn March>], groups: &[Gro
     Ok(rows)
 }
 
-/// Columns of the table at most, where no single text is longer.
+/// Columns of the text table, unless a single text is longer.
 const COLUMNS: usize = 100;
 
-/// Rows as text: a line for the figures and, indented under it, what they are of and where they come from.
+/// Rows as text: a line with the numbers, then, indented, quantity, reference and source of the tolerance.
 pub fn table(rows: &[Row]) -> String {
     let case_width = rows.iter().map(|row| row.case.chars().count()).max().unwrap_or(0);
     let mut text = String::new();
@@ -167,9 +165,9 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
-/// Largest difference between two marches of an ensemble, over every member, sensor and instant, K.
+/// Largest difference between two marches of an ensemble over members, sensors and instants, K.
 ///
-/// Infinite where a member arrived in one march and not in the other, or a temperature is no number.
+/// Infinite if a member completed in only one of the marches, or a temperature is NaN.
 ///
 /// # Errors
 /// As [`March::march`].

@@ -1,9 +1,8 @@
-//! Does the error vanish as it should when grid and clock are refined?
+//! Observed orders of accuracy in space and time.
 //!
-//! An accurate answer may be luck; an order is not. With errors e at a resolution and e' at twice that,
-//! the observed order is log₂(e/e'). Where no exact solution is at hand, e is the difference between
-//! successive resolutions, and the order is the mean of several: a property's table has a corner every few
-//! kelvin, which makes single ones scatter by a tenth.
+//! With errors e at one resolution and e' at twice that, the observed order is log₂(e/e'). Without an exact solution e
+//! is the difference between successive resolutions (self-convergence), and the order is the mean over several
+//! refinements: property tables have a corner every few kelvin, which makes single orders scatter by 0.1.
 
 use super::problem::{Check, Measure, Problem, Setting, insulated, points};
 use super::problems::charring::smooth;
@@ -20,7 +19,7 @@ use crate::traces::{Gauge, Traces};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Orders of accuracy in space and time, of a solution known for all times and of the case of every day.
+/// Orders of accuracy in space and time, for an exact solution, a typical flexible layup and charring felts.
 ///
 /// # Errors
 /// As [`March::march`].
@@ -50,9 +49,9 @@ pub fn orders(march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
     Ok(rows)
 }
 
-const HALVED: &str = "itself, finer and finer";
+const HALVED: &str = "self-convergence";
 
-/// Orders of a felt that chars with gas on its way out, and of the same felt where nothing happens to it.
+/// Orders of a charring felt with gas flow.
 fn charring(march: &mut dyn March, path: GasPath) -> Result<Vec<Row>, MarchError> {
     let case = smooth(path, 1e-13);
     let coarse = Case { resolution: Resolution { cells: 80, ..case.resolution }, ..case.clone() };
@@ -68,12 +67,12 @@ fn charring(march: &mut dyn March, path: GasPath) -> Result<Vec<Row>, MarchError
         Row {
             group: Group::Orders,
             case: case.name.clone(),
-            reference: "itself in an eighth of the steps' length".to_owned(),
+            reference: "self-convergence, steps cut in eight".to_owned(),
             quantity: "temperatures at the default steps, largest difference".to_owned(),
             difference: largest(&finer_steps[0].temperatures_k, &finer_steps[3].temperatures_k),
             tolerance: 0.5,
             unit: "K".to_owned(),
-            source_of_tolerance: "what the held TACOT is held to".to_owned(),
+            source_of_tolerance: "the tolerance of the problem \"TACOT held at 1644 K\"".to_owned(),
         },
         of("mass lost", "Δx", observed(&finer_cells, gauged(Gauge::MassLost)), 0.1),
         of("mass lost", "Δt", observed(&finer_steps, gauged(Gauge::MassLost)), 0.1),
@@ -89,8 +88,8 @@ fn charring(march: &mut dyn March, path: GasPath) -> Result<Vec<Row>, MarchError
 
 const THICKNESS_M: f64 = 0.02;
 
-/// A slab of [`kirchhoff_material`] between insulated faces, whose transformed temperature is a decaying
-/// cosine: a solution without a source, smooth from the start.
+/// A slab of [`kirchhoff_material`] between insulated faces whose transformed temperature is a decaying cosine: a
+/// smooth solution without a source.
 fn cosine(cells: usize, step_s: f64, wave_s: f64) -> Problem {
     let rise_k = |depth_m: f64, time_s: f64| {
         let theta_k = 600.0 + 450.0 * (-time_s / wave_s).exp() * (PI * depth_m / THICKNESS_M).cos();
@@ -115,13 +114,13 @@ fn cosine(cells: usize, step_s: f64, wave_s: f64) -> Problem {
         growth: 1.0,
     };
     let mut problem = Problem::new(Group::Orders, "cosine", setting, vec![check]).stepped(step_s);
-    // Straight lines between so many points are off by a millionth of the least error measured.
+    // Linear interpolation between so many points is accurate to 1e-6 of the smallest error measured.
     let profile = (0..=20_000).map(|i| THICKNESS_M * f64::from(i) / 20_000.0).map(|x| (x, rise_k(x, 0.0)));
     problem.case.exposure.initial_k = profile.collect();
     problem
 }
 
-/// The felt that chars, of stuff that does not: what tells its order in the step from that of conduction and faces.
+/// The charring felt without reactions: it isolates the order in the step of conduction and faces.
 fn inert() -> Case {
     let mut case = smooth(GasPath::Unhindered, 0.0);
     "charring felt, reactions off".clone_into(&mut case.name);
@@ -140,13 +139,12 @@ fn in_time(cuts: usize) -> (usize, usize) {
     (1, cuts)
 }
 
-/// The case with its cells and steps cut into ever more.
+/// Marches of the case at each refinement (cells, steps).
 fn refined(march: &mut dyn March, case: &Case, cuts: &[(usize, usize)]) -> Result<Vec<Traces>, MarchError> {
     cuts.iter().map(|&(cells, steps)| carried(march, case, cells, steps)).collect()
 }
 
-/// The mean order at which a reading's differences from one resolution to the next fall as either is halved; no
-/// number where there is no such reading.
+/// Mean observed order of a reading over successive halvings; NaN without such a reading.
 fn observed(marches: &[Traces], read: impl Fn(&Traces) -> &[f64]) -> f64 {
     let errors: Vec<f64> = marches.windows(2).map(|pair| root_mean_square(read(&pair[0]), read(&pair[1]))).collect();
     let halvings = errors.len() - 1;
@@ -161,7 +159,7 @@ fn gauged(gauge: Gauge) -> impl Fn(&Traces) -> &[f64] {
     move |traces| traces.gauge(0, gauge).unwrap_or_default()
 }
 
-/// The case with each cell and each step cut into so many.
+/// A march with each cell and each step cut into `cells` and `steps` parts.
 pub(super) fn carried(march: &mut dyn March, case: &Case, cells: usize, steps: usize) -> Result<Traces, MarchError> {
     march.march(&Plan::finer(case, cells, steps), &Ensemble::at(0, Vec::new()), 0..1)
 }
@@ -171,13 +169,13 @@ fn root_mean_square(one: &[f64], other: &[f64]) -> f64 {
     (squares / one.len() as f64).sqrt()
 }
 
-/// The largest difference; no number where one is none, or there is nothing to compare.
+/// The largest difference; NaN if one is NaN or there is nothing to compare.
 fn largest(one: &[f64], other: &[f64]) -> f64 {
     let differences = one.iter().zip(other).map(|(a, b)| (a - b).abs());
     differences.reduce(|most, next| if next <= most { most } else { next }).unwrap_or(f64::NAN)
 }
 
-/// How far an observed order stays under second order.
+/// A row that fails if an observed order is below second order by more than the tolerance.
 pub(super) fn shortfall(case: &str, reference: &str, step: &str, order: f64, tolerance: f64) -> Row {
     Row {
         group: Group::Orders,
@@ -186,9 +184,9 @@ pub(super) fn shortfall(case: &str, reference: &str, step: &str, order: f64, tol
         quantity: format!("order {order:.2} in {step}"),
         difference: 2.0 - order,
         tolerance,
-        unit: "under 2".to_owned(),
+        unit: "below order 2".to_owned(),
         source_of_tolerance: format!(
-            "an order of {:.1} or more is second order; wide: terms of higher order move it by hundredths",
+            "an order of {:.1} or more counts as second order; wide: higher-order terms change it by hundredths",
             2.0 - tolerance
         ),
     }

@@ -1,4 +1,4 @@
-//! A problem: a case, and what it should read according to someone else.
+//! A problem: a case with its reference values.
 
 use super::{Group, Row};
 use crate::case::{
@@ -13,40 +13,40 @@ use crate::plan::Plan;
 use crate::traces::{Arrival, Gauge};
 use std::sync::Arc;
 
-/// A case with its reference beside it.
+/// A case with its reference values.
 pub struct Problem {
-    /// What kind of evidence it is.
+    /// The kind of evidence.
     pub group: Group,
-    /// Its sensors and instants are those of the points of all checks.
+    /// The case; its sensors and instants are those of the reference points.
     pub case: Case,
-    /// What is compared.
+    /// The comparisons.
     pub checks: Vec<Check>,
 }
 
-/// What a case should read, and how nearly.
+/// Reference values and their tolerance.
 pub struct Check {
-    /// Where the expected values come from.
+    /// Source of the expected values.
     pub reference: &'static str,
-    /// What is compared, with its unit.
+    /// The quantity compared.
     pub quantity: &'static str,
-    /// Where and when.
+    /// Reference points.
     pub points: Vec<Point>,
-    /// In the unit of the measure.
+    /// Largest difference that passes, in the unit of the measure.
     pub tolerance: f64,
-    /// How differences are summed up.
+    /// Scaling of the differences.
     pub measure: Measure,
-    /// Why the tolerance is as wide as it is.
+    /// Reason for the size of the tolerance.
     pub source_of_tolerance: &'static str,
 }
 
-/// What is read, when, and what it should be.
+/// A reference value of an observable at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Where.
+    /// Temperature at a depth, or gauge.
     pub place: Place,
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
-    /// K at a depth, in its own unit of a gauge.
+    /// Expected value: K at a depth, the gauge's own unit for a gauge.
     pub value: f64,
 }
 
@@ -57,12 +57,12 @@ impl Point {
     }
 }
 
-/// What a point reads.
+/// An observable of a march.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
-    /// The temperature so many m below the hot face.
+    /// Temperature at a depth below the hot face, m.
     Depth(f64),
-    /// A gauge of the member as a whole.
+    /// A gauge of the whole member.
     Gauge(Gauge),
 }
 
@@ -75,14 +75,14 @@ impl Place {
     }
 }
 
-/// What a difference is measured in.
+/// Scaling of a difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
-    /// The unit of what is read.
+    /// Absolute, in the unit of the observable.
     Plain,
-    /// A share of what drives the problem, in the unit of what is read.
+    /// Relative to a driving value, in the unit of the observable.
     ShareOf(f64),
-    /// A share of each figure of the reference itself, for figures that stay clear of zero.
+    /// Relative to each reference value, for values far from zero.
     Relative,
 }
 
@@ -105,11 +105,11 @@ impl Measure {
     }
 }
 
-/// What a problem is made of.
+/// Layup, faces and resolution of a problem.
 pub struct Setting {
     /// Material and thickness (m), from the hot face to the back.
     pub plies: Vec<(Arc<Material>, f64)>,
-    /// Uniform temperature at the start, K.
+    /// Uniform initial temperature, K.
     pub start_k: f64,
     /// The exposed face.
     pub hot_face: Face,
@@ -117,14 +117,14 @@ pub struct Setting {
     pub back_face: Face,
     /// Cells through the thickness.
     pub cells: usize,
-    /// The first step after a corner, s.
+    /// First step after a corner of a schedule, s.
     pub first_step_s: f64,
-    /// A step is at most this share of the time since the last corner.
+    /// Largest step as a share of the time since the last corner.
     pub growth: f64,
 }
 
 impl Problem {
-    /// The problem lasts until the last point of its checks.
+    /// A problem that ends at the last of its reference points.
     pub fn new(group: Group, name: &str, setting: Setting, mut checks: Vec<Check>) -> Self {
         let Setting { plies, start_k, hot_face, back_face, cells, first_step_s, growth } = setting;
         let layup = layup(plies);
@@ -169,33 +169,33 @@ impl Problem {
         Self { group, case, checks }
     }
 
-    /// The problem with a gas that makes its way through the layup.
+    /// The problem with gas flow.
     pub fn seeped(mut self, path: GasPath, gas: Arc<Gas>) -> Self {
         self.case.gas = Some(GasFlow { path, gas });
         self
     }
 
-    /// The problem on stated cells, with steps of at most this share of the time since the last corner.
+    /// The problem with a given number of cells and step growth, without adaptation.
     pub fn stated(mut self, cells: usize, growth: f64) -> Self {
         self.case.resolution = Resolution { tolerance_k: None, cells, growth, ..self.case.resolution };
         self
     }
 
-    /// The problem in equal steps.
+    /// The problem with equal steps.
     pub fn stepped(mut self, step_s: f64) -> Self {
         self.case.resolution =
             Resolution { first_step_s: step_s, growth: 1.0, largest_step_s: step_s, ..self.case.resolution };
         self
     }
 
-    /// March the case and hold it against every check.
+    /// March the case and compare it with every check.
     ///
     /// # Errors
     /// As [`March::march`].
     pub fn rows(&self, march: &mut dyn March) -> Result<Vec<Row>, MarchError> {
         let plan = pilot(&self.case)?;
         let ensemble = Ensemble::at(0, Vec::new());
-        // At cells and steps of its own a problem judges the scheme; for a tolerance, what an analyst gets.
+        // A problem without a tolerance tests the scheme at given cells and steps; with one, the adapted march.
         let traces = match plan.reached {
             None => march.march(&plan, &ensemble, 0..1)?,
             Some(_) => march_both(march, &plan, &ensemble, 0..1)?,
@@ -215,7 +215,7 @@ impl Problem {
         let rows = self.checks.iter().map(|check| {
             let worst = check.points.iter().fold(0.0, |worst: f64, point| {
                 let off = check.measure.of(read(point).unwrap_or(f64::NAN), point.value);
-                // What is no number must not be forgotten at the next point.
+                // `max` would drop a NaN at the next point.
                 if off.is_nan() { f64::INFINITY } else { worst.max(off) }
             });
             Row {
@@ -233,7 +233,7 @@ impl Problem {
     }
 }
 
-/// Points of a formula over depths and times.
+/// Points of a formula of depth and time.
 pub fn points(depths_m: &[f64], times_s: &[f64], temperature_k: impl Fn(f64, f64) -> f64) -> Vec<Point> {
     let at = |&time_s: &f64| {
         let value = &temperature_k;
@@ -242,7 +242,7 @@ pub fn points(depths_m: &[f64], times_s: &[f64], temperature_k: impl Fn(f64, f64
     times_s.iter().flat_map(at).collect()
 }
 
-/// The same depths and times with the temperatures of a formula.
+/// The same depths and times, with temperatures of a formula.
 pub fn instead(points: &[Point], temperature_k: impl Fn(f64, f64) -> f64) -> Vec<Point> {
     let of = |point: &Point| match point.place {
         Place::Depth(depth_m) => Point::at(depth_m, point.time_s, temperature_k(depth_m, point.time_s)),
@@ -251,12 +251,12 @@ pub fn instead(points: &[Point], temperature_k: impl Fn(f64, f64) -> f64) -> Vec
     points.iter().map(of).collect()
 }
 
-/// Points of a formula of a gauge over times.
+/// Points of a gauge from a formula of time.
 pub fn gauged(gauge: Gauge, times_s: &[f64], value: impl Fn(f64) -> f64) -> Vec<Point> {
     times_s.iter().map(|&time_s| Point { place: Place::Gauge(gauge), time_s, value: value(time_s) }).collect()
 }
 
-/// A substance of the given properties; what a table leaves open is held at its end.
+/// A material; tables are constant beyond their ends.
 pub fn material(density_kg_m3: f64, heat_capacity: Table, conductivity: Table) -> Arc<Material> {
     Arc::new(Material {
         id: "reference".to_owned(),
@@ -276,17 +276,17 @@ pub fn material(density_kg_m3: f64, heat_capacity: Table, conductivity: Table) -
     })
 }
 
-/// Where the properties of a problem come from.
+/// Provenance of the properties of a problem.
 pub(super) fn provenance() -> Provenance {
     Provenance { mark: Mark::Read, source: "the reference problem".to_owned(), relative_uncertainty: 0.0 }
 }
 
-/// A substance of constant properties: W/m/K and J/m³/K.
+/// A material of constant conductivity (W/m/K) and volumetric heat capacity (J/m³/K).
 pub fn constant(conductivity_w_m_k: f64, capacity_j_m3_k: f64) -> Arc<Material> {
     material(1.0, Table::constant(capacity_j_m3_k), Table::constant(conductivity_w_m_k))
 }
 
-/// A table held at its ends.
+/// A table that is constant beyond its ends.
 pub fn clamped(temperatures_k: Vec<f64>, values: Vec<f64>) -> Table {
     Table { temperatures_k, values, outside: OutOfRange::Clamp }
 }
@@ -296,7 +296,7 @@ pub fn held(temperature_k: f64) -> Face {
     Face::Held(Schedule::constant(temperature_k))
 }
 
-/// A face through which nothing passes.
+/// An adiabatic, impermeable face.
 pub fn insulated() -> Face {
     Face::Open(OpenFace::insulated())
 }
@@ -306,7 +306,7 @@ pub fn heated(flux_w_m2: f64) -> Face {
     Face::Open(OpenFace { flux_w_m2: Schedule::constant(flux_w_m2), ..OpenFace::insulated() })
 }
 
-/// A face under a film to a gas.
+/// A face with convection to a gas.
 pub fn convected(film_w_m2_k: f64, gas_k: f64) -> Face {
     Face::Open(OpenFace { film_w_m2_k, gas_k: Schedule::constant(gas_k), ..OpenFace::insulated() })
 }
@@ -322,13 +322,13 @@ fn layup(plies: Vec<(Arc<Material>, f64)>) -> Layup {
     Layup { plies: plies.into_iter().enumerate().map(ply).collect(), contacts_w_m2_k, origin_m: 0.0 }
 }
 
-/// A depth, or the interface that it means: sums of thicknesses differ from it in the last digit.
+/// The interface at this depth up to rounding, else the depth itself.
 fn snapped_m(layup: &Layup, depth_m: f64) -> f64 {
     let near = |face_m: &f64| (face_m - depth_m).abs() < 1e-9 * layup.back_m();
     layup.faces_m().into_iter().find(near).unwrap_or(depth_m)
 }
 
-/// One at each depth of the points; one at least, to carry their times.
+/// A sensor at each depth of the points; at least one, which carries their times.
 fn sensors(points: &[Point]) -> Vec<Sensor> {
     let depth_m = |point: &Point| match point.place {
         Place::Depth(depth_m) => Some(depth_m),
@@ -346,8 +346,7 @@ fn sensors(points: &[Point]) -> Vec<Sensor> {
         .collect()
 }
 
-/// The times of the points as if something had been measured then: this makes the march read what it reads when it is
-/// due.
+/// Placeholder observations at the times of the points: the march then has an instant at each of them.
 fn observed(points: &[Point], start_k: f64) -> Observation {
     let mut times_s: Vec<f64> = points.iter().map(|point| point.time_s).collect();
     times_s.sort_by(f64::total_cmp);
@@ -356,7 +355,7 @@ fn observed(points: &[Point], start_k: f64) -> Observation {
     Observation { sensor: 0, times_s, temperatures_k: vec![start_k; count], sigma_k: vec![1.0; count], window_s: None }
 }
 
-/// The instant at a time; a clock takes times closer than a billionth of the march for one.
+/// The index of the instant at a time. Times closer than 1e-9 of the duration are one instant.
 fn instant(plan: &Plan, time_s: f64) -> Option<usize> {
     let close_s = 2e-9 * plan.instants_s.last().copied().unwrap_or_default();
     plan.instants_s.iter().position(|instant_s| (instant_s - time_s).abs() <= close_s)

@@ -1,15 +1,14 @@
 //! Random cases: the text of a case file from a seed.
 //!
-//! They hold a claim of the march against layups and exposures that nobody chose: 1 to 12 plies of the built-in
-//! materials from 25 µm to 8 mm, every kind of face, schedules with jumps, ramps and many corners, contacts, holders,
-//! decomposition and gas.
+//! They test claims on layups and exposures that nobody chose: 1 to 12 plies of built-in materials from 25 µm to 8 mm,
+//! every kind of face, schedules with jumps, ramps and many corners, contacts, holders, decomposition and gas.
 
 use crate::case::{Case, CaseError};
 use crate::chance::Numbers;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// Built-in materials that random layups are made of, and the thinnest and thickest ply of each, m.
+/// Built-in materials of random layups, with the thinnest and thickest ply of each, m.
 const MATERIALS: [(&str, f64, f64); 11] = [
     ("nextel440-bf20", 0.1e-3, 1.0e-3),
     ("sic-5hs", 0.1e-3, 1.0e-3),
@@ -24,13 +23,13 @@ const MATERIALS: [(&str, f64, f64); 11] = [
     ("kkl", 25e-6, 0.2e-3),
 ];
 
-/// The stream of the numbers that a case is made of.
+/// Stream of the random numbers.
 const STREAM: u64 = 26;
 
 /// The case of a seed.
 ///
 /// # Errors
-/// None that a seed is known to make; the text is validated as any case file is.
+/// As [`Case::from_toml`]; no seed is known that fails.
 pub fn random_case(seed: u64) -> Result<Case, CaseError> {
     Case::from_toml(&random_case_toml(seed), &format!("random-{seed}"), &BTreeMap::new())
 }
@@ -40,7 +39,7 @@ pub fn random_case_toml(seed: u64) -> String {
     Text { numbers: Numbers::of(seed, STREAM), toml: String::new() }.case()
 }
 
-/// A case file as it is written.
+/// Writer of a case file.
 struct Text {
     numbers: Numbers,
     toml: String,
@@ -67,7 +66,7 @@ impl Text {
         self.hot_face(duration_s, is_decomposing);
         self.back_face(duration_s);
         if is_darcy {
-            // Gas barriers let nothing through: what is made behind one leaves by the back.
+            // Gas barriers are impermeable: gas made behind one leaves by the back.
             self.line(&format!("pressure = \"{pressure_pa:.0} Pa\""));
         }
         if self.chance(0.15) {
@@ -83,18 +82,18 @@ impl Text {
         self.toml
     }
 
-    /// Plies from the hot face on; their thicknesses, m.
+    /// Writes plies from the hot face to the back; returns their thicknesses, m.
     fn plies(&mut self, is_decomposing: bool, is_darcy: bool) -> Vec<f64> {
         let count = 1 + self.numbers.below(12);
         (0..count)
             .map(|ply| {
                 let drawn = self.numbers.below(MATERIALS.len());
                 let drawn = match MATERIALS[drawn].0 {
-                    // Something has to decompose, or the case is refused.
+                    // A case with decomposition needs a ply that decomposes.
                     _ if is_decomposing && ply == 0 => 2 + drawn % 2,
-                    // Its enthalpies are absolute, those of the others sensible: they do not share a gas.
+                    // TACOT has absolute enthalpies, the others sensible ones: they cannot share a gas.
                     "tacot" if is_decomposing => 0,
-                    // Gas that a barrier makes of itself has no way out by Darcy's law.
+                    // With Darcy's law, gas made inside a barrier cannot leave.
                     "akk" | "kkl" if is_darcy => 1,
                     _ => drawn,
                 };
@@ -172,8 +171,7 @@ impl Text {
         }
     }
 
-    /// A schedule between two values: constant, a pulse of ramps, a jump, random corners, or a noisy measurement at 50
-    /// Hz at most.
+    /// A schedule between two values: constant, ramped pulse, jump, random corners, or noise at up to 50 Hz.
     fn schedule(&mut self, duration_s: f64, low: f64, high: f64, unit: &str) -> String {
         let top = low + (high - low) * (0.1 + 0.9 * self.numbers.unit());
         let mut points: Vec<(f64, f64)> = Vec::new();
@@ -195,7 +193,7 @@ impl Text {
                 points.extend((0..=corners).map(|i| (duration_s * i as f64 / corners as f64, value(self))));
             }
             _ => {
-                // Corners closer than any step that a smooth schedule would need.
+                // Corners closer than the steps that a smooth schedule needs.
                 let every_s = (duration_s / 500.0).max(0.02);
                 let samples = (0.8 * duration_s / every_s) as usize;
                 let noise = 0.05 * (top - low);

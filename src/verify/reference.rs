@@ -1,13 +1,13 @@
 //! Published figures, re-typed into `data/verification` and built into the library.
 //!
-//! A file is a few lines of `#` naming its public source, version and licence, a header
-//! `series,time_s,<depth in m>,…`, and a row a series and time. Where no temperature is read a column has a name in
-//! place of a depth, and a figure that was not published is left out.
+//! A file has lines of `#` that name its public source, version and licence, a header `series,time_s,<depth in m>,…`,
+//! and one row per series and time. Columns that are not temperatures have a name in place of a depth. Figures that
+//! were not published are empty.
 
 use super::problem::{Place, Point};
 use crate::traces::Gauge;
 
-/// The points of one series of a file; its zero of temperature in K is added to every figure.
+/// The points of one series of a file; `zero_k` is added to every temperature.
 pub(super) fn points(file: &str, series: &str, zero_k: f64) -> Vec<Point> {
     let (header, rows) = table(file);
     let depths_m: Vec<f64> = header[2..].iter().map(|depth| number(depth)).collect();
@@ -21,18 +21,18 @@ pub(super) fn points(file: &str, series: &str, zero_k: f64) -> Vec<Point> {
     points
 }
 
-/// The points of a gauge from one named column of a series.
+/// The points of a gauge from a named column of a series.
 pub(super) fn gauged(file: &str, series: &str, column: &str, gauge: Gauge) -> Vec<Point> {
     let figures = named(file, series, column).into_iter();
     figures.map(|(time_s, value)| Point { place: Place::Gauge(gauge), time_s, value }).collect()
 }
 
-/// The figures of one named column of a series over their times, s.
+/// Times (s) and values of a named column of a series.
 pub(super) fn named(file: &str, series: &str, column: &str) -> Vec<(f64, f64)> {
     let (header, rows) = table(file);
     let index = header.iter().position(|name| *name == column).unwrap_or_else(|| panic!("no column {column:?}"));
-    let told = rows.iter().filter(|row| row[0] == series && !row[index].is_empty());
-    let figures: Vec<(f64, f64)> = told.map(|row| (number(row[1]), number(row[index]))).collect();
+    let published = rows.iter().filter(|row| row[0] == series && !row[index].is_empty());
+    let figures: Vec<(f64, f64)> = published.map(|row| (number(row[1]), number(row[index]))).collect();
     assert!(!figures.is_empty(), "no series {series:?} in the file that begins {:?}", file.lines().next());
     figures
 }
@@ -43,7 +43,7 @@ pub(super) fn columns(file: &str) -> Vec<Vec<f64>> {
     (0..header.len()).map(|column| rows.iter().map(|row| number(row[column])).collect()).collect()
 }
 
-/// Header and rows, in their fields.
+/// Fields of the header and of the rows.
 fn table(file: &str) -> (Vec<&str>, Vec<Vec<&str>>) {
     let mut lines = file.lines().filter(|line| !line.starts_with('#')).map(|line| line.split(',').collect());
     (lines.next().unwrap_or_default(), lines.collect())
@@ -68,12 +68,12 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "no series \"C\"")]
-    fn a_series_that_is_not_there_is_not_passed_over() {
+    fn a_missing_series_panics() {
         points(FILE, "C", 0.0);
     }
 
     #[test]
-    fn a_named_column_skips_what_was_not_published() {
+    fn a_named_column_skips_empty_fields() {
         let file = "series,time_s,front_m\nA,1,0.5\nA,2,\nB,2,0.75\nA,3,0.25\n";
         assert_eq!(named(file, "A", "front_m"), [(1.0, 0.5), (3.0, 0.25)]);
     }

@@ -1,4 +1,4 @@
-//! Substances of the problems that turn into char and gas, or let gas through.
+//! Decomposing and porous materials of the problems.
 
 use super::exact::kinetics::Arrhenius;
 use super::problem::provenance;
@@ -7,13 +7,13 @@ use crate::case::{
 };
 use std::sync::Arc;
 
-/// A reaction that turns a share of the virgin mass into gas and takes up heat, J per kg of it.
+/// A reaction that turns a share of the virgin mass into gas and absorbs heat, J per kg of gas.
 pub(super) fn reaction(loss: f64, arrhenius: Arrhenius, heat_j_kg: f64) -> Reaction {
     let Arrhenius { rate_1_s, activation_j_mol, order, onset_k } = arrhenius;
     Reaction { loss, rate_1_s, activation_j_mol, order, onset_k, heat_j_kg }
 }
 
-/// What is left with the properties of the virgin substance.
+/// A residue with the properties of the virgin material.
 pub(super) fn unchanged(virgin: &Material) -> Residue {
     Residue {
         name: "char".to_owned(),
@@ -24,7 +24,7 @@ pub(super) fn unchanged(virgin: &Material) -> Residue {
     }
 }
 
-/// Reactions with their heat, leading to residues that are mixed by mass; no shrinkage.
+/// Reactions with their heats and residues, mixed by mass, without shrinkage.
 pub(super) fn reacting(sequence: Sequence, reactions: Vec<Reaction>, residues: Vec<Residue>) -> Decomposition {
     Decomposition {
         reactions,
@@ -37,12 +37,12 @@ pub(super) fn reacting(sequence: Sequence, reactions: Vec<Reaction>, residues: V
     }
 }
 
-/// The substance with pores.
+/// The material with pores.
 pub(super) fn porous(material: &Material, pores: Pores) -> Material {
     Material { pores, pores_provenance: Some(provenance()), ..material.clone() }
 }
 
-/// The substance with what becomes of it.
+/// The material with a decomposition.
 pub(super) fn decomposing(virgin: &Material, decomposition: Decomposition) -> Arc<Material> {
     Arc::new(Material { decomposition: Some(decomposition), ..virgin.clone() })
 }
@@ -61,17 +61,17 @@ pub(super) fn gas(molar_mass: Table, enthalpy: Table, viscosity: Table) -> Arc<G
     })
 }
 
-/// A gas of 22 g/mol and 30 µPa s with a heat capacity, J/kg/K: nothing of it carries no heat.
+/// A gas of 22 g/mol and 30 µPa s with a constant heat capacity, J/kg/K.
 pub(super) fn constant_gas(heat_capacity_j_kg_k: f64) -> Arc<Gas> {
     gas(Table::constant(0.022), rising(heat_capacity_j_kg_k), Table::constant(3e-5))
 }
 
-/// An enthalpy over temperature that rises from nothing at 0 K with a constant heat capacity.
+/// Enthalpy of a constant heat capacity, zero at 0 K.
 pub(super) fn rising(heat_capacity_j_kg_k: f64) -> Table {
     super::problem::clamped(vec![0.0, 4000.0], vec![0.0, 4000.0 * heat_capacity_j_kg_k])
 }
 
-/// The conductivity at any pressure.
+/// A conductivity that does not depend on pressure.
 pub(super) fn conducting(conductivity: Table) -> Conductivity {
     Conductivity::Tables(vec![(101_325.0, conductivity)])
 }

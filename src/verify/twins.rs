@@ -1,5 +1,4 @@
-//! Do two marches agree? The device against the processor, single precision against double, and derivatives that a
-//! march tells against differences.
+//! Backends against each other: device against CPU, f32 against f64, and tangents against finite differences.
 
 use super::problems::flexible;
 use super::{Group, Row, compare};
@@ -9,30 +8,27 @@ use crate::march::cpu::Cpu;
 use crate::march::{March, MarchError, Precision};
 use crate::plan::Plan;
 
-/// Largest difference of single from double precision, K: a twentieth of what thermocouples resolve.
+/// Largest difference of f32 from f64, K: a twentieth of the resolution of a thermocouple.
 pub const SINGLE_K: f64 = 1e-3;
-/// Largest difference of double precision on a device from that on the processor, K: rounding, where the
-/// device orders its operations otherwise.
+/// Largest difference of f64 on a device from f64 on the CPU, K: rounding, where the device reorders operations.
 pub const DOUBLE_K: f64 = 1e-6;
 
-/// Largest difference of derivatives that a march tells from central differences in double precision, of the largest of
-/// the factor: what those of step 1e-7 are off by, as a temperature of 1,600 K is rounded at 2e-13 of itself. In f32,
-/// rounding.
+/// Largest difference of f64 tangents from central differences, relative to the largest derivative by the same factor:
+/// the error of a difference of step 1e-7 where a temperature of 1,600 K is rounded to 2e-13.
 pub const DERIVATIVE: f64 = 1e-6;
-/// Tolerance of derivatives in f32, as a share of the largest: see its uses.
+/// The same for f32 tangents: rounding over the march.
 pub const SINGLE_DERIVATIVE: f64 = 1e-5;
-/// Derivatives below this count as if they were it, K by a unit of a factor: a hundredth of the factor moves a kelvin.
-/// Of a factor that hardly moves anything differences and f32 tell rounding.
+/// Lower limit of the largest derivative, K per unit of the factor. Below it, differences and f32 give rounding only.
 const FAINT_K: f64 = 100.0;
-/// Relative steps of those differences, the nearer of which counts: with longer ones a cell passes the node of a table
-/// between their points, and there is always some cell that passes one on either of these.
+/// Relative steps of the differences; the closer result counts. Longer steps cross nodes of the property tables in some
+/// cell; some cell crosses a node at either of these steps.
 const STEPS: [f64; 2] = [1e-7, 1e-8];
 
-/// Members of each comparison: enough for several vectors of lanes and a ragged end.
+/// Members per comparison: several SIMD vectors and an incomplete one.
 const MEMBERS: usize = 37;
 
-/// Two rows a march and a case: the largest difference from the processor in double precision, and that of its
-/// derivatives from differences; the latter of the processor in double precision too.
+/// Rows for every march and case: the largest difference from the CPU in f64, and that of the tangents from finite
+/// differences; the latter for the CPU in f64 too.
 ///
 /// # Errors
 /// As [`March::march`].
@@ -48,16 +44,14 @@ pub fn twins(marches: &mut [Box<dyn March>]) -> Result<Vec<Row>, MarchError> {
                 Precision::F32 => (
                     "f32",
                     SINGLE_K,
-                    "a twentieth of what a thermocouple resolves; wide: devices may round in another order",
+                    "a twentieth of a thermocouple's resolution; wide: devices may reorder operations",
                 ),
-                Precision::F64 => {
-                    ("f64", DOUBLE_K, "rounding over the march; wide: devices may round in another order")
-                }
+                Precision::F64 => ("f64", DOUBLE_K, "rounding over the march; wide: devices may reorder operations"),
             };
             rows.push(Row {
                 group: Group::Twins,
                 case: case.name.clone(),
-                reference: "the processor in f64".to_owned(),
+                reference: "the CPU in f64".to_owned(),
                 quantity: format!("{} {precision}, {}, {MEMBERS} members", backend.kind, backend.name),
                 difference: compare(march.as_mut(), &mut Cpu::new(Precision::F64), &plan, &ensemble)?,
                 tolerance,
@@ -69,23 +63,21 @@ pub fn twins(marches: &mut [Box<dyn March>]) -> Result<Vec<Row>, MarchError> {
         for march in cpu.iter_mut().chain(marches.iter_mut()) {
             let backend = march.backend();
             let (precision, tolerance, source) = match backend.precision {
-                Precision::F64 => (
-                    "f64",
-                    DERIVATIVE,
-                    "rounding over the step of the differences; wide: another machine may round otherwise",
-                ),
+                Precision::F64 => {
+                    ("f64", DERIVATIVE, "rounding over the step of the differences; wide: machines round differently")
+                }
                 Precision::F32 => {
-                    ("f32", SINGLE_DERIVATIVE, "rounding over the march; wide: devices may round in another order")
+                    ("f32", SINGLE_DERIVATIVE, "rounding over the march; wide: devices may reorder operations")
                 }
             };
             rows.push(Row {
                 group: Group::Twins,
                 case: case.name.clone(),
-                reference: "differences in f64".to_owned(),
+                reference: "finite differences in f64".to_owned(),
                 quantity: format!("{} {precision}, derivatives by {} factors", backend.kind, case.factors.len()),
                 difference: derivatives(march.as_mut(), &mut Cpu::new(Precision::F64), &plan, &nominal(&case))?,
                 tolerance,
-                unit: "of the largest".to_owned(),
+                unit: "of the largest derivative".to_owned(),
                 source_of_tolerance: source.to_owned(),
             });
         }
@@ -97,9 +89,8 @@ fn nominal(case: &Case) -> Vec<f64> {
     case.factors.iter().map(|factor| factor.nominal).collect()
 }
 
-/// How far derivatives by all factors, as a march tells them at a point, are from central differences of another's
-/// temperatures, of the largest derivative by the same factor, or of 100 K if it is less; infinite where it tells none
-/// or does not arrive.
+/// Largest difference of the tangents by all factors at a point from central differences of a reference march, relative
+/// to the largest derivative by the same factor (at least 100 K). Infinite if the march has no tangents or fails.
 ///
 /// # Errors
 /// As [`March::march`].
@@ -110,7 +101,7 @@ pub fn derivatives(
     point: &[f64],
 ) -> Result<f64, MarchError> {
     let factors: Vec<usize> = (0..point.len()).collect();
-    let Some(told) = march.tangents(plan, &Ensemble::at(point.len(), point.to_vec()), &factors)? else {
+    let Some(tangents) = march.tangents(plan, &Ensemble::at(point.len(), point.to_vec()), &factors)? else {
         return Ok(f64::INFINITY);
     };
     let moved = factors.iter().flat_map(|&factor| {
@@ -131,16 +122,15 @@ pub fn derivatives(
             pairs.map(|(low_k, high_k)| (high_k - low_k) / width).collect::<Vec<f64>>()
         });
         let largest = slopes[0].iter().fold(FAINT_K, |largest, slope| largest.max(slope.abs()));
-        for (i, told) in told.member(1 + factor).iter().enumerate() {
-            let [one, other] = [0, 1].map(|which| (told - slopes[which][i]).abs() / largest);
+        for (i, tangent) in tangents.member(1 + factor).iter().enumerate() {
+            let [one, other] = [0, 1].map(|which| (tangent - slopes[which][i]).abs() / largest);
             worst = if one.is_nan() || other.is_nan() { f64::INFINITY } else { worst.max(one.min(other)) };
         }
     }
     Ok(worst)
 }
 
-/// A case of every day with factors to vary, and the same driven by a held face; coarse, as agreement does not
-/// wait for accuracy.
+/// The flexible layup with factors, heated and with a held face, on a coarse grid: agreement does not need accuracy.
 fn cases() -> Vec<Case> {
     let factor = |name: &str, group: &str, property| Factor {
         name: name.to_owned(),

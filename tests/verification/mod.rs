@@ -19,6 +19,8 @@ fn passes(group: Group) {
     let rows = rows(&mut Cpu::new(Precision::F64), &mut [], &[group]).expect("the processor does not fail");
     assert!(!rows.is_empty(), "no rows in {}", group.name());
     assert!(rows.iter().all(|row| row.pass()), "\n{}", table(&rows));
+    let wide: Vec<String> = table(&rows).lines().filter(|line| line.chars().count() > 120).map(str::to_owned).collect();
+    assert!(wide.is_empty(), "more than 120 columns:\n{}", wide.join("\n"));
     for row in &rows {
         let told = [&row.case, &row.reference, &row.quantity, &row.unit, &row.source_of_tolerance];
         assert!(told.iter().all(|text| !text.is_empty()), "a row says not all of itself: {row:?}");
@@ -112,7 +114,7 @@ fn an_error_of_too_low_an_order_in_the_step_fails_every_row_that_claims_a_higher
             traces.gauges.iter_mut().for_each(|reading| *reading *= 1.0 + share);
         });
         let rows = rows(&mut march, &mut [], &[Group::Orders]).expect("the processor does not fail");
-        let of_itself = rows.iter().filter(|row| row.reference.starts_with("itself"));
+        let of_itself = rows.iter().filter(|row| row.reference.starts_with("self-convergence"));
         for row in of_itself {
             assert_eq!(row.pass(), row.quantity.contains("Δx"), "order {order}: {row:?}");
         }

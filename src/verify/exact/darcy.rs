@@ -1,25 +1,25 @@
-//! Closed forms of gas that seeps through a slab of one temperature by Darcy's law:
+//! Closed forms of Darcy flow through an isothermal slab:
 //! `ε ∂p/∂t = ∂/∂x((K/μ)(p + b) ∂p/∂x) + (RT/M) π`.
 //!
-//! With density by the ideal gas the flux follows from p², so that steady states are square roots (M. Muskat, *The flow
-//! of homogeneous fluids through porous media*, 1937, chapter 11).
+//! For an ideal gas the flux is a difference of p², so steady pressures are square roots (M. Muskat, *The flow of
+//! homogeneous fluids through porous media*, 1937, chapter 11).
 
 use super::GAS_CONSTANT_J_MOL_K;
 
-/// A gas in a porous slab.
+/// An isothermal porous slab and its gas.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seeping {
     /// Molar mass of the gas.
     pub molar_mass_kg_mol: f64,
     /// Viscosity of the gas.
     pub viscosity_pa_s: f64,
-    /// Of the gas and the solid.
+    /// Temperature of gas and solid.
     pub temperature_k: f64,
     /// Permeability of the solid.
     pub permeability_m2: f64,
     /// Porosity of the solid, 0 to 1.
     pub porosity: f64,
-    /// Klinkenberg's b at this temperature.
+    /// Klinkenberg's slip coefficient b at this temperature.
     pub slip_pa: f64,
     /// Forchheimer's coefficient.
     pub inertia_1_m: f64,
@@ -31,12 +31,12 @@ impl Seeping {
         self.molar_mass_kg_mol / (GAS_CONSTANT_J_MOL_K * self.temperature_k)
     }
 
-    /// Diffusivity of small steps of pressure about a level, m²/s.
+    /// Diffusivity of small pressure disturbances about a level, m²/s.
     pub fn diffusivity_m2_s(&self, pressure_pa: f64) -> f64 {
         self.permeability_m2 * (pressure_pa + self.slip_pa) / (self.viscosity_pa_s * self.porosity)
     }
 
-    /// Pressure at rest at a sealed back, all gas of a uniform source (kg/m³/s) leaving through the hot face:
+    /// Steady pressure at a sealed back; all gas of a uniform source (kg/m³/s) leaves through the hot face:
     /// `(p + b)² = (p₀ + b)² + π μ L² (RT/M)/K`.
     pub fn sealed_back_pa(&self, face_pa: f64, source_kg_m3_s: f64, thickness_m: f64) -> f64 {
         let driven = source_kg_m3_s * self.viscosity_pa_s * thickness_m * thickness_m
@@ -44,8 +44,8 @@ impl Seeping {
         ((face_pa + self.slip_pa).powi(2) + driven).sqrt() - self.slip_pa
     }
 
-    /// Mass flux at rest from a higher to a lower pressure: the root of
-    /// `(M/RT) [(p₁² − p₀²)/2 + b (p₁ − p₀)]/L = μG/K + β G²`, the slip without inertia or inertia without slip.
+    /// Steady mass flux between two pressures: the root of `(M/RT) [(p₁² − p₀²)/2 + b (p₁ − p₀)]/L = μG/K + β G²`,
+    /// exact for slip without inertia or inertia without slip.
     pub fn through_kg_m2_s(&self, high_pa: f64, low_pa: f64, thickness_m: f64) -> f64 {
         let mean_pa = 0.5 * (high_pa + low_pa) + self.slip_pa;
         let driving = self.density_kg_m3_pa() * mean_pa * (high_pa - low_pa) / thickness_m;
@@ -53,19 +53,18 @@ impl Seeping {
         2.0 * driving / (drag + (drag * drag + 4.0 * self.inertia_1_m * driving).sqrt())
     }
 
-    /// Pressure of a wave that runs at a constant speed into gas at `ahead_pa`: with u = p/p∞ − 1 the root of
-    /// `u + ln(u/u₀) = c (Ut − x)/p∞`, c = U μ ε/K, so that u = u₀ nearly where the wave has come at no distance. No
-    /// slip and no inertia.
+    /// Pressure of a travelling wave of constant speed U into gas at `ahead_pa` = p∞: with u = p/p∞ − 1 the root of
+    /// `u + ln(u/u₀) = c (Ut − x)/p∞`, c = U μ ε/K. `foot` is u₀, `behind_m` is Ut − x. No slip, no inertia.
     pub fn wave_pa(&self, speed_m_s: f64, ahead_pa: f64, foot: f64, behind_m: f64) -> f64 {
         let slope_pa_m = speed_m_s * self.viscosity_pa_s * self.porosity / self.permeability_m2;
         let along = slope_pa_m * behind_m / ahead_pa + foot.ln();
-        // Newton's method on s = ln u, whose equation eˢ + s = y is convex and has no pole.
+        // Newton's method on s = ln u: the equation eˢ + s = y is convex and has no pole.
         let start = if along > 1.0 { along.ln() } else { along };
         let s = (0..60).fold(start, |s, _| s - (s.exp() + s - along) / (s.exp() + 1.0));
         ahead_pa * (1.0 + s.exp())
     }
 
-    /// Mass flux in such a wave where its pressure is so high.
+    /// Mass flux in the travelling wave at a pressure.
     pub fn wave_kg_m2_s(&self, speed_m_s: f64, ahead_pa: f64, pressure_pa: f64) -> f64 {
         self.porosity * speed_m_s * self.density_kg_m3_pa() * (pressure_pa - ahead_pa)
     }
@@ -75,7 +74,7 @@ impl Seeping {
 mod tests {
     use super::*;
 
-    /// The gas and the slab of the tables.
+    /// Gas and slab of the reference tables.
     const GAS: Seeping = Seeping {
         molar_mass_kg_mol: 0.022,
         viscosity_pa_s: 3e-5,
@@ -91,7 +90,7 @@ mod tests {
         assert!((found - expected).abs() <= tolerance, "{found} is not {expected}: off by {:e}", found - expected);
     }
 
-    // The table was computed with a gas constant that is larger by a millionth.
+    // The table was computed with a gas constant 1e-6 larger.
     #[test]
     fn a_uniform_source_meets_its_table() {
         let gas = Seeping { temperature_k: 1000.0 * 8.314471469 / GAS_CONSTANT_J_MOL_K, ..GAS };
@@ -99,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn slip_and_inertia_balance_what_drives_the_gas() {
+    fn slip_and_inertia_satisfy_the_momentum_balance() {
         let (high_pa, low_pa, thickness_m) = (3e4, 1e4, 0.01);
         let slipping = Seeping { slip_pa: 2e4, ..GAS };
         let ratio =
@@ -113,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wave_obeys_the_equation_of_the_seeping_gas() {
+    fn a_travelling_wave_satisfies_the_flow_equation() {
         let (speed_m_s, ahead_pa, step_m) = (0.08, 2e3, 1e-6);
         let at = |behind_m: f64| GAS.wave_pa(speed_m_s, ahead_pa, 1e-3, behind_m);
         let mobility = GAS.permeability_m2 / GAS.viscosity_pa_s;
@@ -127,9 +126,9 @@ mod tests {
         }
     }
 
-    // Into almost nothing the wave is the front of the porous medium equation: p = (U μ ε/K)(U t − x).
+    // Into a vacuum the wave is the front of the porous medium equation: p = (U μ ε/K)(U t − x).
     #[test]
-    fn a_wave_into_almost_nothing_is_a_straight_front() {
+    fn a_wave_into_near_vacuum_is_a_straight_front() {
         let pressure_pa = GAS.wave_pa(0.05, 1e-3, 1.0, 0.02);
         meets(pressure_pa / (0.05 * 3e-5 * 0.85 / 2e-11 * 0.02), 1.0, 1e-4);
     }

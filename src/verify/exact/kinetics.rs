@@ -1,8 +1,8 @@
 //! Closed forms of Arrhenius reactions: dX/dt = A (1 − X)ⁿ exp(−E/RT).
 //!
-//! Where temperature rises at a constant rate the integral of the rate constant is an exponential integral (J. Coheur,
-//! T. Magin, P. Chatelain, M. Arnst, *Analytical solution for multi-component pyrolysis simulations of thermal
-//! protection materials*, 2021).
+//! For a linear temperature ramp the integrated rate constant is an exponential integral (J. Coheur, T. Magin,
+//! P. Chatelain, M. Arnst, *Analytical solution for multi-component pyrolysis simulations of thermal protection
+//! materials*, 2021).
 
 use super::GAS_CONSTANT_J_MOL_K;
 
@@ -15,7 +15,7 @@ pub struct Arrhenius {
     pub activation_j_mol: f64,
     /// Order of the reaction.
     pub order: f64,
-    /// Nothing reacts below it.
+    /// Onset temperature; the rate is zero below it.
     pub onset_k: f64,
 }
 
@@ -28,7 +28,7 @@ impl Arrhenius {
         self.rate_1_s * (-self.activation_j_mol / (GAS_CONSTANT_J_MOL_K * temperature_k)).exp()
     }
 
-    /// Rate constant integrated over a rise of temperature at a constant rate (K/s):
+    /// Rate constant integrated over a temperature ramp of β K/s:
     /// `(A/β) [T e^(−x) − (E/R) E₁(x)]` with x = E/RT.
     pub fn integral(&self, rise_k_s: f64, from_k: f64, to_k: f64) -> f64 {
         let (from_k, to_k) = (from_k.max(self.onset_k), to_k.max(self.onset_k));
@@ -43,7 +43,7 @@ impl Arrhenius {
         self.rate_1_s / rise_k_s * (primitive_k(to_k) - primitive_k(from_k))
     }
 
-    /// 1 − X after so much of the integrated rate constant.
+    /// 1 − X as a function of the integrated rate constant.
     pub fn remaining(&self, integral: f64) -> f64 {
         if self.order == 1.0 {
             return (-integral).exp();
@@ -52,7 +52,7 @@ impl Arrhenius {
     }
 }
 
-/// eˣ E₁(x) for x of one and more, by Lentz's method on its continued fraction (Abramowitz and Stegun, 5.1.22).
+/// eˣ E₁(x) for x ≥ 1, by Lentz's method on its continued fraction (Abramowitz and Stegun, 5.1.22).
 fn scaled_exponential_integral(x: f64) -> f64 {
     let mut b = x + 1.0;
     let mut c = f64::INFINITY;
@@ -71,7 +71,7 @@ fn scaled_exponential_integral(x: f64) -> f64 {
     value
 }
 
-/// A → B → C at constant rates (1/s): what is left of A, and what there is of B and C, after a time.
+/// A → B → C at constant rates (1/s): the amounts of A, B and C after a time, starting from A = 1.
 pub fn in_chain(first_1_s: f64, second_1_s: f64, time_s: f64) -> [f64; 3] {
     let (first, second) = ((-first_1_s * time_s).exp(), (-second_1_s * time_s).exp());
     let between = first_1_s / (second_1_s - first_1_s) * (first - second);
@@ -89,7 +89,7 @@ mod tests {
         assert!((found - expected).abs() <= tolerance, "{found} is not {expected}: off by {:e}", found - expected);
     }
 
-    // The tables were computed with a gas constant that is larger by a millionth: E is lessened by as much.
+    // The tables were computed with a gas constant 1e-6 larger: E is scaled accordingly.
     fn as_tabled(rate_1_s: f64, activation_j_mol: f64, order: f64, onset_k: f64) -> Arrhenius {
         let activation_j_mol = activation_j_mol * GAS_CONSTANT_J_MOL_K / 8.314471469;
         Arrhenius { rate_1_s, activation_j_mol, order, onset_k }
@@ -125,13 +125,13 @@ mod tests {
     }
 
     #[test]
-    fn what_needs_no_activation_needs_time_alone() {
+    fn without_activation_energy_the_rate_is_constant() {
         let reaction = Arrhenius { rate_1_s: 0.01, activation_j_mol: 0.0, order: 1.0, onset_k: 0.0 };
         meets(reaction.integral(2.0, 300.0, 400.0), 0.5, 1e-15);
     }
 
     #[test]
-    fn a_chain_meets_the_printed_figures_and_its_own_equations() {
+    fn consecutive_reactions_match_printed_values_and_their_equations() {
         let printed =
             [(1.0, [6.7773427e-1, 2.8111147e-1, 4.1154256e-2]), (10.0, [2.0445346e-2, 1.6037066e-1, 8.1918399e-1])];
         for (time_s, expected) in printed {

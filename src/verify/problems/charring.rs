@@ -1,4 +1,4 @@
-//! Slabs that char: one of another code, two reactions in a chain, and a smooth one for orders and balances.
+//! Charring slabs: a reference case of gpyro, convective boards, and a smooth felt for orders and balances.
 
 use super::{CELSIUS_K, MOL};
 use crate::case::{
@@ -23,11 +23,11 @@ pub(super) fn problems() -> Vec<Problem> {
 
 const GPYRO: &str = "gpyro 0.8200";
 const GPYRO_GAS: &str = include_str!("../../../data/verification/gpyro_charring_slab_gas.csv");
-/// Molar mass of its gas, kg/mol.
+/// Molar mass of the gas, kg/mol.
 const GPYRO_KG_MOL: f64 = 0.044;
 
-/// Virgin of 500, intermediate of 200 and residue of 50 kg/m³, mixed by volume; the latter two conduct by radiation
-/// too, as 0.001 and 0.002 m times σT³.
+/// Virgin, intermediate and char of 500, 200 and 50 kg/m³, mixed by volume. The latter two have radiative
+/// conductivities of 0.001 m and 0.002 m times σT³.
 fn gpyro_substance(permeability_m2: f64) -> Arc<Material> {
     let pores = Pores { porosity: 0.5, permeability_m2, ..Pores::SEALED };
     let virgin = Material {
@@ -58,8 +58,8 @@ fn gpyro_substance(permeability_m2: f64) -> Arc<Material> {
     decomposing(&virgin, decomposition)
 }
 
-/// Its gas: 1000 J/kg/K, and a viscosity that is density times its diffusivity in itself by Chapman and Enskog's theory
-/// with the collision integral of P. Neufeld, A. Janzen, R. Aziz (1972) for σ = 5.061 Å and ε/k = 254 K.
+/// Gas of 1000 J/kg/K. Its viscosity is density times self-diffusivity by Chapman–Enskog theory, with the collision
+/// integral of P. Neufeld, A. Janzen, R. Aziz (1972) for σ = 5.061 Å and ε/k = 254 K.
 fn gpyro_gas() -> Arc<Gas> {
     let viscosity_pa_s = |temperature_k: f64| {
         let reduced = temperature_k / 254.0;
@@ -76,7 +76,7 @@ fn gpyro_gas() -> Arc<Gas> {
     gas(Table::constant(GPYRO_KG_MOL), rising(1000.0), viscosity)
 }
 
-/// 8 mm from 300 K under 25 kW/m² that a grey face absorbs and radiates, a film of 10 W/m²/K beside it.
+/// 8 mm at 300 K under 25 kW/m² of radiation on a grey face, with convection of 10 W/m²/K.
 fn gpyro_setting(permeability_m2: f64) -> Setting {
     Setting {
         plies: vec![(gpyro_substance(permeability_m2), 0.008)],
@@ -103,7 +103,7 @@ fn chain() -> Problem {
             points: reference::points(FILE, "gpyro", CELSIUS_K),
             tolerance: 0.5,
             measure: Measure::Plain,
-            source_of_tolerance: "an independent code of its equations lies within 0.5 K of it",
+            source_of_tolerance: "an independent code of the same equations agrees within 0.5 K",
         },
         Check {
             reference: GPYRO,
@@ -111,7 +111,7 @@ fn chain() -> Problem {
             points: reference::gauged(GPYRO_GAS, "slab", "gas_flux_kg_m2_s", Gauge::GasFlux),
             tolerance: 0.01,
             measure: Measure::Relative,
-            source_of_tolerance: "an independent code of its equations lies within 1 % of it",
+            source_of_tolerance: "an independent code of the same equations agrees within 1 %",
         },
     ];
     let mut problem = Problem::new(Codes, "charring slab, two reactions in a chain", gpyro_setting(0.0), checks)
@@ -120,11 +120,11 @@ fn chain() -> Problem {
     problem
 }
 
-/// The same with the pressure of its gas. What it flows through is gpyro's but for the porosity.
+/// The same slab with gas pressure. Permeabilities are those of gpyro; the porosity is not.
 fn permeable(series: &'static str, permeability_m2: f64) -> Problem {
     let over = reference::gauged(GPYRO_GAS, series, "overpressure_pa", Gauge::BackPressure);
     let at_back = |point: &Point| Point { value: 101_325.0 + point.value, ..*point };
-    // From 300 s on, as before it the flux doubles within a minute.
+    // From 300 s on: before, the flux doubles within a minute.
     let points: Vec<Point> = over.iter().filter(|point| point.time_s > 250.0).map(at_back).collect();
     let largest_pa = over.iter().map(|point| point.value).fold(0.0, f64::max);
     let check = Check {
@@ -133,7 +133,7 @@ fn permeable(series: &'static str, permeability_m2: f64) -> Problem {
         points,
         tolerance: 0.02,
         measure: Measure::ShareOf(largest_pa),
-        source_of_tolerance: "81 cells in steps of 0.1 s, whose gas flux is 1 % off that of 321",
+        source_of_tolerance: "gpyro on 81 cells in steps of 0.1 s; its gas flux differs by 1 % from 321 cells",
     };
     let name = format!("charring slab, {series}");
     let mut problem =
@@ -142,8 +142,8 @@ fn permeable(series: &'static str, permeability_m2: f64) -> Problem {
     problem
 }
 
-/// A board that chars on a face heated by convection: by a film to a hot gas, or by a cold-wall flux with a recovery
-/// enthalpy that its gas reduces.
+/// A charring board heated by convection: by a film coefficient and a hot gas, or by a cold-wall flux with recovery
+/// enthalpy and blowing.
 fn board(series: &'static str) -> Problem {
     const HEAT: &str = include_str!("../../../data/verification/charring_board.csv");
     const GAS: &str = include_str!("../../../data/verification/charring_board_gas.csv");
@@ -181,7 +181,7 @@ fn board(series: &'static str) -> Problem {
     };
     let (lost, flux) = ("mass_lost_kg_m2", "gas_flux_kg_m2_s");
     let converged =
-        "the reference is converged to 2.4 mK and to 1e-5 of mass and flux; wide: one limit for both ways of heating";
+        "the reference is converged to 2.4 mK and to 1e-5 of mass and flux; wide: one limit for both kinds of heating";
     let checks = vec![
         check("6 depths, 2.5 to 60 s", reference::points(HEAT, series, 0.0), 0.05, Measure::Plain, converged),
         check(
@@ -209,13 +209,13 @@ fn board(series: &'static str) -> Problem {
         growth: 0.001,
     };
     let mut problem = Problem::new(Codes, name, setting, checks).seeped(GasPath::QuasiSteady, constant_gas(1500.0));
-    // Blowing takes the gas flux of the step before: as it sets in, steps of 50 ms are 1 K off and of 2.5 ms 0.04 K.
+    // Blowing uses the gas flux of the previous step: at its onset steps of 50 ms are 1 K off, steps of 2.5 ms 0.04 K.
     problem.case.resolution.largest_step_s = 0.0025;
     problem
 }
 
-/// The smooth felt under a cover of so much permeability, its back sealed: where nothing passes the cover, gas has no
-/// way out of the layup, which no case file may say.
+/// The smooth felt with a sealed back under a cover of the given permeability. At zero the gas cannot leave the layup,
+/// which case files may not say.
 pub fn covered(permeability_m2: f64) -> Case {
     let mut case = smooth(GasPath::Darcy, 1e-13);
     let mut cover = case.layup.plies[0].clone();
@@ -229,10 +229,10 @@ pub fn covered(permeability_m2: f64) -> Case {
     case
 }
 
-/// A felt of 5 mm that two reactions char under a flux that rises from nothing: smooth in space and time, so that an
-/// order shows. Its gas builds up a fifth of an atmosphere where it flows by Darcy's law.
+/// A 5 mm felt charred by two reactions under a flux that rises from zero: smooth in space and time, for orders of
+/// accuracy. With Darcy flow the overpressure reaches 0.2 atm.
 pub fn smooth(path: GasPath, permeability_m2: f64) -> Case {
-    // On beyond where the felt starts: a table's end is a corner, whose slope the march resamples over a node.
+    // The tables extend beyond the temperatures of the felt: the end of a table is a corner.
     let straight = |at_300_k: f64, at_1800_k: f64| {
         let beyond = (at_1800_k - at_300_k) / 15.0;
         clamped(vec![200.0, 1900.0], vec![at_300_k - beyond, at_1800_k + beyond])
@@ -272,8 +272,8 @@ pub fn smooth(path: GasPath, permeability_m2: f64) -> Case {
     };
     let name = match path {
         GasPath::Unhindered => "charring felt, gas unhindered",
-        GasPath::QuasiSteady => "charring felt, gas as it is made",
-        GasPath::Darcy => "charring felt, gas by Darcy's law",
+        GasPath::QuasiSteady => "charring felt, quasi-steady gas",
+        GasPath::Darcy => "charring felt, Darcy flow",
     };
     let mut case = Problem::new(Orders, name, setting, vec![watched]).seeped(path, gas).case;
     case.resolution = Resolution::default();

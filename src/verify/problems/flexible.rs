@@ -1,13 +1,13 @@
-//! A flexible heat shield like those flown: the case of every day, for orders and balances.
+//! A typical flexible heat shield, for orders and balances.
 
 use crate::case::{
     Case, Emissivity, Estimate, Exposure, Face, Layup, OpenFace, Ply, Resolution, Schedule, Sensor, Side,
 };
 use crate::verify::problem::{clamped, material};
 
-/// Two plies of ceramic fabric, two of aerogel felt and a gas barrier, with contacts, under a heat flux that
-/// a hot wall lessens and that ends at 41 s; radiating before, cooled behind. Estimated properties, smooth
-/// enough that a table's corners hide no order.
+/// Two plies of ceramic fabric, two of aerogel felt and a gas barrier, with contacts, under a flux with hot-wall
+/// correction that ends at 41 s. The hot face radiates, the back is cooled. Properties are estimates, smooth enough for
+/// observed orders.
 pub fn layup() -> Case {
     let at_k: Vec<f64> = (0..=68).map(|i| 300.0 + 20.0 * f64::from(i)).collect();
     let over = |value: &dyn Fn(f64) -> f64| clamped(at_k.clone(), at_k.iter().map(|&t| value(t / 300.0)).collect());

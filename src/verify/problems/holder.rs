@@ -47,28 +47,28 @@ fn check(
     }
 }
 
-/// All of it relaxes alike: `T = T_h + (T₀ − T_h) exp(−g t/(ρ c))`.
+/// Uniform relaxation: `T = T_h + (T₀ − T_h) exp(−g t/(ρ c))`.
 fn relaxing() -> Problem {
     let rise_k = 900.0;
     let decay_1_s = CONDUCTANCE_W_M3_K / CAPACITY_J_M3_K;
     let form = |_: f64, time_s: f64| HOLDER_K + rise_k * (-decay_1_s * time_s).exp();
     let checks = vec![check("exp(−g t/(ρ c))", "3 depths, 1 to 400 s", rise_k, &form)];
     beside(
-        Problem::new(Exact, "slab, relaxing to a holder", slab(HOLDER_K + rise_k), checks),
+        Problem::new(Exact, "slab, relaxing to the holder", slab(HOLDER_K + rise_k), checks),
         Schedule::constant(HOLDER_K),
     )
 }
 
-/// The holder warms by a kelvin a second, and the slab follows it as a bead follows a layup.
+/// The holder warms by 1 K/s; the slab follows with a first-order lag.
 fn following() -> Problem {
     let lag_s = CAPACITY_J_M3_K / CONDUCTANCE_W_M3_K;
     let form = |_: f64, time_s: f64| HOLDER_K + time_s - lag_s * (1.0 - (-time_s / lag_s).exp());
     let checks = vec![check("first-order lag behind a ramp", "3 depths, 1 to 400 s", 400.0, &form)];
     let ramp = Schedule { times_s: vec![0.0, 400.0], values: vec![HOLDER_K, HOLDER_K + 400.0] };
-    beside(Problem::new(Exact, "slab, following a holder", slab(HOLDER_K), checks), ramp)
+    beside(Problem::new(Exact, "slab, following the holder", slab(HOLDER_K), checks), ramp)
 }
 
-/// At rest between a held face and an insulated one: `cosh(m (L − x))/cosh(m L)` with `m² = g/k`, as along a fin.
+/// Steady state between a held face and an insulated one, as in a fin: `cosh(m (L − x))/cosh(m L)`, `m² = g/k`.
 fn fin() -> Problem {
     let (conductivity_w_m_k, thickness_m, rise_k) = (0.5, 0.02, 900.0);
     let (slope_1_m, reach) = ((CONDUCTANCE_W_M3_K / conductivity_w_m_k).sqrt(), thickness_m);
@@ -85,11 +85,11 @@ fn fin() -> Problem {
     };
     let checks = vec![Check {
         reference: "cosh of a fin with an insulated end",
-        quantity: "5 depths, at rest",
+        quantity: "5 depths, steady",
         points: points(&[0.0, 0.005, 0.01, 0.015, 0.02], &[10e3], form),
         tolerance: 1e-6,
         measure: Measure::ShareOf(rise_k),
         source_of_tolerance: REFINED,
     }];
-    beside(Problem::new(Exact, "slab beside a holder, at rest", setting, checks), Schedule::constant(HOLDER_K))
+    beside(Problem::new(Exact, "slab with holder, steady", setting, checks), Schedule::constant(HOLDER_K))
 }

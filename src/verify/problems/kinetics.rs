@@ -1,4 +1,4 @@
-//! Reactions alone: slabs so thin and conductive that they have one temperature, prescribed or their own.
+//! Kinetics: isothermal slabs at a prescribed temperature or at their own.
 
 use super::REFINED;
 use crate::case::{Face, GasPath, PyrolysisHeat, Reaction, Schedule, Sequence, Table};
@@ -20,8 +20,8 @@ pub(super) fn problems() -> Vec<Problem> {
 const THICKNESS_M: f64 = 1e-3;
 const DENSITY_KG_M3: f64 = 280.0;
 
-/// The components of a phenolic composite, by PATO's constants: their shares of the virgin mass are 30, 22.8 and 7.2
-/// of 280 (TACOT 3.0, github.com/nasa/pato).
+/// The components of a phenolic composite with PATO's constants: 30, 22.8 and 7.2 of 280 kg/m³ (TACOT 3.0,
+/// github.com/nasa/pato).
 pub(super) fn phenolic_reactions() -> Vec<Reaction> {
     let arrhenius = |rate_1_s, activation_j_mol, onset_k| Arrhenius { rate_1_s, activation_j_mol, order: 3.0, onset_k };
     let late = arrhenius(4.97777e8, 1.69975e5, 555.6);
@@ -32,7 +32,7 @@ pub(super) fn phenolic_reactions() -> Vec<Reaction> {
     ]
 }
 
-/// Solid lost while reactions run side by side from 300 K at a constant rise, kg/m².
+/// Solid mass lost by parallel reactions in a temperature ramp from 300 K, kg/m².
 fn lost_kg_m2(reactions: &[Reaction], rise_k_s: f64, time_s: f64) -> f64 {
     let advanced = |reaction: &Reaction| {
         let &Reaction { rate_1_s, activation_j_mol, order, onset_k, .. } = reaction;
@@ -42,7 +42,7 @@ fn lost_kg_m2(reactions: &[Reaction], rise_k_s: f64, time_s: f64) -> f64 {
     THICKNESS_M * DENSITY_KG_M3 * reactions.iter().map(|reaction| reaction.loss * advanced(reaction)).sum::<f64>()
 }
 
-/// A slab between two faces on one schedule of temperature: its inside lags by a billionth of a kelvin.
+/// A slab whose faces follow one temperature schedule; the inside lags by 1e-9 K.
 fn at(
     name: &str,
     group: Group,
@@ -74,7 +74,7 @@ fn rising_k(rise_k_s: f64, duration_s: f64) -> Schedule {
 
 const COHEUR: &str = "exponential integral (Coheur et al. 2021)";
 
-/// One reaction of each order from 300 to 1000 K at 1 K/s. The root reaches its end in a finite time.
+/// One reaction of each order from 300 to 1000 K at 1 K/s. That of order 0.5 ends at a finite time.
 fn orders() -> Vec<Problem> {
     let problem = |(order, name)| {
         let arrhenius = Arrhenius { rate_1_s: 1e9, activation_j_mol: 150e3, order, onset_k: 0.0 };
@@ -86,7 +86,7 @@ fn orders() -> Vec<Problem> {
             points: gauged(Gauge::MassLost, &times_s, |time_s| lost_kg_m2(&reactions, 1.0, time_s)),
             tolerance: 1e-6,
             measure: Measure::ShareOf(0.5 * DENSITY_KG_M3 * THICKNESS_M),
-            source_of_tolerance: "1e-6 of the mass to lose, refined until it is met; wide: f32 takes up half of it",
+            source_of_tolerance: "1e-6 of the mass to lose, cells and steps refined to it; wide: f32 needs half of it",
         };
         at(name, Exact, reactions, Sequence::SideBySide, rising_k(1.0, 700.0), vec![check]).stepped(0.02)
     };
@@ -109,7 +109,7 @@ fn density_check(series: &'static str, reference: &'static str) -> Check {
         points: reference::gauged(FILE, series, "density_kg_m3", Gauge::MassLost).into_iter().map(lost).collect(),
         tolerance: 0.6 * THICKNESS_M,
         measure: Measure::Plain,
-        source_of_tolerance: "0.6 kg/m³ over 1 mm: PATO, first order in steps of 1 s, lags by up to 0.57 kg/m³",
+        source_of_tolerance: "0.6 kg/m³ over 1 mm: PATO, first order with steps of 1 s, lags by up to 0.57 kg/m³",
     }
 }
 
@@ -121,20 +121,20 @@ fn exact_check(reactions: &[Reaction]) -> Check {
         points: gauged(Gauge::MassLost, &times_s, |time_s| lost_kg_m2(reactions, 3.1, time_s)),
         tolerance: 1e-6,
         measure: Measure::ShareOf(60.0 * THICKNESS_M),
-        source_of_tolerance: "1e-6 of the mass to lose, refined until it is met; wide: f32 takes up half of it",
+        source_of_tolerance: "1e-6 of the mass to lose, cells and steps refined to it; wide: f32 needs half of it",
     }
 }
 
-/// TACOT from 300 K at 3.1 K/s.
+/// TACOT in a ramp of 3.1 K/s from 300 K.
 fn phenolic() -> Problem {
     let reactions = phenolic_reactions();
     let checks = vec![exact_check(&reactions), density_check("PATO form", "PATO 3.1")];
     at("TACOT at one temperature", Codes, reactions, Sequence::SideBySide, rising_k(3.1, 350.0), checks).stepped(0.02)
 }
 
-/// The same by the component densities of CMA and FIAT: half of a resin of components A and B (300 to 0 and 900 to
-/// 600 kg/m³) in the fifth of the volume that is solid, so that 30 kg/m³ of either go. Their rate constants are for the
-/// density over that of the virgin component, which the advancement turns by ((ρ_v − ρ_c)/ρ_v)^(m−1).
+/// The same in the form of CMA and FIAT: resin components A and B (300 to 0 and 900 to 600 kg/m³) fill half of the
+/// solid volume fraction 0.2, so that each loses 30 kg/m³. Their rate constants refer to density over virgin density;
+/// in terms of the advancement they are scaled by ((ρ_v − ρ_c)/ρ_v)^(m−1).
 fn phenolic_in_components() -> Problem {
     let gas_constant_j_mol_k = 8.314_471_469;
     let component = |virgin_kg_m3: f64, char_kg_m3: f64, rate_1_s: f64, activation_k: f64, onset_k: f64| {
@@ -155,7 +155,7 @@ fn phenolic_in_components() -> Problem {
         .stepped(0.02)
 }
 
-/// A → B → C at rates that no temperature changes, each step losing a quarter of the virgin mass.
+/// A → B → C at constant rates; each reaction loses a quarter of the virgin mass.
 fn chain() -> Problem {
     let steady = |rate_1_s| Arrhenius { rate_1_s, activation_j_mol: 0.0, order: 1.0, onset_k: 0.0 };
     let reactions = vec![reaction(0.25, steady(0.389), 0.0), reaction(0.25, steady(0.262), 0.0)];
@@ -193,15 +193,15 @@ fn chain() -> Problem {
                 "FDS two_step_solid_reaction (NIST)",
                 printed.iter().flat_map(place).collect(),
                 5e-7,
-                "printed to eight digits; wide: f32 takes up a fourth of it",
+                "printed to eight digits; wide: f32 needs a fourth of it",
             ),
         ],
     )
     .stepped(2e-3)
 }
 
-/// Two reactions in a chain while the temperature rises, rests, falls and rises again, against an integration that
-/// shares nothing with the march.
+/// Two consecutive reactions while the temperature rises, rests, falls and rises again, against an independent
+/// integration.
 fn wandering() -> Problem {
     let first = Arrhenius { rate_1_s: 3e5, activation_j_mol: 85e3, order: 1.0, onset_k: 0.0 };
     let second = Arrhenius { rate_1_s: 2e7, activation_j_mol: 125e3, order: 2.0, onset_k: 0.0 };
@@ -229,12 +229,13 @@ fn wandering() -> Problem {
         source_of_tolerance: REFINED,
     };
     let reactions = vec![reaction(0.3, first, 0.0), reaction(0.2, second, 0.0)];
-    at("a chain while temperature wanders", Exact, reactions, Sequence::Chain, temperature_k, vec![check]).stepped(2e-3)
+    let name = "two reactions in a chain, varying temperature";
+    at(name, Exact, reactions, Sequence::Chain, temperature_k, vec![check]).stepped(2e-3)
 }
 
-/// A slab that nothing heats and that its own reaction cools. With one heat capacity c for all, and gas that leaves at
-/// the temperature it is made at, c dT = H dρ/ρ: the temperature follows from what is left. The heat of the reaction is
-/// written down as such or in absolute enthalpies; the answer is the same.
+/// An adiabatic slab cooled by its own reaction. With one heat capacity c for solid and gas, and gas that leaves at the
+/// local temperature, c dT = H dρ/ρ. The heat of reaction is given directly or by absolute enthalpies; both give the
+/// same temperature.
 fn cooled_by_reaction(is_absolute: bool) -> Problem {
     let (start_k, capacity_j_kg_k, heat_j_kg, loss) = (900.0, 1500.0, 5e5, 0.4);
     let arrhenius = Arrhenius { rate_1_s: 1e6, activation_j_mol: 1e5, order: 1.0, onset_k: 0.0 };
@@ -249,7 +250,7 @@ fn cooled_by_reaction(is_absolute: bool) -> Problem {
         reacting(Sequence::SideBySide, vec![reaction(loss, arrhenius, heat_j_kg)], vec![unchanged(&virgin)]);
     let mut gas_made = constant_gas(capacity_j_kg_k);
     if is_absolute {
-        // The solid's at 0 K, of which the reaction takes (virgin − (1 − loss) char)/loss a kg of gas.
+        // Enthalpies of the solids at 0 K; the reaction takes (virgin − (1 − loss) char)/loss per kg of gas.
         let (virgin_j_kg, char_j_kg) = (-8e5, 1e5);
         let lost_j_kg = (virgin_j_kg - (1.0 - loss) * char_j_kg) / loss;
         let reference_k = 300.0;

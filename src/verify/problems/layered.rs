@@ -18,10 +18,10 @@ pub(super) fn problems() -> Vec<Problem> {
     ]
 }
 
-/// Numerical inversions of the Laplace transform state their numbers to 1e-4 relative.
-const RELATIVE: &str = "1e-4 of what drives the problem, the reference's own acceptance; wide: the profile is nearer";
-/// What cells and steps of these problems leave of what drives them.
-const RESOLVED: &str = "the inversion holds ten digits; grid and clock refined until this is met";
+/// Numerical Laplace inversions, stated to 1e-4 relative.
+const RELATIVE: &str = "1e-4 of the driving value, the reference's own acceptance; wide: the profile agrees better";
+/// Discretisation error relative to the driving value.
+const RESOLVED: &str = "the inversion has ten digits; cells and steps refined to this tolerance";
 
 fn three_layers() -> Problem {
     const FILE: &str = include_str!("../../../data/verification/three_layers_flux.csv");
@@ -52,8 +52,8 @@ fn three_layers() -> Problem {
     )
 }
 
-/// The same cloth and gas barrier on a thinner felt, with resistances between them that hold a good part of the
-/// temperature difference.
+/// The same cloth and gas barrier on a thinner felt, with contact resistances that take a large part of the temperature
+/// difference.
 fn three_layers_in_contact() -> Problem {
     const FILE: &str = include_str!("../../../data/verification/three_layers_contacts.csv");
     let mut problem = Problem::new(
@@ -85,9 +85,8 @@ fn three_layers_in_contact() -> Problem {
     problem
 }
 
-/// Two alike slabs of 300 and 900 K that touch from the start on through a contact conductance h. Half of their
-/// difference lies over either side of the contact at all times, so that each slab is as under a film of 2h to the
-/// mean.
+/// Two equal slabs at 300 and 900 K in contact from the start, with contact conductance h. By symmetry each slab sees a
+/// convective coefficient of 2h to the mean temperature.
 fn two_slabs_in_contact() -> Problem {
     let (conductivity_w_m_k, capacity_j_m3_k, thickness_m, contact_w_m2_k) = (0.5, 5e5, 0.01, 100.0);
     let (cold_k, hot_k) = (300.0, 900.0);
@@ -128,8 +127,7 @@ fn two_slabs_in_contact() -> Problem {
     problem
 }
 
-/// TMAP8 ver-1fc. It starts at zero, where the march would fall below absolute zero by rounding: the
-/// equation is linear, so all of it is lifted by 300 K.
+/// TMAP8 ver-1fc. The original starts at 0 K; the equation is linear, so all temperatures are raised by 300 K.
 fn copper_on_iron() -> Problem {
     const EXACT_PROFILE: &str = include_str!("../../../data/verification/copper_iron_exact_profile.csv");
     const CODES_PROFILE: &str = include_str!("../../../data/verification/copper_iron_codes_profile.csv");
@@ -172,7 +170,7 @@ fn copper_on_iron() -> Problem {
     )
 }
 
-/// Steel of 10 mm between two layers of insulation of 20 mm, gas at 480 °C before it and at 20 °C behind.
+/// 10 mm of steel between two 20 mm layers of insulation; gas at 480 °C in front and 20 °C behind.
 fn steel_setting(growth: f64) -> Setting {
     let insulation = constant(0.2, 200.0 * 1000.0);
     Setting {
@@ -187,7 +185,7 @@ fn steel_setting(growth: f64) -> Setting {
 }
 
 fn insulated_steel() -> Problem {
-    // Left out: what FDS prints on the two interfaces, 1.9 °C off the wall that all its other values lie on.
+    // Without the values on the two interfaces, which FDS prints 1.9 °C off the line through all its other values.
     let is_within_a_layer = |point: &Point| ![0.02, 0.03].map(Place::Depth).contains(&point.place);
     const FILE: &str = include_str!("../../../data/verification/fds_insulated_steel_plate.csv");
     Problem::new(
@@ -200,7 +198,7 @@ fn insulated_steel() -> Problem {
             points: reference::points(FILE, "FDS", CELSIUS_K).into_iter().filter(is_within_a_layer).collect(),
             tolerance: 0.02,
             measure: Measure::Plain,
-            source_of_tolerance: "0.02 °C, by which FDS misses the wall at rest; wide: at 10 h it is nearer",
+            source_of_tolerance: "0.02 °C, the error of FDS in the steady state; wide: at 10 h it is smaller",
         }],
     )
 }
@@ -213,7 +211,7 @@ fn insulated_steel_at_rest() -> Problem {
     };
     Problem::new(
         Exact,
-        "insulated steel plate, at rest",
+        "insulated steel plate, steady",
         steel_setting(0.05),
         vec![Check {
             reference: "resistances in series",
@@ -221,7 +219,7 @@ fn insulated_steel_at_rest() -> Problem {
             points: vec![after(0.0, 0.1), after(0.02, 0.2), after(0.03, 0.2002), after(0.05, 0.3002)],
             tolerance: 1e-6,
             measure: Measure::ShareOf(460.0),
-            source_of_tolerance: "a finite volume scheme is exact at rest; wide: f32 rounds to 1e-7",
+            source_of_tolerance: "a finite-volume scheme is exact in the steady state; wide: f32 rounds to 1e-7",
         }],
     )
 }

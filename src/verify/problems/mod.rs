@@ -1,4 +1,4 @@
-//! The problems, by family.
+//! Reference problems by family.
 
 pub mod charring;
 pub mod flexible;
@@ -13,20 +13,18 @@ mod tacot;
 
 use super::problem::Problem;
 
-/// Where the tolerance of a closed form comes from.
-const REFINED: &str =
-    "grid and clock refined until 1e-6 of what drives the problem is met; wide: one limit for all closed forms";
+/// Source of the tolerance of closed forms.
+const REFINED: &str = "cells and steps refined to 1e-6 of the driving value; wide: one limit for all closed forms";
 
 const CARSLAW_3_3: &str = "Carslaw and Jaeger 1959, §3.3";
 const CARSLAW_3_8: &str = "Carslaw and Jaeger 1959, §3.8";
 const CARSLAW_3_10: &str = "Carslaw and Jaeger 1959, §3.10";
 const TALBOT: &str = "Laplace inversion in 30 digits";
 const MOL: &str = "method of lines, converged";
-const CODES_WITHIN_1_K: &str =
-    "1 K covers the codes' own distance from the exact solution; wide: some of them are nearer";
+const CODES_WITHIN_1_K: &str = "1 K covers the codes' own errors against the exact solution; wide: some are smaller";
 const CELSIUS_K: f64 = 273.15;
 
-/// Every problem, the simplest first.
+/// All problems, the simplest first.
 pub fn all() -> Vec<Problem> {
     [
         slab::problems(),

@@ -1,4 +1,4 @@
-//! Properties that change with temperature.
+//! Temperature-dependent properties.
 
 use super::{CARSLAW_3_3, CARSLAW_3_8, CELSIUS_K, MOL, REFINED};
 use crate::case::{Emissivity, Face, Material, OpenFace, Schedule};
@@ -9,22 +9,22 @@ use crate::verify::problem::{
 use crate::verify::{exact, reference};
 use std::sync::Arc;
 
-/// Conductivities and capacities that vary with temperature.
+/// The problems of this module.
 pub fn problems() -> Vec<Problem> {
     let mut problems = kirchhoff();
     problems.extend([heat_wave(), heating(), power_law(), tacot()]);
     problems
 }
 
-/// Of k and of ρc alike, 1/K.
+/// Relative slope of k and of ρc, 1/K.
 pub const KIRCHHOFF_SLOPE_1_K: f64 = 0.002;
-/// Diffusivity of the solid of the Kirchhoff problems.
+/// Diffusivity of the Kirchhoff problems.
 pub const KIRCHHOFF_DIFFUSIVITY_M2_S: f64 = 1e-6;
-/// Temperature at its start.
+/// Initial temperature of the Kirchhoff problems.
 pub const KIRCHHOFF_START_K: f64 = 300.0;
 const KIRCHHOFF_CONDUCTIVITY_W_M_K: f64 = 0.05;
 
-/// k = k₀ (1 + b (T − 300 K)) and ρc likewise: three times as large at 1300 K, the diffusivity the same.
+/// k = k₀ (1 + b (T − 300 K)) and ρc in proportion: three times as large at 1300 K, at constant diffusivity.
 pub fn kirchhoff_material() -> Arc<Material> {
     let rising =
         |at_start: f64| clamped(vec![300.0, 2000.0], vec![at_start, at_start * (1.0 + KIRCHHOFF_SLOPE_1_K * 1700.0)]);
@@ -58,7 +58,7 @@ fn kirchhoff() -> Vec<Problem> {
         hot_face,
         back_face: insulated(),
         cells: 4000,
-        // The jump of 1000 K leaves its error in the first steps: they are shorter than a cell's diffusion time.
+        // The jump of 1000 K needs first steps that are shorter than the diffusion time of a cell.
         first_step_s: 3e-6,
         growth: 0.003,
     };
@@ -81,13 +81,13 @@ fn kirchhoff() -> Vec<Problem> {
     ]
 }
 
-/// A front of k ∝ (T − 300 K)³ that runs at a constant speed U into a layup that does not conduct at all:
-/// `T − 300 K = (3 U ρc (U t − x)/K)^(1/3)` (Zel'dovich and Barenblatt). Harmonic means of k would stall it.
+/// A thermal wave for k ∝ (T − 300 K)³ that travels at constant speed U into a material of zero conductivity:
+/// `T − 300 K = (3 U ρc (U t − x)/K)^(1/3)` (Zel'dovich and Barenblatt). Harmonic means of k would stall the front.
 fn heat_wave() -> Problem {
     let (capacity_j_m3_k, coefficient, speed_m_s, base_k) = (2e5, 1e-7, 2e-4, 300.0);
     let rise_k = |ahead_m: f64| (3.0 * speed_m_s * capacity_j_m3_k / coefficient * ahead_m.max(0.0)).cbrt();
     let temperatures_k: Vec<f64> = (0..=60).map(|i| base_k + 5.0 * f64::from(i)).collect();
-    // A floor of k, a ten-millionth of its peak, keeps the front's foot from dividing by nothing.
+    // A floor of 1e-7 of the peak conductivity avoids a division by zero at the foot of the front.
     let conductivities = temperatures_k.iter().map(|t| coefficient * (t - base_k).powi(3).max(1.0)).collect();
     let times_s: Vec<f64> = (0..=400).map(|i| 0.25 * f64::from(i)).collect();
     let face_k = times_s.iter().map(|t| base_k + rise_k(speed_m_s * t)).collect();
@@ -117,12 +117,12 @@ fn heat_wave() -> Problem {
             ),
             tolerance: 0.002,
             measure: Measure::ShareOf(288.45),
-            source_of_tolerance: "a front moves from cell to cell; a stalled one is off by half of the peak and more",
+            source_of_tolerance: "the front moves cell by cell; a stalled front is off by more than half of the peak",
         }],
     )
 }
 
-/// The slab of HEATING's three bodies; cylinder and sphere are out of scope.
+/// The slab of HEATING's three bodies; cylinders and spheres are out of scope.
 fn heating() -> Problem {
     const FILE: &str = include_str!("../../../data/verification/heating_slab.csv");
     let at_k = || vec![CELSIUS_K, CELSIUS_K + 100.0, CELSIUS_K + 200.0];
@@ -151,7 +151,7 @@ fn heating() -> Problem {
             points: reference::points(FILE, "HEATING", CELSIUS_K),
             tolerance: 0.1,
             measure: Measure::Plain,
-            source_of_tolerance: "HEATING lies within 0.07 K of a converged solution",
+            source_of_tolerance: "HEATING is within 0.07 K of a converged solution",
         }],
     )
 }
@@ -189,8 +189,8 @@ fn power_law() -> Problem {
         },
         vec![
             check(MOL, "converged", 0.05, "600 graded cells at 1e-9, accepted at 0.05 K"),
-            check("gpyro 0.8200", "gpyro", 0.5, "gpyro lies within 0.36 K of the converged solution from 5 s on"),
-            check("CalculiX", "CalculiX", 0.34, "CalculiX lies within 0.24 K of it from 60 s on, and 0.1 K for it"),
+            check("gpyro 0.8200", "gpyro", 0.5, "gpyro is within 0.36 K of the converged solution from 5 s on"),
+            check("CalculiX", "CalculiX", 0.34, "CalculiX is within 0.24 K of it from 60 s on; 0.1 K is added"),
         ],
     )
 }
@@ -224,8 +224,8 @@ fn tacot() -> Problem {
             growth: 0.01,
         },
         vec![
-            check(MOL, "converged", 0.5, "600 cells; doubling from 300 moves it by 0.06 K; accepted at 0.5 K"),
-            check("PATO 3.1", "PATO", 3.0, "first order in time: 2.7 K off at 5 s, 2 K at 70 s"),
+            check(MOL, "converged", 0.5, "600 cells; doubling from 300 changes it by 0.06 K; accepted at 0.5 K"),
+            check("PATO 3.1", "PATO", 3.0, "PATO is first order in time: 2.7 K off at 5 s, 2 K at 70 s"),
         ],
     )
 }

@@ -1,4 +1,4 @@
-//! Radiating faces, and bodies that a standard prescribes.
+//! Radiating faces, and benchmarks of standards.
 
 use super::{CELSIUS_K, MOL};
 use crate::case::{Emissivity, Face, OpenFace, Schedule};
@@ -13,7 +13,7 @@ pub(super) fn problems() -> Vec<Problem> {
     vec![cooling(), heating(), nafems_t2(), nafems_t3(), sfpe_case_1(), sfpe_case_2(), kaowool()]
 }
 
-/// So conductive that a plate of a few millimetres is lumped: its Biot number is under 1e-6.
+/// Conductivity of lumped plates: the Biot number of a few millimetres is below 1e-6.
 const LUMPED_W_M_K: f64 = 1e6;
 
 fn plate(thickness_m: f64, capacity_j_m3_k: f64, start_k: f64, hot_face: OpenFace) -> Setting {
@@ -28,9 +28,9 @@ fn plate(thickness_m: f64, capacity_j_m3_k: f64, start_k: f64, hot_face: OpenFac
     }
 }
 
-const LUMPED_SOURCE: &str = "refined until it is met; wide: f32 takes up most of it";
+const LUMPED_SOURCE: &str = "cells and steps refined to this tolerance; wide: f32 needs most of it";
 
-/// A plate of 2 mm, 2700 kg/m³ and 900 J/kg/K from 1200 K before surroundings of 300 K.
+/// A 2 mm plate of 2700 kg/m³ and 900 J/kg/K at 1200 K in surroundings at 300 K.
 fn cooling() -> Problem {
     let (emissivity, surroundings_k, start_k) = (0.9, 300.0, 1200.0);
     let radiating = OpenFace {
@@ -57,7 +57,7 @@ fn cooling() -> Problem {
     )
 }
 
-/// The same plate from 300 K under 50 kW/m² absorbed, which it radiates to nothing.
+/// The same plate at 300 K under 50 kW/m² absorbed, with surroundings at 0 K.
 fn heating() -> Problem {
     let (emissivity, flux_w_m2, start_k) = (0.9, 50e3, 300.0);
     let radiating = OpenFace {
@@ -85,14 +85,14 @@ fn heating() -> Problem {
     )
 }
 
-/// Steady bar of 0.1 m held at 1000 K that radiates to 300 K; the heat capacity is free.
+/// Steady bar of 0.1 m between a face held at 1000 K and one that radiates to 300 K; the heat capacity is free.
 fn nafems_t2() -> Problem {
     let (conductivity_w_m_k, thickness_m, held_k, emissivity, surroundings_k) = (55.6, 0.1, 1000.0, 0.98, 300.0);
     let end = |temperature_k| vec![Point::at(thickness_m, 30e3, temperature_k)];
     let end_k = exact::radiating_end_k(conductivity_w_m_k / thickness_m, held_k, emissivity, surroundings_k);
     let check = |reference, temperature_k, tolerance, source_of_tolerance| Check {
         reference,
-        quantity: "radiating end, at rest",
+        quantity: "radiating end, steady",
         points: end(temperature_k),
         tolerance,
         measure: Measure::Plain,
@@ -119,13 +119,13 @@ fn nafems_t2() -> Problem {
                 "NAFEMS benchmarks, Rev. 3, 1990",
                 927.0,
                 0.05,
-                "the target is printed to 0.1 K; wide: half of its last digit",
+                "the target is printed to 0.1 K; wide: half of the last digit",
             ),
             check(
-                "root of the end's balance",
+                "root of the heat balance of the end",
                 end_k,
                 1e-5,
-                "a finite volume scheme is exact at rest; wide: f32 keeps 1e-6 K in two words",
+                "a finite-volume scheme is exact in the steady state; wide: two f32 words resolve 1e-6 K",
             ),
         ],
     )
@@ -169,15 +169,15 @@ fn nafems_t3() -> Problem {
                 points: points(&[0.01, 0.02, 0.03, 0.05, 0.07, 0.09], &[8.0, 16.0, 24.0, 32.0, 40.0, 80.0], series_k),
                 tolerance: 1e-6,
                 measure: Measure::ShareOf(amplitude_k),
-                source_of_tolerance: "lines of 0.02 s follow the sine to 3e-7; refined until 1e-6 is met",
+                source_of_tolerance: "0.02 s segments follow the sine to 3e-7; cells and steps refined to 1e-6",
             },
         ],
     )
 }
 
-const SFPE_SOURCE: &str = "figures printed to 0.1 °C, up to 0.1 °C over the lumped equation";
+const SFPE_SOURCE: &str = "values printed to 0.1 °C, up to 0.1 °C above the lumped equation";
 
-/// Both checks of a lumped steel plate: the standard's figures, and the equation integrated.
+/// Checks of a lumped steel plate: values of the standard, and the integrated lumped equation.
 fn sfpe_checks(series: &str, start_k: f64, rate_k_s: impl Fn(f64, f64) -> f64) -> Vec<Check> {
     const FILE: &str = include_str!("../../../data/verification/sfpe_s02.csv");
     let printed = reference::points(FILE, series, CELSIUS_K);
@@ -196,12 +196,12 @@ fn sfpe_checks(series: &str, start_k: f64, rate_k_s: impl Fn(f64, f64) -> f64) -
             "lumped equation, Runge–Kutta",
             integrated,
             1e-2,
-            "the lumped equation, printed to 0.01 °C; wide: it is rounded to that digit",
+            "the lumped equation to 0.01 °C; wide: it is rounded to that digit",
         ),
     ]
 }
 
-/// Half of a steel plate of 40 mm in the fire of ISO 834, by film and radiation from the gas.
+/// Half of a 40 mm steel plate in the ISO 834 fire, with convection and radiation from the gas.
 fn sfpe_case_1() -> Problem {
     let (thickness_m, capacity_j_m3_k, emissivity, film_w_m2_k) = (0.02, 7850.0 * 520.0, 0.7, 25.0);
     let start_k = CELSIUS_K + 20.0;
@@ -230,7 +230,7 @@ fn sfpe_case_1() -> Problem {
     )
 }
 
-/// Steel plate of 10 mm under 50 kW/m², its other side adiabatic; it radiates to nothing.
+/// A 10 mm steel plate under 50 kW/m², adiabatic on the other side, with surroundings at 0 K.
 fn sfpe_case_2() -> Problem {
     let (thickness_m, capacity_j_m3_k, emissivity, film_w_m2_k) = (0.01, 7850.0 * 560.0, 0.9, 12.0);
     let (incident_w_m2, start_k) = (50e3, CELSIUS_K + 20.0);
@@ -254,7 +254,7 @@ fn sfpe_case_2() -> Problem {
     )
 }
 
-/// Ceramic-fibre board of 28.6 mm under a cone heater, with the maker's properties and the measured flux.
+/// A 28.6 mm ceramic-fibre board under a cone heater, with the manufacturer's properties and the measured flux.
 fn kaowool() -> Problem {
     const FILE: &str = include_str!("../../../data/verification/kaowool_nominal.csv");
     let celsius = |degrees: &[f64]| degrees.iter().map(|t| CELSIUS_K + t).collect::<Vec<_>>();
@@ -296,7 +296,7 @@ fn kaowool() -> Problem {
             points: reference::points(FILE, "converged", 0.0),
             tolerance: 0.5,
             measure: Measure::Plain,
-            source_of_tolerance: "start, gas and walls of 290 or of 293 K differ by 0.3 K; printed to 0.1 K",
+            source_of_tolerance: "0.3 K between ambient temperatures of 290 and 293 K; printed to 0.1 K",
         }],
     )
 }

@@ -1,4 +1,4 @@
-//! Gas that seeps through a slab of 50 mm at one temperature, and what a steady stream of it does to heat.
+//! Darcy flow through an isothermal 50 mm slab, and conduction against a steady gas flow.
 
 use super::REFINED;
 use crate::case::{Face, GasPath, Material, Pores, Schedule, Sequence, Table};
@@ -22,7 +22,7 @@ const THICKNESS_M: f64 = 0.05;
 const TEMPERATURE_K: f64 = 1000.0;
 const FACE_PA: f64 = 101_325.0;
 
-/// The gas of [`constant_gas`] in a slab of 85 % pores.
+/// The gas of [`constant_gas`] in a slab of porosity 0.85.
 const SEEPING: Seeping = Seeping {
     molar_mass_kg_mol: 0.022,
     viscosity_pa_s: 3e-5,
@@ -42,12 +42,12 @@ fn pores(seeping: &Seeping) -> Pores {
     }
 }
 
-/// A slab so conductive that it stays at the temperature of its faces.
+/// A slab of so high a conductivity that it stays at the temperature of its faces.
 fn inert(seeping: &Seeping) -> Material {
     porous(&constant(1e3, 1e5), pores(seeping))
 }
 
-/// A slab that makes gas at a constant rate: a reaction of no order, of which a small part happens.
+/// A slab with a constant gas source: a reaction of order zero, of which a small part proceeds.
 fn sourcing(virgin: &Material, source_kg_m3_s: f64, duration_s: f64) -> Arc<Material> {
     let rate_1_s = 1e-3 / duration_s;
     let virgin = Material { density_kg_m3: source_kg_m3_s / (0.5 * rate_1_s), ..virgin.clone() };
@@ -67,7 +67,7 @@ fn setting(material: Arc<Material>, cells: usize) -> Setting {
     }
 }
 
-/// A problem of gas without heat, the pressure at its face and, where the back is open, there.
+/// A problem of gas flow without heat: pressure at the hot face and, for an open back, at the back face.
 fn seeped(name: &str, setting: Setting, face_pa: Schedule, back_pa: Option<Schedule>, checks: Vec<Check>) -> Problem {
     let mut problem = Problem::new(Exact, name, setting, checks).seeped(GasPath::Darcy, constant_gas(0.0));
     problem.case.exposure.pressure_pa = face_pa;
@@ -75,14 +75,13 @@ fn seeped(name: &str, setting: Setting, face_pa: Schedule, back_pa: Option<Sched
     problem
 }
 
-const AT_REST: &str =
-    "a finite volume scheme is exact at rest: differences of p² carry the flux; wide: f32 rounds to 1e-7";
+const AT_REST: &str = "a finite-volume scheme in p² is exact in the steady state; wide: f32 rounds to 1e-7";
 
 fn source(slip_pa_k: f64) -> Problem {
     let seeping = Seeping { slip_pa: slip_pa_k * TEMPERATURE_K, ..SEEPING };
     let (source_kg_m3_s, duration_s) = (0.5, 2.0);
     let check = |quantity, gauge, value: f64| Check {
-        reference: "Darcy's law at rest (Muskat 1937)",
+        reference: "steady Darcy flow (Muskat 1937)",
         quantity,
         points: gauged(gauge, &[duration_s], |_| value),
         tolerance: 1e-6,
@@ -92,7 +91,7 @@ fn source(slip_pa_k: f64) -> Problem {
     let back_pa = seeping.sealed_back_pa(FACE_PA, source_kg_m3_s, THICKNESS_M);
     let material = sourcing(&inert(&seeping), source_kg_m3_s, duration_s);
     seeped(
-        &format!("gas made throughout, slip {slip_pa_k} Pa/K"),
+        &format!("uniform gas source, slip {slip_pa_k} Pa/K"),
         setting(material, 100),
         Schedule::constant(FACE_PA),
         None,
@@ -104,7 +103,7 @@ fn source(slip_pa_k: f64) -> Problem {
     )
 }
 
-/// The pressure at the face falls by 100 Pa at once: so little that the equation is linear.
+/// The pressure at the face drops by 100 Pa: little enough for the linearised equation.
 fn step() -> Problem {
     let step_pa = 100.0;
     let per_second = SEEPING.diffusivity_m2_s(FACE_PA) / (THICKNESS_M * THICKNESS_M);
@@ -116,13 +115,13 @@ fn step() -> Problem {
         }),
         tolerance: 0.1,
         measure: Measure::Plain,
-        source_of_tolerance: "the equation is linear to a thousandth of the step",
+        source_of_tolerance: "the equation is linear to 1e-3 of the step",
     };
     let face_pa = Schedule { times_s: vec![0.0, 1e-7], values: vec![FACE_PA + step_pa, FACE_PA] };
     seeped("a small step of pressure", setting(Arc::new(inert(&SEEPING)), 200), face_pa, None, vec![check])
 }
 
-/// Gas driven into a slab by a pressure that rises at its face, a wave that keeps its shape.
+/// A travelling pressure wave driven into the slab by a rising pressure at its face.
 fn wave() -> Problem {
     let seeping = Seeping { permeability_m2: 2e-13, ..SEEPING };
     let (ahead_pa, speed_m_s, foot, duration_s, step_s) = (1e4, 0.0157, 1e-7, 8.0, 4e-3);
@@ -140,16 +139,16 @@ fn wave() -> Problem {
         points: gauged(Gauge::GasFlux, &[5.0, 5.5, 6.0, 6.5, 7.0, 7.5, 8.0], flux),
         tolerance: 5e-5,
         measure: Measure::ShareOf(flux(duration_s).abs()),
-        source_of_tolerance: "grid and clock refined until 5e-5 of the flux is met",
+        source_of_tolerance: "cells and steps refined to 5e-5 of the flux",
     };
     let setting = setting(Arc::new(inert(&seeping)), 400);
     seeped("gas driven in", setting, schedule(0.0), Some(schedule(THICKNESS_M)), vec![check])
-        // A step from each corner of the schedules to the next, and none cut in two by rounding.
+        // One step between corners of the schedules; the margin prevents a second step by rounding.
         .stepped(1.001 * step_s)
 }
 
-/// A front of gas that runs at a constant speed into a slab that is all but empty: p = (U μ ε/K)(U t − x). It passes
-/// less than half a cell a step; past several the march no longer follows it.
+/// A gas front that travels at constant speed into a nearly empty slab: p = (U μ ε/K)(U t − x). It passes less than
+/// half a cell per step; at several cells per step the march does not follow it.
 fn front() -> Problem {
     let (speed_m_s, empty_pa) = (0.05, 1.0);
     let slope_pa_m = speed_m_s * SEEPING.viscosity_pa_s * SEEPING.porosity / SEEPING.permeability_m2;
@@ -165,7 +164,7 @@ fn front() -> Problem {
     };
     let face_pa = Schedule { times_s: vec![0.0, 1.0], values: vec![empty_pa, slope_pa_m * speed_m_s] };
     seeped(
-        "gas driven into almost nothing",
+        "gas driven into near vacuum",
         setting(Arc::new(inert(&SEEPING)), 400),
         face_pa,
         None,
@@ -175,21 +174,21 @@ fn front() -> Problem {
                 gauged(Gauge::GasFlux, &times_s, flux),
                 0.002,
                 Measure::ShareOf(flux(0.9).abs()),
-                "the gas ahead, of a thousandth of the pressure, is pushed along",
+                "the gas ahead of the front has 1e-3 of the pressure and moves too",
             ),
             check(
                 "pressure at the back, 0.1 to 0.9 s",
                 gauged(Gauge::BackPressure, &times_s, |_| empty_pa),
                 1e-3,
                 Measure::Plain,
-                "a thousandth of what is there; wide: a front that runs ahead is off by pascals",
+                "1e-3 of the pressure there; wide: a premature front is off by pascals",
             ),
         ],
     )
     .stepped(1e-3)
 }
 
-/// A slab under a cover that lets nothing through: what it holds swells as it is heated, `p/T` constant.
+/// A slab under an impermeable cover: the enclosed gas is heated at constant `p/T`.
 fn sealed() -> Problem {
     let (start_k, rise_k_s) = (300.0, 30.0);
     let porous_ply = Arc::new(inert(&SEEPING));
@@ -197,14 +196,14 @@ fn sealed() -> Problem {
     let face_k = Schedule { times_s: vec![0.0, 20.0], values: vec![start_k, start_k + 20.0 * rise_k_s] };
     let times_s: Vec<f64> = (1..=10).map(|i| 2.0 * f64::from(i)).collect();
     let check = Check {
-        reference: "p/T of a gas shut in",
+        reference: "constant p/T of enclosed gas",
         quantity: "pressure at the back, 2 to 20 s",
         points: gauged(Gauge::BackPressure, &times_s, |time_s| FACE_PA * (start_k + rise_k_s * time_s) / start_k),
         tolerance: 1e-6,
         measure: Measure::Relative,
         source_of_tolerance: REFINED,
     };
-    // So conductive that the faces' temperature is that of the inside to a millionth.
+    // So high a conductivity that the inside has the temperature of the faces to 1e-6.
     let conductive = |material: &Material| {
         Arc::new(Material { conductivity: constant(1e9, 1.0).conductivity.clone(), ..material.clone() })
     };
@@ -217,23 +216,23 @@ fn sealed() -> Problem {
         first_step_s: 1e-2,
         growth: 1.0,
     };
-    seeped("gas shut in and heated", setting, Schedule::constant(FACE_PA), None, vec![check]).stepped(0.01)
+    seeped("enclosed gas, heated", setting, Schedule::constant(FACE_PA), None, vec![check]).stepped(0.01)
 }
 
-/// Gas pressed through from the back to the face.
+/// Steady gas flow from the back to the hot face.
 fn through(slip_pa_k: f64, inertia_1_m: f64) -> Problem {
     let seeping = Seeping { slip_pa: slip_pa_k * TEMPERATURE_K, inertia_1_m, ..SEEPING };
     let (low_pa, high_pa, duration_s) = (1e4, 3e4, 5.0);
     let check = Check {
         reference: "flux of p² (Muskat 1937), Klinkenberg, Forchheimer",
-        quantity: "gas flux at rest",
+        quantity: "steady gas flux",
         points: gauged(Gauge::GasFlux, &[duration_s], |_| seeping.through_kg_m2_s(high_pa, low_pa, THICKNESS_M)),
         tolerance: 1e-6,
         measure: Measure::Relative,
         source_of_tolerance: AT_REST,
     };
     seeped(
-        &format!("gas pressed through, slip {slip_pa_k} Pa/K, inertia {inertia_1_m:e} 1/m"),
+        &format!("steady gas flow, slip {slip_pa_k} Pa/K, inertia {inertia_1_m:e} 1/m"),
         setting(Arc::new(inert(&seeping)), 100),
         Schedule::constant(low_pa),
         Some(Schedule { times_s: vec![0.0, 0.1], values: vec![low_pa, high_pa] }),
@@ -241,7 +240,7 @@ fn through(slip_pa_k: f64, inertia_1_m: f64) -> Problem {
     )
 }
 
-/// A stream of gas made at the back that meets the heat on its way through 10 mm: at rest
+/// Conduction through 10 mm against gas from a source at the back. Steady state:
 /// `T = T_h − (T_h − T_b) (1 − e^(−Pe x/L))/(1 − e^(−Pe))`, Pe = ṁ c L/k.
 fn stream(path: GasPath) -> Problem {
     let (length_m, conductivity_w_m_k, peclet, capacity_j_kg_k) = (0.01, 0.5, 2.0, 1000.0);
@@ -257,7 +256,7 @@ fn stream(path: GasPath) -> Problem {
     };
     let depths_m: Vec<f64> = (1..10).map(|i| 0.1 * length_m * f64::from(i)).collect();
     let check = Check {
-        reference: "conduction against a stream, at rest",
+        reference: "conduction against gas flow, steady",
         quantity: "9 depths",
         points: points(&depths_m, &[duration_s], temperature_k),
         tolerance: 3e-6,
@@ -274,8 +273,8 @@ fn stream(path: GasPath) -> Problem {
         growth: 0.02,
     };
     let name = match path {
-        GasPath::Unhindered | GasPath::QuasiSteady => "a stream of gas, as it is made",
-        GasPath::Darcy => "a stream of gas, by Darcy's law",
+        GasPath::Unhindered | GasPath::QuasiSteady => "conduction against quasi-steady gas",
+        GasPath::Darcy => "conduction against Darcy flow",
     };
     Problem::new(Exact, name, setting, vec![check]).seeped(path, constant_gas(capacity_j_kg_k))
 }

@@ -26,7 +26,7 @@ pub(super) fn problems() -> Vec<Problem> {
     problems
 }
 
-/// The slab of this file between two faces, fine enough for 1e-6 from the first second on.
+/// The slab of this module, resolved to 1e-6 from the first second on.
 fn setting(hot_face: Face, back_face: Face) -> Setting {
     Setting {
         plies: vec![(constant(CONDUCTIVITY_W_M_K, CONDUCTIVITY_W_M_K / DIFFUSIVITY_M2_S), THICKNESS_M)],
@@ -39,7 +39,7 @@ fn setting(hot_face: Face, back_face: Face) -> Setting {
     }
 }
 
-/// A closed form over the usual depths and times, of Fourier number and share of the depth.
+/// A closed form of Fourier number and relative depth, at 11 depths and [`TIMES_S`].
 fn closed_form(reference: &'static str, driving_k: f64, rise: impl Fn(f64, f64) -> f64) -> Check {
     let depths_m: Vec<f64> = (0..=10).map(|i| THICKNESS_M * f64::from(i) / 10.0).collect();
     let temperature_k = |depth_m: f64, time_s: f64| {
@@ -56,7 +56,7 @@ fn closed_form(reference: &'static str, driving_k: f64, rise: impl Fn(f64, f64) 
 }
 
 fn slabs() -> Vec<Problem> {
-    // Half of the flux of the tables, which would leave the 4000 K of the march before the last time.
+    // Half of the flux of the tables: with all of it the slab would exceed the 4000 K of the march.
     let flux_w_m2 = 25e3;
     let film_w_m2_k = 100.0;
     let biot = film_w_m2_k * THICKNESS_M / CONDUCTIVITY_W_M_K;
@@ -84,7 +84,7 @@ fn slabs() -> Vec<Problem> {
     ]
 }
 
-/// A slab so thick that nothing has reached its back by the last time: erfc there is under 1e-8.
+/// A slab so thick that it acts as a half space: erfc at its back stays below 1e-8.
 fn half_spaces() -> Vec<Problem> {
     let flux_w_m2 = 50e3;
     let film_w_m2_k = 100.0;
@@ -132,8 +132,8 @@ fn half_spaces() -> Vec<Problem> {
     ]
 }
 
-/// The benchmark of inverse conduction: unit thickness and properties, and a flux that rises for 0.6 and falls for
-/// 0.6, a thousand times larger to stand clear of rounding at 300 K.
+/// The benchmark of inverse conduction: unit thickness and properties, and a flux that rises for 0.6 and falls for 0.6,
+/// scaled by 1000 against rounding at 300 K.
 fn triangular_flux() -> Problem {
     let unit_k = 1000.0;
     let triangle = |t: f64, depth: f64| {
@@ -176,7 +176,7 @@ fn exactpack() -> Vec<Problem> {
         source_of_tolerance: REFINED,
     };
     let flux_w_m2 = 1e5 * CONDUCTIVITY_W_M_K;
-    // Its back face falls to 700 K below zero; the equation is linear, so all of it is lifted.
+    // The back face falls to 700 K below zero; the equation is linear, so all temperatures are raised.
     let shift_k = 1000.0;
     vec![
         Problem::new(

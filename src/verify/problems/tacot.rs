@@ -1,4 +1,4 @@
-//! TACOT, the open charring material of the Ablation Workshops, as a whole.
+//! TACOT, the open charring material of the Ablation Workshops: conduction, pyrolysis and gas together.
 
 use super::MOL;
 use super::kinetics::phenolic_reactions;
@@ -16,7 +16,7 @@ pub(super) fn problems() -> Vec<Problem> {
     vec![held()]
 }
 
-/// TACOT 3.0 and its pyrolysis gas in equilibrium at one atmosphere.
+/// TACOT 3.0 and its equilibrium pyrolysis gas at one atmosphere.
 fn tacot() -> (Arc<Material>, Arc<Gas>) {
     const VIRGIN: &str = include_str!("../../../data/verification/tacot_virgin.csv");
     const CHAR: &str = include_str!("../../../data/verification/tacot_char.csv");
@@ -62,14 +62,14 @@ fn held() -> Problem {
             reference::points(HEAT, "converged", 0.0),
             0.3,
             Measure::Plain,
-            "600 graded cells; doubling from 300 moves it by 0.07 K; PATO lies within 0.32 K from 5 s on",
+            "600 graded cells; doubling from 300 changes it by 0.07 K; PATO is within 0.32 K from 5 s on",
         ),
         converged(
             "gas flux, 5 to 60 s",
             reference::gauged(GAS, "converged", flux, Gauge::GasFlux),
             0.005,
             Measure::Relative,
-            "PATO lies within 0.13 % of it; a march for 0.05 K is held to four times that",
+            "PATO is within 0.13 %; four times that for a march adapted to 0.05 K",
         ),
         converged(
             "98 % virgin, 5 to 60 s",
@@ -83,14 +83,14 @@ fn held() -> Problem {
             reference::gauged(GAS, "converged", char, Gauge::CharFront),
             0.025e-3,
             Measure::Plain,
-            "PATO lies within 0.025 mm of it; wide: a front is read between cells of 0.1 mm and more",
+            "PATO is within 0.025 mm; wide: fronts are interpolated between cells of 0.1 mm and more",
         ),
         converged(
             "largest pressure, 5 to 60 s",
             overpressure(reference::gauged(GAS, "converged", "overpressure_pa", Gauge::PeakPressure)),
             1.5,
             Measure::Plain,
-            "0.25 % of 600 Pa over the face: half of what the flux that drives it is held to",
+            "0.25 % of an overpressure of 600 Pa: half of the tolerance of the flux that drives it",
         ),
         Check {
             reference: "PATO 3.1",
@@ -122,12 +122,12 @@ fn held() -> Problem {
         growth: 0.0,
     };
     let mut problem = Problem::new(Codes, "TACOT held at 1644 K", setting, checks).seeped(GasPath::Darcy, gas);
-    // As `cases/tacot-held` has it, so that its users are told what they get.
+    // The resolution of `cases/tacot-held`, so that this row applies to that case.
     problem.case.resolution = Resolution::default();
     problem
 }
 
-/// One slab, cut where the front is less steep: thin stretches get more cells by their thickness.
+/// Thicknesses of the plies that one slab is divided into: thin plies get more cells.
 const STRETCHES_M: [f64; 4] = [0.0015, 0.0035, 0.009, 0.036];
 
 fn overpressure(points: Vec<Point>) -> Vec<Point> {
@@ -145,7 +145,8 @@ fn fiat(quantity: &'static str, points: Vec<Point>, tolerance: f64, measure: Mea
     }
 }
 
-/// FIAT's temperatures a depth each, as their own distance from PATO's, of which 2 K are its start at 298 K, differs.
+/// FIAT's temperatures, one check per depth because their difference from PATO varies (2 K come from its start at 298
+/// K).
 fn fiat_depths(fiat: &[Point], pato: &[Point]) -> Vec<Check> {
     let names = [
         (0.001, "1 mm, 60 s"),
@@ -165,7 +166,7 @@ fn fiat_depths(fiat: &[Point], pato: &[Point]) -> Vec<Check> {
             points: vec![point],
             tolerance: 3.0 + (point.value - other.value).abs(),
             measure: Measure::Plain,
-            source_of_tolerance: "3 K beyond its distance from PATO; FIAT starts at 298 K; wide: one rule for 6 depths",
+            source_of_tolerance: "its difference from PATO plus 3 K; FIAT starts at 298 K; wide: one rule for 6 depths",
         }
     };
     names.map(check).into()
