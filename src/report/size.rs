@@ -121,7 +121,7 @@ fn found(answers: &Answers, outcome: &Sizing) -> String {
     };
     let margin = outcome.margin_m().map_or(String::new(), |margin_m| {
         format!(
-            " Margin for uncertainty: {} ({}), {}.",
+            " Margin for uncertainty: {} ({} of the nominal thickness), {}.",
             millimetres(margin_m),
             words::percent(margin_m / outcome.nominal.found_m().unwrap_or(f64::NAN)),
             areal(outcome.mass_kg_m2(margin_m))

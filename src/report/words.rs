@@ -107,7 +107,7 @@ pub(super) fn profiled((low, high): (Option<f64>, Option<f64>), (least, most): (
 pub(super) fn reached(reached: &Reached) -> String {
     let corners = reached
         .corners_k
-        .map_or(String::new(), |error_k| format!(", {} at the corners of the factor bounds", misfit(error_k)));
+        .map_or(String::new(), |error_k| format!(", {} at corners of the factor bounds", misfit(error_k)));
     let gauges: Vec<String> = reached
         .gauges
         .iter()

@@ -72,7 +72,7 @@ fn fit(
             words::misfit(before.rms_k),
             words::misfit(after.rms_k)
         ),
-        None => format!("{name} was not fitted: its misfit validates the estimate."),
+        None => format!("{name} was not fitted: its misfit is a validation of the estimate."),
     };
     Figure {
         id: file_name("fit", name),
