@@ -40,13 +40,17 @@ fn quoted(line: &str) -> impl Iterator<Item = &str> {
 }
 
 /// The names in tables of a page by file. The files are those in the last heading that names any. A table of names has
-/// the columns name, unit and meaning.
+/// the columns name, unit and meaning. The line "Keys under `PATH`" before a table is a prefix of its keys.
 fn documented(page: &str) -> Names {
     let mut names = Names::new();
     let mut files: Vec<&str> = Vec::new();
-    let mut is_table = false;
+    let (mut is_table, mut prefix) = (false, String::new());
     for line in page.lines() {
+        if let Some(rest) = line.strip_prefix("Keys under `") {
+            prefix = rest.split('`').next().unwrap_or_default().to_owned() + ".";
+        }
         if line.starts_with('#') {
+            prefix.clear();
             let is_file = |name: &&str| (name.contains('.') && !name.contains("<case>")) || name.contains("--json");
             let found: Vec<&str> = quoted(line).filter(is_file).collect();
             files = if line.starts_with("## ") || !found.is_empty() { found } else { files };
@@ -57,7 +61,7 @@ fn documented(page: &str) -> Names {
         }
         let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
         assert!(cells.len() == 3 && cells.iter().all(|cell| !cell.is_empty()), "name, unit and meaning in {line}");
-        for name in quoted(cells[0]).flat_map(expanded) {
+        for name in quoted(cells[0]).flat_map(|name| expanded(&format!("{prefix}{name}"))) {
             for file in &files {
                 let is_new = names.entry((*file).to_owned()).or_default().insert(name.clone());
                 assert!(is_new, "{file}: {name} is documented twice");
@@ -284,7 +288,7 @@ fn a_missing_row_and_an_unknown_row_of_the_page_are_caught() {
     for (row, file, name) in [
         ("| `seed` |", "summary.json", "seed"),
         ("| `flux_w_m2` |", "history.csv", "flux_w_m2"),
-        ("| `lowest_K`, `highest_K` |", "percentiles.csv", "lowest_K"),
+        ("| `minimum_K`, `maximum_K` |", "percentiles.csv", "minimum_K"),
     ] {
         assert_eq!(page.matches(row).count(), 1, "{row}");
         let without = page.replace(row, &row.replace(name, "renamed"));
