@@ -1,19 +1,17 @@
-//! README and the book: every command is run and what it prints is compared, every case file is loaded. Rust blocks are
+//! README and book: every command is run and its output compared, every case file is loaded. Rust blocks are
 //! documentation tests of the library (`src/lib.rs`).
 //!
-//! A page is one session in a folder of its own, in which `cases` are the shipped ones. What a block is for stands
-//! behind its language, where neither GitHub nor Sphinx shows it:
+//! A page is one session in its own folder, in which `cases` are the shipped ones. The options of a block follow its
+//! language, where neither GitHub nor Sphinx shows them:
 //!
-//! - `console`: each line that begins with `$ ` is a command, which goes on behind a line that ends in `\`. What
-//!   follows is its output, and `...` any number of lines. `exit=2` states another exit code than 0; a `long` block
-//!   runs only if `BONDLINE_ALL` is set.
-//! - `toml`, `csv`: `file=PATH` writes the block into the folder, `append=PATH` adds it to a file there; `case` is a
-//!   whole case, loaded at the end of the page; `into=PATH` takes the place of the same keys and tables of that case,
-//!   which must then load.
-//! - `sh`: commands that are not run here, of cargo or of scripts that exist.
+//! - `console`: lines that begin with `$ ` are commands; a command continues after a line that ends in `\`. The output
+//!   follows, with `...` for any number of lines. `exit=2` states another exit code than 0; a `long` block runs only if
+//!   `BONDLINE_ALL` is set.
+//! - `toml`, `csv`: `file=PATH` writes the block to a file, `append=PATH` appends it to one; `case` is a whole case,
+//!   loaded at the end of the page; `into=PATH` replaces keys and tables of that case, which must then load.
+//! - `sh`: commands that are not run: cargo, or scripts that exist.
 //!
-//! The crate `trycmd` runs such pages too, but would show placeholders where a reader expects times, and writes no
-//! files out of blocks.
+//! The crate `trycmd` also runs such pages, but shows placeholders in place of times and writes no files from blocks.
 
 use crate::support::{Scratch, files, root, text};
 use bondline::case::Case;
@@ -26,7 +24,7 @@ const READ_ONLY: &[&str] = &["text", "rust"];
 struct Block {
     language: String,
     options: Vec<String>,
-    /// Of the first line of its body, from zero.
+    /// Index of the first line of its body.
     line: usize,
     body: String,
 }
@@ -48,7 +46,7 @@ fn pages() -> Vec<String> {
     pages
 }
 
-/// The fenced blocks of a page. A fence in braces is a directive of Sphinx and no block.
+/// The fenced blocks of a page, without directives of Sphinx (in braces).
 fn blocks(page: &str) -> Vec<Block> {
     let mut found = Vec::new();
     let mut open: Option<Block> = None;
@@ -72,7 +70,7 @@ fn blocks(page: &str) -> Vec<Block> {
     found
 }
 
-/// A command, as the page has it and as the shell takes it, and what it should print.
+/// A command, as shown and as run, with its expected output.
 struct Step {
     shown: String,
     command: String,
@@ -100,7 +98,7 @@ fn steps(block: &str) -> Vec<Step> {
     steps
 }
 
-/// A line without what differs from machine to machine: threads, vector width and seconds.
+/// A line without threads, vector width and seconds, which depend on the machine.
 fn masked(line: &str) -> &str {
     let end = ["cpu f64, ", "cpu f32, "].iter().find_map(|mark| line.find(mark));
     line[..end.unwrap_or(line.len())].trim_end()
@@ -120,7 +118,7 @@ fn lines(text: &str) -> Vec<&str> {
     text.lines().collect()
 }
 
-/// Run a command of a page in its folder, as a shell does: what it printed and its exit code.
+/// Runs a command in the folder of a page; returns its output and exit code.
 fn run(scratch: &Scratch, command: &str) -> (String, i32) {
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_bondline"));
     let folder = program.parent().expect("a program lies in a folder");
@@ -135,7 +133,7 @@ fn run(scratch: &Scratch, command: &str) -> (String, i32) {
     (String::from_utf8_lossy(&output.stdout).into_owned(), output.status.code().unwrap_or(-1))
 }
 
-/// Run the commands of a block: complaints, and its text as it should be.
+/// Runs the commands of a block; returns complaints and the renewed text.
 fn checked(scratch: &Scratch, page: &str, block: &Block) -> (Vec<String>, String) {
     let wanted: i32 = block.option("exit").map_or(0, |code| code.parse().expect("exit=CODE"));
     let (mut complaints, mut renewed) = (Vec::new(), String::new());
@@ -154,7 +152,7 @@ fn checked(scratch: &Scratch, page: &str, block: &Block) -> (Vec<String>, String
     (complaints, renewed)
 }
 
-/// The case of a folder with the keys and tables of a fragment in the place of its own of the same name.
+/// A case whose keys and tables are replaced by those of the same name in a fragment.
 fn merged(case: &str, fragment: &str) -> String {
     let table = |line: &str| line.strip_prefix('[').map(|rest| rest.trim_matches(['[', ']']).to_owned());
     let key = |line: &str| line.split_once(" =").map(|(key, _)| key.to_owned());
@@ -166,7 +164,7 @@ fn merged(case: &str, fragment: &str) -> String {
             _ => {}
         }
     }
-    let mut kept = String::new();
+    let mut remaining = String::new();
     let mut current = None;
     for line in case.lines() {
         current = table(line).or(current);
@@ -175,25 +173,25 @@ fn merged(case: &str, fragment: &str) -> String {
             None => key(line).is_some_and(|name| keys.contains(&name)),
         };
         if !is_replaced {
-            kept += line;
-            kept.push('\n');
+            remaining += line;
+            remaining.push('\n');
         }
     }
     let (before, after): (Vec<&str>, Vec<&str>) = {
         let first = fragment.lines().position(|line| line.starts_with('[')).unwrap_or(fragment.lines().count());
         (fragment.lines().take(first).collect(), fragment.lines().skip(first).collect())
     };
-    format!("{}\n{kept}\n{}\n", before.join("\n"), after.join("\n"))
+    format!("{}\n{remaining}\n{}\n", before.join("\n"), after.join("\n"))
 }
 
-/// The commands of a block that are neither cargo nor a script of the repository.
+/// Commands of a block that are neither cargo nor a script of the repository.
 fn missing_scripts(block: &str) -> impl Iterator<Item = &str> {
     let commands = block.lines().filter(|line| !line.starts_with('#'));
     let commands = commands.filter_map(|line| line.split_whitespace().find(|word| !word.contains('=')));
     commands.filter(|command| *command != "cargo" && !root().join(command).is_file())
 }
 
-/// Go through a page; with `BONDLINE_BLESS` its output is renewed.
+/// Complaints about a page; `BONDLINE_BLESS` renews its outputs.
 fn complaints(page: &str) -> Vec<String> {
     let source = text(page);
     let found = blocks(&source);
@@ -204,7 +202,6 @@ fn complaints(page: &str) -> Vec<String> {
     let mut complaints = Vec::new();
     let mut cases = Vec::new();
     let mut renewed: Vec<String> = source.lines().map(str::to_owned).collect();
-    // From the last to the first, so that places stay.
     let mut edits = Vec::new();
     for block in &found {
         let place = format!("{page}:{}", block.line);
@@ -241,7 +238,7 @@ fn complaints(page: &str) -> Vec<String> {
             }
             "sh" => complaints.extend(missing_scripts(&block.body).map(|word| format!("{place}: no script {word}"))),
             other if READ_ONLY.contains(&other) => {}
-            other => complaints.push(format!("{place}: a block of \"{other}\" that nothing checks")),
+            other => complaints.push(format!("{place}: a block of \"{other}\" that is not checked")),
         }
     }
     complaints.extend(
@@ -257,12 +254,12 @@ fn complaints(page: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_block_of_readme_and_book_does_what_it_shows() {
+fn every_block_of_readme_and_book_gives_the_output_shown() {
     let found: Vec<String> = pages().iter().flat_map(|page| complaints(page)).collect();
-    assert!(found.is_empty(), "{}\nif that is meant, BONDLINE_BLESS=1 renews the pages", found.join("\n"));
+    assert!(found.is_empty(), "{}\nif intended, BONDLINE_BLESS=1 renews the pages", found.join("\n"));
 }
 
-/// The negative control: whatever digit of an output is changed, the comparison sees it.
+/// Negative control: the comparison detects a change of any digit of an output.
 #[test]
 fn a_digit_changed_in_an_output_is_caught() {
     let mut changed = 0;
@@ -287,7 +284,7 @@ fn a_digit_changed_in_an_output_is_caught() {
 }
 
 #[test]
-fn a_block_that_nothing_checks_and_a_case_that_does_not_load_are_caught() {
+fn an_unchecked_block_and_a_missing_script_are_caught() {
     let of = |page: &str| blocks(page).into_iter().map(|block| block.language).collect::<Vec<_>>();
     assert_eq!(
         of("```console long\n$ true\n```\n```{note}\nread\n```\n```toml case\na = 1\n```\n"),

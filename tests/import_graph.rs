@@ -1,5 +1,5 @@
-//! The graph of imports between files: it has no cycle. A module and the files in its own folder count as one where
-//! they use each other: the module declares what its parts share, and uses its parts.
+//! The graph of imports between files has no cycle. A module may use the files of its own folder and be used by them:
+//! it declares the items that they share.
 
 use crate::support::{files, text};
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,7 +9,7 @@ type Path = Vec<String>;
 
 struct File {
     module: Path,
-    /// What it imports, and the names that it exports again.
+    /// Imports, and names that it re-exports.
     imports: Vec<Path>,
     exports: BTreeMap<String, Path>,
 }
@@ -20,7 +20,7 @@ fn module(file: &str) -> Path {
     if inner == "lib" { Vec::new() } else { inner.split('/').map(str::to_owned).collect() }
 }
 
-/// The paths of a tree of imports: `a::{b, c::d}` is `a::b` and `a::c::d`.
+/// The paths of an import tree: `a::{b, c::d}` is `a::b` and `a::c::d`.
 fn expanded(tree: &str) -> Vec<String> {
     let Some((prefix, rest)) = tree.split_once('{') else {
         return vec![tree.split(" as ").next().unwrap_or_default().trim().to_owned()];
@@ -37,7 +37,7 @@ fn expanded(tree: &str) -> Vec<String> {
     branches.flat_map(expanded).map(|branch| format!("{}{branch}", prefix.trim())).collect()
 }
 
-/// A path from the crate's root; none of another crate's.
+/// A path from the crate's root; `None` for another crate.
 fn absolute(path: &str, module: &[String], submodules: &BTreeSet<Path>) -> Option<Path> {
     let mut segments: Vec<&str> = path.split("::").map(str::trim).collect();
     let mut base = module.to_vec();
@@ -96,7 +96,7 @@ fn parsed(path: &str, text: &str, modules: &BTreeSet<Path>) -> File {
     File { module: own, imports, exports }
 }
 
-/// The module in which a path's item is defined, exports followed.
+/// The module that defines the item of a path, with re-exports followed.
 fn home<'a>(path: &[String], files: &'a [File]) -> Option<&'a File> {
     let (mut path, mut turns) = (path.to_vec(), 0);
     loop {
@@ -112,8 +112,8 @@ fn home<'a>(path: &[String], files: &'a [File]) -> Option<&'a File> {
     }
 }
 
-/// The files that import each other in a circle, by their modules.
-fn circular(sources: &[(String, String)]) -> Vec<String> {
+/// Modules that are part of an import cycle.
+fn cyclic(sources: &[(String, String)]) -> Vec<String> {
     let modules: BTreeSet<Path> = sources.iter().map(|(path, _)| module(path)).collect();
     let files: Vec<File> = sources.iter().map(|(path, text)| parsed(path, text, &modules)).collect();
     let is_part = |part: &Path, whole: &Path| part.len() > whole.len() && part[..whole.len()] == whole[..];
@@ -139,19 +139,19 @@ fn circular(sources: &[(String, String)]) -> Vec<String> {
 }
 
 #[test]
-fn no_files_import_each_other_in_a_circle() {
+fn imports_have_no_cycle() {
     let sources = files("src", ".rs").into_iter().filter(|path| !path.starts_with("src/command/"));
     let sources: Vec<(String, String)> = sources.map(|path| (path.clone(), text(&path))).collect();
     assert!(sources.len() > 100, "only {} sources found", sources.len());
-    assert_eq!(circular(&sources), Vec::<String>::new());
+    assert_eq!(cyclic(&sources), Vec::<String>::new());
 }
 
 #[test]
-fn a_circle_is_caught_through_a_list_an_export_and_a_third_file() {
+fn a_cycle_through_a_list_a_re_export_or_a_third_file_is_caught() {
     let of = |texts: &[(&str, &str)]| {
         let sources: Vec<(String, String)> =
             texts.iter().map(|(path, text)| ((*path).to_owned(), (*text).to_owned())).collect();
-        circular(&sources)
+        cyclic(&sources)
     };
     let root = ("src/lib.rs", "mod plan;");
     let sound = ("src/plan/clock.rs", "use super::grid::Grid;");

@@ -1,4 +1,4 @@
-//! Every row of `bondline verify` passes on the processor in f64, and a row can fail.
+//! Every row of `bondline verify` passes on the CPU in f64, and rows can fail.
 
 use crate::support::case;
 use bondline::case::Case;
@@ -22,10 +22,10 @@ fn passes(group: Group) {
     let wide: Vec<String> = table(&rows).lines().filter(|line| line.chars().count() > 120).map(str::to_owned).collect();
     assert!(wide.is_empty(), "more than 120 columns:\n{}", wide.join("\n"));
     for row in &rows {
-        let told = [&row.case, &row.reference, &row.quantity, &row.unit, &row.source_of_tolerance];
-        assert!(told.iter().all(|text| !text.is_empty()), "a row says not all of itself: {row:?}");
+        let texts = [&row.case, &row.reference, &row.quantity, &row.unit, &row.source_of_tolerance];
+        assert!(texts.iter().all(|text| !text.is_empty()), "a row with an empty text: {row:?}");
         assert!(row.tolerance.is_finite() && row.tolerance > 0.0, "a row that cannot fail: {row:?}");
-        assert!(!row.is_wide_without_reason(), "more than ten times what is met, and no reason: {row:?}");
+        assert!(!row.is_wide_without_reason(), "more than ten times the difference without a reason: {row:?}");
     }
 }
 
@@ -50,12 +50,12 @@ fn adapted_marches_agree_with_every_reference_within_the_error_that_they_report(
 }
 
 #[test]
-fn what_comes_in_less_what_goes_out_is_stored_of_heat_and_of_mass() {
+fn heat_and_mass_are_conserved() {
     passes(Group::Balance);
 }
 
 #[test]
-fn the_minimiser_meets_answers_that_are_known() {
+fn the_minimiser_meets_known_optima() {
     passes(Group::Fit);
 }
 
@@ -71,7 +71,7 @@ fn a_reference_moved_by_twice_its_tolerance_fails_its_row() {
 }
 
 #[test]
-fn a_tolerance_beyond_ten_times_what_is_met_needs_a_reason() {
+fn a_tolerance_beyond_ten_times_the_difference_needs_a_reason() {
     let problem = all().into_iter().find(|p| p.case.name().starts_with("TACOT, surface held")).expect("listed");
     let row = problem.rows(&mut Cpu::new(Precision::F64)).expect("the processor does not fail").remove(0);
     assert!(!row.is_wide_without_reason(), "{row:?}");
@@ -80,13 +80,13 @@ fn a_tolerance_beyond_ten_times_what_is_met_needs_a_reason() {
     let explained =
         Row { source_of_tolerance: format!("{}{WIDE}the reference is printed so", wider.reference), ..wider };
     assert!(!explained.is_wide_without_reason());
-    // The reason is given where it is needed and nowhere else.
+    // The reason is printed only where it is needed.
     assert!(table(std::slice::from_ref(&explained)).contains("the reference is printed so"));
     let near = Row { tolerance: 9.0 * explained.difference, ..explained };
     assert!(!table(std::slice::from_ref(&near)).contains("the reference is printed so"));
 }
 
-/// A march whose traces are not what they should be.
+/// A march with spoiled traces, for negative controls.
 struct Spoiled<F>(F);
 
 impl<F: Fn(&Plan, &mut Traces) + Send> March for Spoiled<F> {
@@ -151,12 +151,12 @@ fn the_held_tacot_is_verified_for_the_error_that_its_case_tolerates() {
     let ((verified_s, verified), (shipped_s, shipped)) = (march(&problem.case), march(&case));
     let mut compared = 0;
     for (index, sensor) in problem.case.sensors().iter().enumerate() {
-        let twin = case.sensors().iter().position(|other| (other.depth_m - sensor.depth_m).abs() < 1e-9);
-        let twin = twin.unwrap_or_else(|| panic!("the case has no sensor at {}", sensor.name));
+        let same = case.sensors().iter().position(|other| (other.depth_m - sensor.depth_m).abs() < 1e-9);
+        let same = same.unwrap_or_else(|| panic!("the case has no sensor at {}", sensor.name));
         for (instant, time_s) in verified_s.iter().enumerate() {
             let Some(other) = shipped_s.iter().position(|other_s| (other_s - time_s).abs() < 1e-6) else { continue };
-            let off_k = (verified.trace(0, index)[instant] - shipped.trace(0, twin)[other]).abs();
-            // Each may be off by as much as it tolerates, as their sensors are others.
+            let off_k = (verified.trace(0, index)[instant] - shipped.trace(0, same)[other]).abs();
+            // Each may be off by its tolerance, as their sensors differ.
             assert!(off_k < 0.1, "{}, {time_s} s: {off_k} K apart", sensor.name);
             compared += 1;
         }
