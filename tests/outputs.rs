@@ -4,6 +4,7 @@
 use crate::cli::{CASE, Ran, charring, say};
 use crate::support::{Scratch, root, text};
 use bondline::case::Case;
+use bondline::fit::Termination;
 use bondline::traces::Gauge;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use serde_json::Value;
@@ -298,6 +299,26 @@ fn a_missing_row_and_an_unknown_row_of_the_page_are_caught() {
             format!("{file}: renamed is documented and not written"),
         ];
         assert_eq!(found, expected, "{row}");
+    }
+}
+
+/// Every reason why a minimisation ends.
+const TERMINATIONS: [Termination; 7] = [
+    Termination::ResidualsZero,
+    Termination::Gradient,
+    Termination::Reduction,
+    Termination::Step,
+    Termination::OutOfPatience,
+    Termination::Stalled,
+    Termination::NotFinite,
+];
+
+#[test]
+fn every_termination_is_documented() {
+    let page = page();
+    for termination in TERMINATIONS {
+        let row = format!("| `{termination}` | {} | ", if termination.converged() { "yes" } else { "no" });
+        assert_eq!(page.matches(&row).count(), 1, "docs/reference/outputs.md: {row}");
     }
 }
 

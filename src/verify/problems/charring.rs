@@ -181,7 +181,7 @@ fn board(series: &'static str) -> Problem {
     };
     let (lost, flux) = ("mass_lost_kg_m2", "gas_flux_kg_m2_s");
     let converged =
-        "the reference is converged to 2.4 mK and 1e-5 of mass and flux; wide: one limit for both kinds of heating";
+        "reference converged to 2.4 mK and 1e-5 of mass and flux; wide: one limit for both kinds of heating";
     let checks = vec![
         check("6 depths, 2.5 to 60 s", reference::points(HEAT, series, 0.0), 0.05, Measure::Plain, converged),
         check(
