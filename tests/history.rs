@@ -146,7 +146,7 @@ fn of_two_heating_quantities_the_selected_one_is_estimated_and_without_a_selecti
     let case = observed(both(&own), both(&truth), 1.0, 1);
     let wanted = |sought| Wanted { sought, knots: 8, smoothing: Smoothing::Discrepancy };
     let fault = history(&case, &mut march(), &wanted(None)).expect_err("two sources");
-    assert!(fault.to_string().contains("give --seek flux or --seek radiant-flux"), "{fault}");
+    assert!(fault.to_string().contains("give --quantity flux or --quantity radiant-flux"), "{fault}");
     let found = history(&case, &mut march(), &wanted(Some(Sought::Flux))).expect("a history");
     is_recovered(&found, Sought::Flux, &truth);
     let fault = history(&case, &mut march(), &wanted(Some(Sought::Gas))).expect_err("no film");

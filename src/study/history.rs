@@ -125,8 +125,8 @@ pub enum HistoryError {
     },
     /// The case has several heating quantities, and none is selected.
     #[error(
-        "{case:?} has a {first} and a {second}, which the data cannot separate: give --seek {first} or \
-         --seek {second}; the other stays as the case states it"
+        "{case:?} has a {first} and a {second}, which the data cannot separate: give --quantity {first} or \
+         --quantity {second}; the other stays as the case states it"
     )]
     Several {
         /// The case.
@@ -137,7 +137,7 @@ pub enum HistoryError {
         second: &'static str,
     },
     /// The case lacks the selected quantity.
-    #[error("--seek {sought}: {case:?} has none: {reason}")]
+    #[error("--quantity {sought}: {case:?} has none: {reason}")]
     Absent {
         /// The case.
         case: String,

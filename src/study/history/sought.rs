@@ -20,7 +20,7 @@ impl Sought {
     /// Every quantity that can be estimated.
     pub const ALL: [Self; 3] = [Self::Flux, Self::RadiantFlux, Self::Gas];
 
-    /// The value of `--seek`.
+    /// The value of `--quantity`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Flux => "flux",
