@@ -1,5 +1,5 @@
-//! Thermal response of layups of cloth, insulation and film behind a hot face: predicted, doubted and fitted to
-//! thermocouples, many variations at a time, on the processor and on Vulkan devices.
+//! Thermal response of layups of cloth, insulation and film behind a hot face: prediction, uncertainty, and estimation
+//! from thermocouples. Many variations are computed at a time, on the CPU and on Vulkan devices.
 //!
 //! # The equation
 //!
@@ -13,19 +13,21 @@
 //! x = L     h (T_a − T) + ε σ (T_s⁴ − T⁴),   or T held, or nothing
 //! ```
 //!
-//! Heat flux is positive into the layup at both faces, and towards the back inside. A factor multiplies one property
-//! of one group of plies, the heating, the contacts or the loss; an ensemble is many rows of factors.
+//! Heat flux is positive into the layup at both faces, and towards the back face inside. A factor multiplies one
+//! property of one group of plies, or the heating, the contacts or the heat lost by the back face. An ensemble is a
+//! list of members, each with a value of every factor.
 //!
-//! # The nouns
+//! # Types
 //!
-//! A [`Case`] says what is asked: [layup](case::Layup), [exposure](case::Exposure), [sensors](case::Sensor),
-//! [factors](case::Factor), [observations](case::Observation). It is planned once into a [`Plan`], flat arrays that
-//! are all a backend reads, with as many cells and steps as a [`pilot`] finds it to need. An [`Ensemble`] says which variations to run, one [member](Ensemble::member) a row. A
-//! [`March`](march::March) carries members through the plan and returns [`Traces`]. A [study] asks a question and
-//! gives its answer; a [`Fit`](fit::Fit) is the end of a least-squares minimisation, which knows no heat.
+//! A [`Case`] describes the problem: [layup](case::Layup), [exposure](case::Exposure), [sensors](case::Sensor),
+//! [factors](case::Factor), [observations](case::Observation). It becomes a
+//! [`Plan`]: flat arrays for the backends, with the cells and time steps that [`pilot`] chooses. An [`Ensemble`] has
+//! one [member](Ensemble::member) per variation. A [`March`](march::March) integrates the members in time and returns
+//! [`Traces`]. A [study] computes one kind of answer from them; a [`Fit`](fit::Fit) is the result of a least-squares
+//! minimisation, which is independent of heat transfer.
 //!
-//! A [`Session`] does all of it for a case: it gives what the command gives, to the last bit. A hundred variations of a
-//! slab, and the hottest back face among them:
+//! A [`Session`] does all of this for a case, with the numbers of the command to the last bit. A hundred variations of
+//! a slab, and the highest back-face temperature among them:
 //!
 //! ```
 //! use bondline::ensemble::SamplingKind;
@@ -37,33 +39,33 @@
 //! let mut session = Session::open(case, &Options::default())?;
 //! let options = UncertaintyOptions { members: 100, sampling: SamplingKind::Sobol, ..Default::default() };
 //! let mut hottest_k = 0.0_f64;
-//! let spread = session.uncertainty_with(&options, &mut |_, traces| {
+//! let found = session.uncertainty_with(&options, &mut |_, traces| {
 //!     for member in 0..traces.members() {
 //!         hottest_k = traces.trace(member, back).iter().copied().fold(hottest_k, f64::max);
 //!     }
 //! })?;
-//! assert!(hottest_k > 700.0, "the nominal one reaches 633 K");
-//! assert!(spread.peaks[back].mean_k < hottest_k);
+//! assert!(hottest_k > 700.0, "the nominal back face reaches 633 K");
+//! assert!(found.peaks[back].mean_k < hottest_k);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # In reading order
 //!
-//! - [`session`]: one case and its questions: the entry point
-//! - [`case`]: what is asked, as written in a file and as it holds
-//! - [`plan`]: the bridge; cells, steps and rows of numbers
-//! - [`pilot`]: cells and steps for an error that was asked for
-//! - [`ensemble`]: which variations to march, and how they are drawn
-//! - `physics`, which is private: how one member moves by one step, each file with a twin in WGSL
-//! - [`march`]: who carries an ensemble, the processor or a device
-//! - [`traces`]: what comes back
-//! - [`fit`]: least squares between bounds, and what data determine
-//! - [`study`]: one function a question
-//! - [`report`]: answers made visible
-//! - [`verify`]: the march against exact solutions, other codes and itself
+//! - [`session`]: one case and its studies: the entry point
+//! - [`case`]: the description of a problem: case files, materials, validation
+//! - [`plan`]: the discretised problem: cells, time steps and flat arrays
+//! - [`pilot`]: the choice of cells and time steps for a tolerance
+//! - [`ensemble`]: members and their sampling
+//! - `physics` (private): one time step of one member; each file has a twin in WGSL
+//! - [`march`]: time integration of an ensemble, on the CPU or a device
+//! - [`traces`]: temperatures and balances over time
+//! - [`fit`]: bounded least squares and identifiability
+//! - [`study`]: one function per kind of answer
+//! - [`report`]: pages, figures and tables
+//! - [`verify`]: verification against exact solutions, other codes and refined grids
 //!
-//! Nothing here prints, holds global state or reads a file but [`Case::load`], the materials it names, and what
-//! [`report`] writes.
+//! The library does not print and has no global state. Only [`Case::load`] and the materials that it names read files,
+//! and only [`report`] writes them.
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod case;
@@ -92,12 +94,12 @@ pub use plan::Plan;
 pub use session::Session;
 pub use traces::Traces;
 
-/// The example of the book is compiled and run with the tests.
+/// The example of the book is compiled and run as a documentation test.
 #[cfg(doctest)]
 #[doc = include_str!("../docs/how-to/use-the-library.md")]
 struct BookExample;
 
-/// The tests under `tests/inside` name the crate as its users do.
+/// The tests under `tests/inside` refer to the crate by name, as its users do.
 #[cfg(all(test, feature = "command"))]
 extern crate self as bondline;
 #[cfg(all(test, feature = "command"))]

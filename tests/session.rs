@@ -1,4 +1,4 @@
-//! Sessions beside the command: the same numbers to the last bit; progress, cancellation, threads, refused options.
+//! Sessions against the command, bit by bit; progress, cancellation, threads, invalid options.
 
 use crate::cli::say;
 use crate::support::{Scratch, adapter, case, cases, root};
@@ -18,14 +18,14 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 fn open(case: Case) -> Session {
-    Session::open(case, &Options::default().backend(Kind::Cpu)).expect("the processor marches")
+    Session::open(case, &Options::default().backend(Kind::Cpu)).expect("the CPU is always available")
 }
 
 fn sweep(members: usize) -> UncertaintyOptions {
     UncertaintyOptions { members, ..UncertaintyOptions::default() }
 }
 
-/// A record without what the clock says.
+/// The summary of a report without times.
 fn record(folder: &Path) -> Value {
     let text = fs::read_to_string(folder.join("summary.json")).expect("a summary");
     let mut record: Value = serde_json::from_str(&text).expect("a summary in JSON");
@@ -34,8 +34,8 @@ fn record(folder: &Path) -> Value {
     record
 }
 
-/// The report of a session holds what that of the command holds: the record but for its seconds, every table, and the
-/// screen but for the time on its second line.
+/// Expect the report of a session to equal that of the command: the summary without times, every table, and the screen
+/// without the time on its second line.
 #[track_caller]
 fn same_report(session: &Session, scratch: &Scratch, words: &str) {
     let theirs = scratch.path().join("command");
@@ -53,12 +53,12 @@ fn same_report(session: &Session, scratch: &Scratch, words: &str) {
         let bytes = |folder: &Path| fs::read(folder.join(table)).unwrap_or_else(|error| panic!("{table}: {error}"));
         assert!(bytes(&mine) == bytes(&theirs), "{words}: {table} differs");
     }
-    let (theirs, _) = ran.stdout.rsplit_once("\nreport: ").expect("the path of the report stands last");
+    let (theirs, _) = ran.stdout.rsplit_once("\nreport: ").expect("the path of the report is last");
     let mine = session.summary().expect("a summary");
     assert_eq!(without_time(mine.trim_end()), without_time(theirs), "{words}");
 }
 
-/// A screen without the seconds that end its second line.
+/// A screen without the time at the end of its second line.
 fn without_time(screen: &str) -> Vec<&str> {
     let lines = screen.lines().enumerate();
     lines.map(|(line, text)| text.rsplit_once(", ").filter(|_| line == 1).map_or(text, |(fact, _)| fact)).collect()
@@ -69,7 +69,7 @@ fn at(case: &str) -> String {
 }
 
 #[test]
-fn a_session_predicts_every_shipped_case_as_the_command_does_to_the_last_bit() {
+fn a_session_predicts_every_shipped_case_bit_identically_to_the_command() {
     let scratch = Scratch::new("session-predict");
     for case in cases() {
         let words = format!("predict {}", at(case.id()));
@@ -79,10 +79,10 @@ fn a_session_predicts_every_shipped_case_as_the_command_does_to_the_last_bit() {
     }
 }
 
-/// An answer and the report of the command, or the same refusal from both; whether it was an answer.
+/// Expect the report of the command, or the same error from both. Returns whether there was a report.
 #[track_caller]
-fn same_or_refused<T>(session: &Session, asked: Result<T, SessionError>, scratch: &Scratch, words: &str) -> bool {
-    match asked {
+fn same_or_refused<T>(session: &Session, result: Result<T, SessionError>, scratch: &Scratch, words: &str) -> bool {
+    match result {
         Ok(_) => {
             same_report(session, scratch, words);
             true
@@ -98,13 +98,13 @@ fn same_or_refused<T>(session: &Session, asked: Result<T, SessionError>, scratch
 }
 
 #[test]
-fn a_session_gives_every_answer_of_the_command_on_every_shipped_case_to_the_last_bit() {
+fn a_session_gives_all_answers_of_the_command_on_every_shipped_case_bit_identically() {
     const MEMBERS: usize = 30;
     let scratch = Scratch::new("session-questions");
     let mut answered = [0; 7];
     for case in cases() {
         let path = at(case.id());
-        // Coarse, where cells and steps are adapted: what is compared is equal at any resolution.
+        // A coarse tolerance saves time; the comparison holds at any.
         let sets = case.resolution().tolerance_k.map(|_| ("resolution.tolerance".to_owned(), "2 K".to_owned()));
         let case = Case::load_with(Path::new(&path), &sets.clone().into_iter().collect::<Vec<_>>()).expect("a case");
         let set = if sets.is_some() { " --set resolution.tolerance=2K" } else { "" };
@@ -116,29 +116,29 @@ fn a_session_gives_every_answer_of_the_command_on_every_shipped_case_to_the_last
         let sweep = sweep(MEMBERS);
         let size = SizeOptions { probability: 0.8, sweep, ..SizeOptions::new(ply.as_str(), sensor.as_str(), limit_k) };
         let size_words = format!("size {path} --ply {ply} --limit {sensor}<{limit_k}K --probability 0.8 -n {MEMBERS}");
-        let mut judge = |place: usize, session: &Session, asked: Result<(), SessionError>, words: String| {
-            answered[place] += usize::from(same_or_refused(session, asked, &scratch, &(words + set)));
+        let mut check = |study: usize, session: &Session, result: Result<(), SessionError>, words: String| {
+            answered[study] += usize::from(same_or_refused(session, result, &scratch, &(words + set)));
         };
-        let asked = session.uncertainty(&sweep).map(drop);
-        judge(0, &session, asked, format!("uncertainty {path} -n {MEMBERS}"));
-        let asked = session.sensitivity(&SensitivityOptions::default()).map(drop);
-        judge(1, &session, asked, format!("sensitivity {path}"));
-        let asked = session.estimate(&EstimateOptions::default()).map(drop);
-        judge(2, &session, asked, format!("estimate {path}"));
-        let asked = session.study(&StudyOptions { sweep, ..StudyOptions::default() }).map(drop);
-        judge(3, &session, asked, format!("study {path} -n {MEMBERS}"));
-        let asked = session.size(&size).map(drop);
-        judge(4, &session, asked, size_words);
-        let asked = session.history(&HistoryOptions { knots: 3, ..HistoryOptions::default() }).map(drop);
-        judge(5, &session, asked, format!("history {path} --knots 3"));
-        let asked = session.twin_study(&TwinStudyOptions { noise_k: Some(2.0), ..TwinStudyOptions::new(2) }).map(drop);
-        judge(6, &session, asked, format!("twin {path} --study 2 --noise 2K"));
+        let result = session.uncertainty(&sweep).map(drop);
+        check(0, &session, result, format!("uncertainty {path} -n {MEMBERS}"));
+        let result = session.sensitivity(&SensitivityOptions::default()).map(drop);
+        check(1, &session, result, format!("sensitivity {path}"));
+        let result = session.estimate(&EstimateOptions::default()).map(drop);
+        check(2, &session, result, format!("estimate {path}"));
+        let result = session.study(&StudyOptions { sweep, ..StudyOptions::default() }).map(drop);
+        check(3, &session, result, format!("study {path} -n {MEMBERS}"));
+        let result = session.size(&size).map(drop);
+        check(4, &session, result, size_words);
+        let result = session.history(&HistoryOptions { knots: 3, ..HistoryOptions::default() }).map(drop);
+        check(5, &session, result, format!("history {path} --knots 3"));
+        let result = session.twin_study(&TwinStudyOptions { noise_k: Some(2.0), ..TwinStudyOptions::new(2) }).map(drop);
+        check(6, &session, result, format!("twin {path} --study 2 --noise 2K"));
     }
-    assert!(answered.iter().all(|&cases| cases >= 2), "{answered:?} cases answer each question");
+    assert!(answered.iter().all(|&cases| cases >= 2), "{answered:?} cases have each answer");
 }
 
 #[test]
-fn options_of_a_session_are_those_of_the_command() {
+fn options_of_a_session_equal_those_of_the_command() {
     let scratch = Scratch::new("session-options");
     let mut session = open(case("slab"));
     let names: Vec<String> = session.case().factors().iter().map(|factor| factor.name.clone()).collect();
@@ -149,7 +149,7 @@ fn options_of_a_session_are_those_of_the_command() {
     assert_eq!(found.expect("an estimate").factors.len(), 1);
     let typed = format!("estimate {} --factors {} --start {}=1.1 --window 0:40", at("slab"), names[0], names[0]);
     same_report(&session, &scratch, &typed);
-    assert!(session.case().estimate().window_s != Some((0.0, 40.0)), "a question changed the case of the session");
+    assert!(session.case().estimate().window_s != Some((0.0, 40.0)), "a study changed the case of the session");
 
     let derivatives = Derivatives::Difference(Some(1e-4));
     session.sensitivity(&SensitivityOptions { derivatives, ..Default::default() }).expect("derivatives");
@@ -170,20 +170,20 @@ fn options_of_a_session_are_those_of_the_command() {
 }
 
 #[test]
-fn an_answer_does_not_depend_on_the_questions_before_it_or_on_the_number_of_threads() {
+fn an_answer_does_not_depend_on_earlier_studies_or_on_the_number_of_threads() {
     let mut session = open(case("slab"));
     let before = session.predict().expect("a prediction");
     session.uncertainty(&sweep(50)).expect("a sweep");
     assert_eq!(session.predict().expect("a prediction").temperatures_k, before.temperatures_k);
     let alone = Options::default().backend(Kind::Cpu).threads(1);
-    let mut alone = Session::open(case("slab"), &alone).expect("the processor marches");
+    let mut alone = Session::open(case("slab"), &alone).expect("the CPU is always available");
     assert_eq!(alone.predict().expect("a prediction").temperatures_k, before.temperatures_k);
     let backend = &alone.answers().expect("answers").backend;
     assert!(backend.name.starts_with("1 threads"), "a pool of one thread: {}", backend.name);
 }
 
 #[test]
-fn rows_are_marched_as_members_and_told_with_their_derivatives() {
+fn stated_members_are_computed_with_their_derivatives() {
     let case = case("slab");
     let factors = case.factors().len();
     let mut session = open(case);
@@ -195,9 +195,12 @@ fn rows_are_marched_as_members_and_told_with_their_derivatives() {
     let traces = session.march(&points).expect("traces");
     assert_eq!((traces.members(), traces.member(0)), (2, predicted.temperatures_k.concat().as_slice()));
     assert!(traces.member(1) != traces.member(0), "members do not differ");
-    let told = session.tangents(&points, &[0]).expect("a march").expect("the processor knows derivatives");
+    let with_derivatives = session.tangents(&points, &[0]).expect("a march").expect("the CPU has derivatives");
     let derivatives = session.sensitivity(&SensitivityOptions::default()).expect("derivatives");
-    assert_eq!((told.members(), told.member(1)), (4, derivatives.derivatives_k[0].concat().as_slice()));
+    assert_eq!(
+        (with_derivatives.members(), with_derivatives.member(1)),
+        (4, derivatives.derivatives_k[0].concat().as_slice())
+    );
 
     let wrong = Ensemble::at(factors + 1, vec![1.0; factors + 1]);
     let (rows, index) = (session.march(&wrong), session.tangents(&points, &[factors]));
@@ -206,13 +209,13 @@ fn rows_are_marched_as_members_and_told_with_their_derivatives() {
 }
 
 #[test]
-fn progress_is_reported_to_the_end_of_a_sweep_and_never_runs_back() {
+fn progress_increases_to_the_end_of_a_sweep() {
     let seen = Arc::new(Mutex::new(Vec::new()));
     let kept = seen.clone();
     let options = Options::default().backend(Kind::Cpu).progress(move |progress| {
         kept.lock().expect("no callback panics").push((progress.expected, progress.marched));
     });
-    let mut session = Session::open(case("slab"), &options).expect("the processor marches");
+    let mut session = Session::open(case("slab"), &options).expect("the CPU is always available");
     session.uncertainty(&sweep(10_000)).expect("a sweep");
     let seen = seen.lock().expect("no callback panics");
     assert_eq!(seen.first(), Some(&(None, 1)), "the first march of the adaptation");
@@ -221,7 +224,7 @@ fn progress_is_reported_to_the_end_of_a_sweep_and_never_runs_back() {
     assert_eq!((swept.first(), swept.last()), (Some(&0), Some(&10_000)));
 }
 
-/// A sweep cancelled at its first batch, and the prediction after it beside the one before.
+/// Cancel a sweep at its first batch, and compare the predictions before and after it.
 fn cancelled(options: Options) {
     let cancel = CancelToken::new();
     let (token, sweeps) = (cancel.clone(), Arc::new(Mutex::new(Vec::new())));
@@ -235,7 +238,7 @@ fn cancelled(options: Options) {
     let mut session = Session::open(case("slab"), &options).expect("a march");
     let before = session.predict().expect("a prediction");
     let ended = session.uncertainty(&sweep(20_000));
-    assert!(matches!(ended, Err(SessionError::Cancelled)), "the sweep went on");
+    assert!(matches!(ended, Err(SessionError::Cancelled)), "the sweep was not cancelled");
     let marched = sweeps.lock().expect("no callback panics").clone();
     assert!(marched.len() == 1 && marched[0] < 20_000, "{marched:?} members marched in a cancelled sweep");
     assert!(session.answers().is_none() && session.summary().is_err(), "a cancelled sweep left answers");
@@ -246,17 +249,16 @@ fn cancelled(options: Options) {
 }
 
 #[test]
-fn a_cancelled_sweep_ends_with_its_error_and_leaves_the_next_question_unharmed() {
+fn a_cancelled_sweep_returns_its_error_and_does_not_affect_the_next_study() {
     cancelled(Options::default().backend(Kind::Cpu));
 }
 
 #[test]
-fn a_cancelled_sweep_leaves_a_device_unharmed() {
+fn a_cancelled_sweep_does_not_affect_a_device() {
     cancelled(Options::default().backend(Kind::Gpu).device(adapter().name));
 }
 
-/// Options of a march on one thread whose token is cancelled at the report of this number, counted from one; and the
-/// reports.
+/// Options of one thread whose token is cancelled at the `report`-th progress report, from one; and the reports.
 fn cancelled_at(report: usize) -> (Options, CancelToken, Arc<Mutex<Vec<Progress>>>) {
     let (cancel, seen) = (CancelToken::new(), Arc::new(Mutex::new(Vec::new())));
     let (token, kept) = (cancel.clone(), seen.clone());
@@ -271,12 +273,12 @@ fn cancelled_at(report: usize) -> (Options, CancelToken, Arc<Mutex<Vec<Progress>
 }
 
 #[test]
-fn a_cancelled_adaptation_ends_with_its_error_before_the_next_march() {
+fn a_cancelled_adaptation_returns_its_error_before_the_next_march() {
     for report in [1, 3] {
         let (options, _, seen) = cancelled_at(report);
         assert!(
             matches!(Session::open(case("slab"), &options), Err(SessionError::Cancelled)),
-            "the adaptation went on"
+            "the adaptation was not cancelled"
         );
         let marched: Vec<usize> = seen.lock().expect("no callback panics").iter().map(|seen| seen.marched).collect();
         assert_eq!(marched, (1..=report).collect::<Vec<_>>());
@@ -284,25 +286,24 @@ fn a_cancelled_adaptation_ends_with_its_error_before_the_next_march() {
     let (options, cancel, seen) = cancelled_at(usize::MAX);
     cancel.cancel();
     assert!(matches!(Session::open(case("slab"), &options), Err(SessionError::Cancelled)));
-    assert_eq!(seen.lock().expect("no callback panics").len(), 0, "something was marched");
+    assert_eq!(seen.lock().expect("no callback panics").len(), 0, "a member was computed");
 }
 
-/// Of a sweep the nominal march is reported first, then the envelope; of a thickness the nominal march, then the
-/// adaptation.
+/// A sweep reports the nominal march first, then the envelope; sizing reports the nominal march, then the adaptation.
 #[test]
-fn a_question_cancelled_in_the_envelope_of_whole_traces_or_in_an_adaptation_of_its_own_ends_with_its_error() {
+fn a_study_cancelled_in_the_envelope_of_a_sweep_or_in_the_adaptation_of_sizing_returns_its_error() {
     let (options, cancel, seen) = cancelled_at(usize::MAX);
-    Session::open(case("slab"), &options).expect("the processor marches");
+    Session::open(case("slab"), &options).expect("the CPU is always available");
     let opening = seen.lock().expect("no callback panics").len();
     assert!(opening > 1 && !cancel.is_cancelled(), "{opening} reports of the adaptation");
     let size = SizeOptions { sweep: sweep(500), ..SizeOptions::new("SLAB", "BACK", 600.0) };
-    type Question<'a> = &'a dyn Fn(&mut Session) -> Result<(), SessionError>;
-    let questions: [Question<'_>; 2] =
+    type Study<'a> = &'a dyn Fn(&mut Session) -> Result<(), SessionError>;
+    let studies: [Study<'_>; 2] =
         [&|session| session.uncertainty(&sweep(20_000)).map(drop), &|session| session.size(&size).map(drop)];
-    for (question, reports) in questions.into_iter().zip([2, 3]) {
+    for (study, reports) in studies.into_iter().zip([2, 3]) {
         let (options, _, seen) = cancelled_at(opening + reports);
-        let mut session = Session::open(case("slab"), &options).expect("the processor marches");
-        assert!(matches!(question(&mut session), Err(SessionError::Cancelled)), "the question went on");
+        let mut session = Session::open(case("slab"), &options).expect("the CPU is always available");
+        assert!(matches!(study(&mut session), Err(SessionError::Cancelled)), "the study was not cancelled");
         let seen = seen.lock().expect("no callback panics");
         let after = &seen[opening..];
         assert_eq!(after[0].marched, 1, "the nominal march");
@@ -312,7 +313,7 @@ fn a_question_cancelled_in_the_envelope_of_whole_traces_or_in_an_adaptation_of_i
 }
 
 #[test]
-fn a_wrong_option_is_refused_by_its_name() {
+fn an_error_names_the_invalid_option() {
     let refused = |options: Options| match Session::open(case("slab"), &options) {
         Err(SessionError::Input(error)) => error.option,
         _ => None,
@@ -333,7 +334,7 @@ fn a_wrong_option_is_refused_by_its_name() {
         (session.size(&size).err(), "probability"),
         (session.size(&many).err(), "members"),
         (session.twin(&TwinOptions { noise_k: f64::NAN, ..TwinOptions::default() }).err(), "noise_k"),
-        (session.twin_study(&TwinStudyOptions::new(1)).err(), "twins"),
+        (session.twin_study(&TwinStudyOptions::new(1)).err(), "data_sets"),
     ];
     for (error, option) in named {
         assert!(
@@ -345,15 +346,15 @@ fn a_wrong_option_is_refused_by_its_name() {
 }
 
 #[test]
-fn the_tolerance_of_a_session_takes_the_place_of_the_case_s_own() {
+fn the_tolerance_of_a_session_overrides_that_of_the_case() {
     let finer = Options::default().backend(Kind::Cpu).tolerance_k(0.01);
-    let finer = Session::open(case("slab"), &finer).expect("the processor marches");
-    let own = open(case("slab"));
+    let finer = Session::open(case("slab"), &finer).expect("the CPU is always available");
+    let default = open(case("slab"));
     let reached = finer.plan().reached().expect("an adapted plan");
     assert_eq!(reached.tolerance_k, 0.01);
     assert!(reached.nominal_k <= 0.01, "{reached:?}");
     let work = |session: &Session| session.plan().cells() * session.plan().steps();
-    assert!(work(&finer) > work(&own), "a fifth of the error takes no more cells and steps");
+    assert!(work(&finer) > work(&default), "a smaller tolerance did not increase cells and steps");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The report of the answers of a session.
+//! The report of a study.
 
 use super::error::SessionError;
 use crate::report::{self, files::OutputFolder, summary};
@@ -6,8 +6,8 @@ use crate::study::answers::Answers;
 use std::path::PathBuf;
 
 impl Answers {
-    /// Write the report into a folder: the page, figures, tables and `summary.json`, whose path is the last of those
-    /// returned.
+    /// Write the report into a folder: the page, figures, tables and `summary.json`. Returns the paths of the files,
+    /// `summary.json` last.
     ///
     /// # Errors
     /// When the folder cannot be written.

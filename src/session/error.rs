@@ -1,4 +1,4 @@
-//! Why a session gave no answer.
+//! Errors of sessions.
 
 use crate::case::CaseError;
 use crate::march::MarchError;
@@ -12,17 +12,17 @@ use crate::study::size::SizeError;
 use crate::study::twin::TwinError;
 use std::fmt;
 
-/// Why a session gave no answer.
+/// The error of a study.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {
-    /// An option is wrong, or the case does not go with the question.
+    /// An option is wrong, or the case lacks something that the study needs.
     #[error(transparent)]
     Input(#[from] InputError),
     /// The device failed.
     #[error(transparent)]
     March(MarchError),
-    /// The cancel token ended the march.
+    /// The march was cancelled by its token.
     #[error("cancelled")]
     Cancelled,
     /// The report could not be written.
@@ -31,23 +31,23 @@ pub enum SessionError {
     Report(#[from] ReportError),
 }
 
-/// What is wrong with an option or a case.
+/// An error of an option or of a case.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct InputError {
-    /// The field of the options that is wrong; `None` where no single one is.
+    /// The option at fault; `None` if it is not a single one.
     pub option: Option<&'static str>,
     /// The rest of the sentence: `: no sensor is called "TC9"; there are TC1, TC2`.
     pub message: String,
 }
 
 impl InputError {
-    /// A sentence about no single option.
+    /// An error of no single option.
     pub(super) fn plain(message: impl ToString) -> Self {
         Self { option: None, message: message.to_string() }
     }
 
-    /// A sentence that begins with the name of an option; the message follows it directly.
+    /// An error of an option. The message follows the name of the option directly.
     pub(super) fn of(option: &'static str, message: impl ToString) -> Self {
         Self { option: Some(option), message: message.to_string() }
     }
@@ -76,7 +76,7 @@ impl From<CaseError> for SessionError {
     }
 }
 
-/// An error of a study: of its march, or of its input.
+/// Conversion of errors of studies: an error of the march, or of the input.
 macro_rules! from_study {
     ($($error:ident),*) => {
         $(impl From<$error> for SessionError {
@@ -101,7 +101,7 @@ impl From<BesideError> for SessionError {
     }
 }
 
-/// The place of a name among those known.
+/// The index of `name` in `names`; an error lists them.
 pub(super) fn find<'a>(
     names: impl Iterator<Item = &'a str>,
     name: &str,
@@ -109,9 +109,9 @@ pub(super) fn find<'a>(
     noun: &str,
 ) -> Result<usize, SessionError> {
     let names: Vec<&str> = names.collect();
-    let place = names.iter().position(|known| *known == name);
-    place.ok_or_else(|| {
-        let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-        InputError::of(option, format!(": no {noun} is called {name:?}; there are {known}")).into()
+    let index = names.iter().position(|other| *other == name);
+    index.ok_or_else(|| {
+        let all = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        InputError::of(option, format!(": no {noun} is called {name:?}; there are {all}")).into()
     })
 }

@@ -1,4 +1,4 @@
-//! Merging of the pieces of a sweep, to the bit what one sweep over all members gives.
+//! Merging of the parts of a sweep. The result is bit-identical to one sweep over all members.
 
 use super::error::{InputError, SessionError};
 use crate::case::{Bounds, Case};
@@ -14,33 +14,32 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// What is kept of a piece after it is merged. Pieces are read one after the other, so that a thousand of them take no
-/// more memory than two.
-struct Merged<'a> {
+/// A part that has been merged. Parts are read one after the other, so that memory does not grow with their number.
+struct MergedPart<'a> {
     path: &'a Path,
     members: Range<usize>,
     device: String,
 }
 
-/// Merge the files that [`piece`](crate::study::sweep_piece) describes, in any order. `lies` is the path of the case;
-/// `None` takes the path at which it was marched.
+/// Merge files of the form of [`sweep_piece`](crate::study::sweep_piece), in any order. `case_path` is the path of the
+/// case; `None`: the path that the first file states.
 ///
 /// # Errors
-/// When the files are not the whole of one sweep, the case has changed since, or a file cannot be read.
-pub fn merge(pieces: &[PathBuf], lies: Option<&Path>) -> Result<Answers, SessionError> {
+/// When the files are not all parts of one sweep, the case has changed since, or a file cannot be read.
+pub fn merge(pieces: &[PathBuf], case_path: Option<&Path>) -> Result<Answers, SessionError> {
     let began = Instant::now();
-    let path = pieces.first().ok_or_else(|| InputError::plain("no piece to merge"))?;
+    let path = pieces.first().ok_or_else(|| InputError::plain("no files to merge"))?;
     let first = Piece::read(path)?;
-    is_of_one_sweep((path, &first), (path, &first))?;
-    let lies = lies.unwrap_or(&first.case.path);
-    let case = Case::load_with(lies, &first.case.sets)?;
+    check_same_sweep((path, &first), (path, &first))?;
+    let case_path = case_path.unwrap_or(&first.case.path);
+    let case = Case::load_with(case_path, &first.case.sets)?;
     if fingerprint(&case) != first.case.fingerprint {
-        return Err(wrong(format!(
-            "{}: the case {:?} at {} is not what was marched (fingerprint {}, expected {}): it has changed since, or \
-             --case names another",
+        return Err(input_error(format!(
+            "{}: the case {:?} at {} is not the case of this file (fingerprint {}, expected {}): it has changed since, \
+             or --case names another",
             path.display(),
             case.id,
-            lies.display(),
+            case_path.display(),
             fingerprint(&case),
             first.case.fingerprint
         )));
@@ -54,27 +53,27 @@ pub fn merge(pieces: &[PathBuf], lies: Option<&Path>) -> Result<Answers, Session
         != (temperatures, plan.gauges() * plan.instants_s.len(), case.layup.plies.len())
         || (envelope.below_k.len(), envelope.above_k.len()) != (temperatures, temperatures)
     {
-        return Err(damaged(path));
+        return Err(damaged_file(path));
     }
     let nominal = Nominal::of(&case, &plan, &traces, 0);
-    let bounds = Bounds::named(&first.draw.bounds).ok_or_else(|| damaged(path))?;
-    let kind = SamplingKind::named(&first.draw.sampling).ok_or_else(|| damaged(path))?;
+    let bounds = Bounds::named(&first.draw.bounds).ok_or_else(|| damaged_file(path))?;
+    let kind = SamplingKind::named(&first.draw.sampling).ok_or_else(|| damaged_file(path))?;
     let mut whole = Gathered::new(&case, &nominal, &envelope, bounds, kind);
-    let mut merged = Vec::with_capacity(pieces.len());
+    let mut merged: Vec<MergedPart<'_>> = Vec::with_capacity(pieces.len());
     for at in pieces {
         let piece = Piece::read(at)?;
-        is_of_one_sweep((at, &piece), (path, &first))?;
+        check_same_sweep((at, &piece), (path, &first))?;
         let part = whole.restored(piece.numbers(), piece.kept().clone(), &piece.failures());
-        let part = part.filter(|part| part.members() == piece.members.len()).ok_or_else(|| damaged(at))?;
+        let part = part.filter(|part| part.members() == piece.members.len()).ok_or_else(|| damaged_file(at))?;
         whole.merge(&part);
-        merged.push(Merged { path: at, members: piece.members, device: piece.backend.name });
+        merged.push(MergedPart { path: at, members: piece.members, device: piece.backend.name });
     }
-    merged.sort_by_key(|piece| (piece.members.start, piece.members.end));
-    is_whole(&merged, first.draw.members)?;
+    merged.sort_by_key(|part| (part.members.start, part.members.end));
+    check_complete(&merged, first.draw.members)?;
     let outcome = whole.answer(&nominal, &Sampling { kind, seed: first.draw.seed }, first.draw.members);
-    // Nothing is marched here; what the pieces took is theirs to tell.
+    // The times of the marches are in the outputs of the parts.
     let seconds = Seconds { plan_s, march_s: 0.0, reduce_s: began.elapsed().as_secs_f64() - plan_s, began };
-    let mut answers = Answers::new("merge", case, backend(&first, &merged), seconds);
+    let mut answers = Answers::new("merge", case, merged_backend(&first, &merged), seconds);
     answers.seed = Some(first.draw.seed);
     answers.nominal = Some(nominal);
     answers.uncertainty = Some(outcome);
@@ -87,24 +86,26 @@ impl From<PieceError> for SessionError {
     }
 }
 
-fn wrong(message: String) -> SessionError {
+fn input_error(message: String) -> SessionError {
     InputError::plain(message).into()
 }
 
-fn damaged(path: &Path) -> SessionError {
-    wrong(format!("{}: damaged: what it holds does not add up to what it says it is", path.display()))
+fn damaged_file(path: &Path) -> SessionError {
+    input_error(format!("{}: damaged: its numbers do not agree with each other", path.display()))
 }
 
-/// A piece is of this version, and of the case, the draw and the nominal march of the first.
-fn is_of_one_sweep((path, piece): (&Path, &Piece), (at, first): (&Path, &Piece)) -> Result<(), SessionError> {
+/// Check that a part is of this version, and of the same case, samples, backend and nominal march as the first.
+fn check_same_sweep((path, piece): (&Path, &Piece), (at, first): (&Path, &Piece)) -> Result<(), SessionError> {
     let version = env!("CARGO_PKG_VERSION");
     if piece.bondline != version {
         let (path, made) = (path.display(), &piece.bondline);
-        return Err(wrong(format!("{path}: made by bondline {made}, expected {version} as this one")));
+        return Err(input_error(format!(
+            "{path}: written by bondline {made}, expected {version}, the version that merges"
+        )));
     }
-    let differs = |what: &str, found: &str, wanted: &str| {
-        Err(wrong(format!(
-            "{} and {} are not of one sweep: their {what} differ, {found} and {wanted}",
+    let differs = |what: &str, found: &str, expected: &str| {
+        Err(input_error(format!(
+            "{} and {} are not parts of one sweep: their {what} differ, {found} and {expected}",
             path.display(),
             at.display()
         )))
@@ -118,11 +119,11 @@ fn is_of_one_sweep((path, piece): (&Path, &Piece), (at, first): (&Path, &Piece))
             let draw = &piece.draw;
             format!("{} members by {}, seed {}, {} bounds", draw.members, draw.sampling, draw.seed, draw.bounds)
         };
-        return differs("draws", &word(piece), &word(first));
+        return differs("samples", &word(piece), &word(first));
     }
-    let carrier = |piece: &Piece| format!("{} {}", piece.backend.kind, piece.backend.precision);
-    if carrier(piece) != carrier(first) {
-        return differs("backends", &carrier(piece), &carrier(first));
+    let backend = |piece: &Piece| format!("{} {}", piece.backend.kind, piece.backend.precision);
+    if backend(piece) != backend(first) {
+        return differs("backends", &backend(piece), &backend(first));
     }
     if !piece.has_nominal_of(first) {
         let word = |piece: &Piece| format!("on {}", piece.backend.name);
@@ -131,33 +132,35 @@ fn is_of_one_sweep((path, piece): (&Path, &Piece), (at, first): (&Path, &Piece))
     Ok(())
 }
 
-/// The pieces, in order, hold every member once.
-fn is_whole(pieces: &[Merged], all: usize) -> Result<(), SessionError> {
+/// Check that the parts, in order of their members, contain every member once.
+fn check_complete(parts: &[MergedPart<'_>], all: usize) -> Result<(), SessionError> {
     let mut next = 0;
-    for Merged { path, members, .. } in pieces {
+    for MergedPart { path, members, .. } in parts {
         let Range { start, end } = *members;
         if start >= end || end > all {
-            return Err(damaged(path));
+            return Err(damaged_file(path));
         }
         if start < next {
             let path = path.display();
-            return Err(wrong(format!("{path}: members {start}..{end} overlap another piece, which ends at {next}")));
+            return Err(input_error(format!(
+                "{path}: members {start}..{end} overlap another part, which ends at {next}"
+            )));
         }
         if start > next {
-            return Err(missing(next, start, all));
+            return Err(missing_members(next, start, all));
         }
         next = end;
     }
-    if next < all { Err(missing(next, all, all)) } else { Ok(()) }
+    if next < all { Err(missing_members(next, all, all)) } else { Ok(()) }
 }
 
-fn missing(start: usize, end: usize, all: usize) -> SessionError {
-    wrong(format!("no piece holds members {start}..{end} of the {all} drawn"))
+fn missing_members(start: usize, end: usize, all: usize) -> SessionError {
+    input_error(format!("no file has members {start}..{end} of all {all}"))
 }
 
-/// What marched: the names of all the devices, once each.
-fn backend(first: &Piece, pieces: &[Merged]) -> Backend {
-    let mut names: Vec<&str> = pieces.iter().map(|piece| piece.device.as_str()).collect();
+/// The backend of all parts, with the name of every device.
+fn merged_backend(first: &Piece, parts: &[MergedPart<'_>]) -> Backend {
+    let mut names: Vec<&str> = parts.iter().map(|part| part.device.as_str()).collect();
     names.sort_unstable();
     names.dedup();
     Backend {

@@ -1,7 +1,7 @@
-//! One case, adapted once and asked many questions: the entry point of the library.
+//! The entry point of the library: a session adapts the grid to a case once and runs any number of studies of it.
 //!
-//! A session gives the numbers of the command, to the last bit: cells and time steps adapted to the case's tolerance,
-//! every march extrapolated from two resolutions. The command itself is made of sessions.
+//! A session gives the numbers of the command, to the last bit: cells and time steps are chosen for the case's
+//! tolerance, and every march is Richardson-extrapolated from two resolutions. The command itself uses sessions.
 //!
 //! See the [crate] for an example.
 
@@ -51,53 +51,53 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// For `auto`, members that an estimate or derivatives march at a time.
+/// Members per batch of an estimate or of derivatives, by which `auto` chooses the backend.
 const ESTIMATE_MEMBERS: usize = 16;
 
-/// Is shown each batch of members as it arrives, with the ensemble that it belongs to.
+/// Called with each completed batch of members, and the ensemble that it belongs to.
 pub type MembersCallback<'a> = dyn FnMut(&Ensemble, &Traces) + Send + 'a;
 
-/// A case with its cells, time steps and march.
+/// A case with its grid, its time steps and its open marches.
 pub struct Session {
     case: Case,
     plan: Plan,
     options: Options,
     pool: Option<ThreadPool>,
-    marches: Vec<Opened>,
-    opening: Opening,
+    marches: Vec<OpenMarch>,
+    opening: OpeningTime,
     answers: Option<Answers>,
 }
 
-/// A march, and for which questions it was opened.
-struct Opened {
+/// A march, with the choices that it was opened for.
+struct OpenMarch {
     precision: Option<Precision>,
     seeks_hardware: bool,
     march: Monitored,
 }
 
-/// What opening the session took, until the first question reports it.
+/// Time that opening the session took. The first study includes it in its report.
 #[derive(Clone, Copy, Default)]
-struct Opening {
-    all: Duration,
+struct OpeningTime {
+    total: Duration,
     plan_s: f64,
 }
 
-/// Statistics of some members of a sweep, about its nominal march.
+/// Statistics of a part of the members of a sweep, relative to its nominal march.
 #[non_exhaustive]
 pub struct SweepPart {
     /// The march at nominal factors.
     pub nominal: Nominal,
     /// The statistics.
     pub gathered: Gathered,
-    /// What marched.
+    /// The backend that computed them.
     pub backend: Backend,
 }
 
 impl Session {
-    /// Adapt cells and time steps to the case, and open the march. Progress counts the members of the adaptation.
+    /// Choose cells and time steps for the case, and open a march. Progress counts the members of the adaptation.
     ///
     /// # Errors
-    /// When an option is wrong, the adaptation is cancelled or the device that the options name cannot be opened.
+    /// When an option is wrong, the adaptation is cancelled or the device cannot be opened.
     pub fn open(case: Case, options: &Options) -> Result<Self, SessionError> {
         let began = Instant::now();
         options.check()?;
@@ -108,16 +108,16 @@ impl Session {
                 Some(pool.map_err(|error| InputError::of("threads", format!(" {threads}: {error}")))?)
             }
         };
-        let case = toleranced(case, options.tolerance_k);
+        let case = with_tolerance(case, options.tolerance_k);
         options.cancel.check()?;
         let plan = in_pool(pool.as_ref(), || pilot_monitored(&case, &options.monitor()))?;
         let plan_s = began.elapsed().as_secs_f64();
         let options = options.clone();
-        let opening = Opening::default();
+        let opening = OpeningTime::default();
         let mut session = Self { case, plan, options, pool, marches: Vec::new(), opening, answers: None };
-        // An explicit device fails here. With `auto`, each question says whether its work is worth a device.
-        session.opened(1, session.options.precision)?;
-        session.opening = Opening { all: began.elapsed(), plan_s };
+        // A named device that cannot be opened fails here. With `auto`, each study chooses by its number of members.
+        session.open_march(1, session.options.precision)?;
+        session.opening = OpeningTime { total: began.elapsed(), plan_s };
         Ok(session)
     }
 
@@ -126,25 +126,25 @@ impl Session {
         &self.case
     }
 
-    /// Its cells, time steps and instants.
+    /// Cells, time steps and output instants.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// The answers to the last question; none after a question that failed.
+    /// The answers of the last study; `None` after a study that failed.
     pub fn answers(&self) -> Option<&Answers> {
         self.answers.as_ref()
     }
 
-    /// March the case at its nominal factors and compare it with its observations.
+    /// Temperatures and heat balance at nominal factors, compared with the observations.
     ///
     /// # Errors
     /// When the device fails or the march is cancelled.
     pub fn predict(&mut self) -> Result<Nominal, SessionError> {
-        self.ask("predict", self.case.clone(), 1, |question| question.predict())
+        self.run("predict", self.case.clone(), 1, |study| study.predict())
     }
 
-    /// A Monte Carlo sweep over the factors: spreads, and the shares of the factors in them.
+    /// A Monte Carlo sweep over the factors: percentiles of temperatures, and sensitivity indices of the factors.
     ///
     /// # Errors
     /// When an option is wrong, the case has no factors, the device fails or the march is cancelled.
@@ -152,7 +152,7 @@ impl Session {
         self.uncertainty_with(options, &mut |_, _| {})
     }
 
-    /// [`uncertainty`](Self::uncertainty), with a function that is shown every batch of members.
+    /// [`uncertainty`](Self::uncertainty), with a function that is called with every batch of members.
     ///
     /// # Errors
     /// As [`uncertainty`](Self::uncertainty).
@@ -162,17 +162,17 @@ impl Session {
         members: &mut MembersCallback<'_>,
     ) -> Result<Uncertainty, SessionError> {
         options.check(&self.case)?;
-        self.ask("uncertainty", self.case.clone(), options.members, |question| {
-            question.predict()?;
-            question.uncertainty(options, members)
+        self.run("uncertainty", self.case.clone(), options.members, |study| {
+            study.predict()?;
+            study.uncertainty(options, members)
         })
     }
 
-    /// March some members of a sweep, and count them so that parts of one sweep can be merged. It is no answer that can
-    /// be reported.
+    /// Statistics of a part of the members of a sweep, which can be merged with those of its other parts. They have no
+    /// report.
     ///
     /// # Errors
-    /// As [`uncertainty`](Self::uncertainty), and when the nominal march fails, about which members are counted.
+    /// As [`uncertainty`](Self::uncertainty), and when the nominal march fails, as statistics are relative to it.
     pub fn uncertainty_part(
         &mut self,
         options: &UncertaintyOptions,
@@ -182,83 +182,84 @@ impl Session {
         options.check(&self.case)?;
         if part.is_empty() || part.end > options.members {
             let message = format!(
-                " {}..{}: expected a first member before the end, and an end no higher than the {} drawn",
+                " {}..{}: expected a first member before the end, and an end of at most {}",
                 part.start, part.end, options.members
             );
             return Err(InputError::of("part", message).into());
         }
-        let found = self.ask("uncertainty", self.case.clone(), options.members, |question| {
-            let nominal = question.predict()?;
-            if let Some(reason) = reason(&question.answers.case, &nominal.arrival) {
-                let why = format!("nothing to count members from: the nominal march did not arrive: {reason}");
-                return Err(InputError::plain(why).into());
+        let found = self.run("uncertainty", self.case.clone(), options.members, |study| {
+            let nominal = study.predict()?;
+            if let Some(reason) = reason(&study.answers.case, &nominal.arrival) {
+                let message = format!("no statistics without a reference: the nominal march failed: {reason}");
+                return Err(InputError::plain(message).into());
             }
-            let gathered = question.gather(options, &nominal, part, members)?;
-            Ok(SweepPart { nominal, gathered, backend: question.march.backend() })
+            let gathered = study.sweep_statistics(options, &nominal, part, members)?;
+            Ok(SweepPart { nominal, gathered, backend: study.march.backend() })
         });
         self.answers = None;
         found
     }
 
-    /// Derivatives of every temperature by every factor, and which factors can be estimated together.
+    /// Derivatives of all temperatures with respect to the factors, and which factors can be estimated together.
     ///
     /// # Errors
     /// When an option is wrong, the case has no factors, the device fails or the march is cancelled.
     pub fn sensitivity(&mut self, options: &SensitivityOptions) -> Result<Sensitivity, SessionError> {
         let case = options.prepared(&self.case)?;
-        self.ask("sensitivity", case, ESTIMATE_MEMBERS, |question| {
-            question.predict()?;
-            question.sensitivity(options)
+        self.run("sensitivity", case, ESTIMATE_MEMBERS, |study| {
+            study.predict()?;
+            study.sensitivity(options)
         })
     }
 
-    /// Fit factors to observations. A posterior and a comparison, where asked for, are in [`answers`](Self::answers).
+    /// Fit factors to observations by least squares. The posterior and the comparison, if the options include them, are
+    /// in [`answers`](Self::answers).
     ///
     /// # Errors
-    /// When an option is wrong, there is nothing to estimate or to estimate from, the device fails or the march is
-    /// cancelled. That the minimisation did not converge is an answer.
+    /// When an option is wrong, there are no factors to estimate or no observations, the device fails or the march is
+    /// cancelled. A minimisation that does not converge is no error: see [`Estimated::converged`].
     pub fn estimate(&mut self, options: &EstimateOptions) -> Result<Estimated, SessionError> {
         let prepared = options.prepared(&self.case)?;
-        self.ask("estimate", prepared.case, ESTIMATE_MEMBERS, |question| {
-            let others = prepared.others.into_iter().map(|other| toleranced(other, question.tolerance_k));
-            question.answers.others = others.collect();
-            let found = question.estimate(&options.fit, options.posterior.as_ref())?;
-            if let Some(other) = prepared.beside {
-                question.beside(other, &options.fit, &found)?;
+        self.run("estimate", prepared.case, ESTIMATE_MEMBERS, |study| {
+            let others = prepared.others.into_iter().map(|other| with_tolerance(other, study.tolerance_k));
+            study.answers.others = others.collect();
+            let found = study.estimate(&options.fit, options.posterior.as_ref())?;
+            if let Some(other) = prepared.comparison {
+                study.compare(other, &options.fit, &found)?;
             }
             Ok(found)
         })
     }
 
-    /// Prediction, uncertainty, sensitivity and, where the case has observations and factors for it, an estimate.
+    /// Prediction, uncertainty and sensitivity, and an estimate if the case has observations and factors for it.
     ///
     /// # Errors
-    /// As those questions.
+    /// As those studies.
     pub fn study(&mut self, options: &StudyOptions) -> Result<&Answers, SessionError> {
-        let (case, why_not) = options.prepared(&self.case)?;
-        let asked = self.ask_for_all("study", case, options.sweep.members, |question| {
-            question.predict()?;
-            question.uncertainty(&options.sweep, &mut |_, _| {})?;
-            question.sensitivity(&SensitivityOptions::default())?;
-            if why_not.is_none() {
-                question.estimate(&options.fit, options.posterior.as_ref())?;
+        let (case, not_estimated) = options.prepared(&self.case)?;
+        let result = self.run_with_answers("study", case, options.sweep.members, |study| {
+            study.predict()?;
+            study.uncertainty(&options.sweep, &mut |_, _| {})?;
+            study.sensitivity(&SensitivityOptions::default())?;
+            if not_estimated.is_none() {
+                study.estimate(&options.fit, options.posterior.as_ref())?;
             }
-            question.answers.not_estimated = why_not;
+            study.answers.not_estimated = not_estimated;
             Ok(())
         });
-        asked.map(|((), answers)| answers)
+        result.map(|((), answers)| answers)
     }
 
-    /// The thickness of a ply that keeps a sensor below a limit.
+    /// The thickness of a ply that keeps a sensor below a temperature limit.
     ///
     /// # Errors
-    /// When an option is wrong, the ply cannot be sized, the device fails or the march is cancelled. That no thickness
-    /// allowed suffices is an answer.
+    /// When an option is wrong, the ply cannot be sized, the device fails or the march is cancelled. If no allowed
+    /// thickness suffices, that is no error: see [`Sizing`].
     pub fn size(&mut self, options: &SizeOptions) -> Result<Sizing, SessionError> {
-        let (demand, sweep) = (options.demand(&self.case)?, options.sweep);
-        self.ask("size", self.case.clone(), sweep.members, |question| {
-            question.predict()?;
-            let Question { march, answers, .. } = question;
+        let (demand, sweep) = (options.requirement(&self.case)?, options.sweep);
+        self.run("size", self.case.clone(), sweep.members, |study| {
+            study.predict()?;
+            let RunningStudy { march, answers, .. } = study;
             let found = size(&answers.case, *march, &demand, &sweep.sweep())?;
             answers.seed = Some(sweep.seed);
             answers.sizing = Some(found.clone());
@@ -266,45 +267,46 @@ impl Session {
         })
     }
 
-    /// How the hot face was heated, from observations (inverse heat conduction).
+    /// The heating of the hot face over time, from observations (inverse heat conduction).
     ///
     /// # Errors
-    /// When an option is wrong, the case has not the quantity that is sought, the device fails or the march is
+    /// When an option is wrong, the case does not have the quantity to estimate, the device fails or the march is
     /// cancelled.
     pub fn history(&mut self, options: &HistoryOptions) -> Result<History, SessionError> {
         let case = options.prepared(&self.case)?;
-        self.ask("history", case, 1, |question| {
-            question.predict()?;
-            let Question { march, answers, .. } = question;
-            let found = history(&answers.case, *march, &options.wanted())?;
+        self.run("history", case, 1, |study| {
+            study.predict()?;
+            let RunningStudy { march, answers, .. } = study;
+            let found = history(&answers.case, *march, &options.request())?;
             answers.history = Some(found.clone());
             Ok(found)
         })
     }
 
-    /// One synthetic data set: what the sensors would read with these true factors. It is marched in f64 unless the
-    /// session has a precision, and is no answer that can be reported.
+    /// One synthetic data set: the readings of the sensors for true values of the factors, with noise. It is computed
+    /// in f64 unless the session has a precision, and has no report.
     ///
     /// # Errors
-    /// When an option is wrong, the truth cannot be marched, the device fails or the march is cancelled.
+    /// When an option is wrong, the march with the true factors fails, the device fails or the march is cancelled.
     pub fn twin(&mut self, options: &TwinOptions) -> Result<Twin, SessionError> {
-        let (truth, case) = (options.row(&self.case)?, self.case.clone());
+        let (truth, case) = (options.true_factors(&self.case)?, self.case.clone());
         let precision = self.options.precision.or(Some(Precision::F64));
-        self.on_march(1, precision, |plan, march| {
+        self.with_march(1, precision, |plan, march| {
             Ok(twin(&case, plan, march, truth, options.noise_k, &options.noise())?)
         })
     }
 
-    /// Many synthetic data sets of random truths, each of them fitted: how often intervals hold the truth.
+    /// A coverage study: many synthetic data sets with random true factors are fitted, and the 95 % intervals that
+    /// contain the truth are counted.
     ///
     /// # Errors
-    /// When an option is wrong, there is nothing to estimate, the device fails or the march is cancelled. A fit that
-    /// fails is counted.
+    /// When an option is wrong, there are no factors to estimate, the device fails or the march is cancelled. A fit
+    /// that does not converge is counted.
     pub fn twin_study(&mut self, options: &TwinStudyOptions) -> Result<Recovery, SessionError> {
         let case = options.prepared(&self.case)?;
-        self.ask("twin", case, options.twins, |question| {
-            question.predict()?;
-            let Question { plan, march, answers, .. } = question;
+        self.run("twin", case, options.twins, |study| {
+            study.predict()?;
+            let RunningStudy { plan, march, answers, .. } = study;
             let search = Search { landscape: false, ..options.fit.search(march.backend().precision) };
             let (twins, noise_k, noise) = (options.twins, options.noise_k, options.noise());
             let design = Design { twins, drawn: Bounds::Small, noise_k, noise, search };
@@ -315,13 +317,14 @@ impl Session {
         })
     }
 
-    /// March rows of factor values: temperatures of member × sensor × instant, and how each member ended.
+    /// Temperatures, K, in order of member, sensor and instant, for stated values of the factors, and the status of
+    /// each member.
     ///
     /// # Errors
-    /// When rows have not one value a factor, the device fails or the march is cancelled.
+    /// When the rows do not have one value per factor, the device fails or the march is cancelled.
     pub fn march(&mut self, points: &Ensemble) -> Result<Traces, SessionError> {
         self.check_points(points, &[])?;
-        self.on_march(points.len(), self.options.precision, |plan, march| {
+        self.with_march(points.len(), self.options.precision, |plan, march| {
             let mut traces = Traces::none(0, plan.places.len(), plan.instants_s.len());
             march.expect(points.len());
             march_all(march, plan, points, &mut |batch| traces.extend(&batch, 0..batch.members()))?;
@@ -329,128 +332,128 @@ impl Session {
         })
     }
 
-    /// March rows of factor values with their derivatives: of every row the member, then, as if it were a member, the
-    /// derivative of everything by each of `factors` (indices). `None` from a backend without derivatives.
+    /// [`march`](Self::march) with exact derivatives: each member is followed by its derivatives with respect to each
+    /// of `factors` (indices), stored as further members. `None` if the backend has no derivatives.
     ///
     /// # Errors
     /// As [`march`](Self::march), and when there is no such factor.
     pub fn tangents(&mut self, points: &Ensemble, factors: &[usize]) -> Result<Option<Traces>, SessionError> {
         self.check_points(points, factors)?;
-        self.on_march(points.len() * (1 + factors.len()), self.options.precision, |plan, march| {
+        self.with_march(points.len() * (1 + factors.len()), self.options.precision, |plan, march| {
             Ok(march.tangents(plan, points, factors)?)
         })
     }
 
-    /// Write the report of the last question into a folder, as the command does: the page, figures, tables and
-    /// `summary.json`, whose path is the last of those returned.
+    /// Write the report of the last study into a folder, as the command does: the page, figures, tables and
+    /// `summary.json`. Returns the paths of the files, `summary.json` last.
     ///
     /// # Errors
-    /// When there is no answer or the folder cannot be written.
+    /// When the last study failed or the folder cannot be written.
     #[cfg(feature = "report")]
     pub fn report(&self, folder: &OutputFolder) -> Result<Vec<PathBuf>, SessionError> {
         self.answers.as_ref().ok_or_else(nothing_to_report)?.report(folder)
     }
 
-    /// The report of the last question as text for a terminal.
+    /// The report of the last study as text for a terminal.
     ///
     /// # Errors
-    /// When there is no answer.
+    /// When the last study failed.
     #[cfg(feature = "report")]
     pub fn summary(&self) -> Result<String, SessionError> {
         Ok(self.answers.as_ref().ok_or_else(nothing_to_report)?.summary())
     }
 
     fn check_points(&self, points: &Ensemble, factors: &[usize]) -> Result<(), SessionError> {
-        let known = self.case.factors.len();
-        if points.factors() != known {
-            let message = format!(": rows of {} values, expected one for each of {known} factors", points.factors());
+        let count = self.case.factors.len();
+        if points.factors() != count {
+            let message = format!(": rows of {} values, expected one for each of {count} factors", points.factors());
             return Err(InputError::of("points", message).into());
         }
-        match factors.iter().find(|&&factor| factor >= known) {
+        match factors.iter().find(|&&factor| factor >= count) {
             None => Ok(()),
             Some(factor) => {
-                let message = format!(": no factor {factor}, expected an index below {known}");
+                let message = format!(": no factor {factor}, expected an index below {count}");
                 Err(InputError::of("factors", message).into())
             }
         }
     }
 
-    /// Ask a question and keep its answers. `members` says to `auto` how much work it is.
-    fn ask<T: Send>(
+    /// Run a study and store its answers. `auto` chooses the backend by the number of `members`.
+    fn run<T: Send>(
         &mut self,
-        question: &'static str,
+        command: &'static str,
         case: Case,
         members: usize,
-        work: impl FnOnce(&mut Question<'_>) -> Result<T, SessionError> + Send,
+        work: impl FnOnce(&mut RunningStudy<'_>) -> Result<T, SessionError> + Send,
     ) -> Result<T, SessionError> {
-        self.ask_for_all(question, case, members, work).map(|(answer, _)| answer)
+        self.run_with_answers(command, case, members, work).map(|(answer, _)| answer)
     }
 
-    /// [`ask`](Self::ask), with all the answers that the question left.
-    fn ask_for_all<T: Send>(
+    /// [`run`](Self::run), with all answers of the study.
+    fn run_with_answers<T: Send>(
         &mut self,
-        question: &'static str,
+        command: &'static str,
         case: Case,
         members: usize,
-        work: impl FnOnce(&mut Question<'_>) -> Result<T, SessionError> + Send,
+        work: impl FnOnce(&mut RunningStudy<'_>) -> Result<T, SessionError> + Send,
     ) -> Result<(T, &Answers), SessionError> {
         self.answers = None;
         let opening = std::mem::take(&mut self.opening);
         let now = Instant::now();
-        let began = now.checked_sub(opening.all).unwrap_or(now);
+        let began = now.checked_sub(opening.total).unwrap_or(now);
         let tolerance_k = self.options.tolerance_k;
-        let (answer, answers) = self.on_march(members, self.options.precision, |plan, march| {
-            let study = Instant::now();
+        let (answer, answers) = self.with_march(members, self.options.precision, |plan, march| {
+            let start = Instant::now();
             let seconds = Seconds { plan_s: opening.plan_s, march_s: 0.0, reduce_s: 0.0, began };
-            let answers = Answers::new(question, case, march.backend(), seconds);
-            let mut question = Question { plan, march, tolerance_k, answers };
-            let answer = work(&mut question)?;
-            let Question { march, mut answers, .. } = question;
-            let (study_s, march_s) = (study.elapsed().as_secs_f64(), march.seconds());
+            let answers = Answers::new(command, case, march.backend(), seconds);
+            let mut study = RunningStudy { plan, march, tolerance_k, answers };
+            let answer = work(&mut study)?;
+            let RunningStudy { march, mut answers, .. } = study;
+            let (study_s, march_s) = (start.elapsed().as_secs_f64(), march.seconds());
             answers.seconds = Seconds { march_s, reduce_s: (study_s - march_s).max(0.0), ..seconds };
             Ok((answer, answers))
         })?;
         Ok((answer, self.answers.insert(answers)))
     }
 
-    /// Work with the march for so many members, on the session's threads.
-    fn on_march<T: Send>(
+    /// Call `work` with the march for a number of members, on the threads of the session.
+    fn with_march<T: Send>(
         &mut self,
         members: usize,
         precision: Option<Precision>,
         work: impl FnOnce(&Plan, &mut Monitored) -> Result<T, SessionError> + Send,
     ) -> Result<T, SessionError> {
         self.options.cancel.check()?;
-        let place = self.opened(members, precision)?;
-        let (plan, march) = (&self.plan, &mut self.marches[place].march);
+        let index = self.open_march(members, precision)?;
+        let (plan, march) = (&self.plan, &mut self.marches[index].march);
         march.restart();
         in_pool(self.pool.as_ref(), || work(plan, march))
     }
 
-    /// The place of the march for so many members in this precision, which is opened where there is none yet.
-    fn opened(&mut self, members: usize, precision: Option<Precision>) -> Result<usize, SessionError> {
+    /// The index of the march for a number of members and a precision, which is opened if it is not yet.
+    fn open_march(&mut self, members: usize, precision: Option<Precision>) -> Result<usize, SessionError> {
         let choice = choose::Choice { precision, ..self.options.choice() };
         let seeks_hardware = choose::seeks_hardware(&choice, &self.plan, members);
-        let is_open = |open: &Opened| (open.precision, open.seeks_hardware) == (precision, seeks_hardware);
-        if let Some(place) = self.marches.iter().position(is_open) {
-            return Ok(place);
+        let is_open = |open: &OpenMarch| (open.precision, open.seeks_hardware) == (precision, seeks_hardware);
+        if let Some(index) = self.marches.iter().position(is_open) {
+            return Ok(index);
         }
         let march = in_pool(self.pool.as_ref(), || choose::open_extrapolated(&choice, &self.plan, members))?;
         let march = Monitored::new(march, self.options.monitor());
-        self.marches.push(Opened { precision, seeks_hardware, march });
+        self.marches.push(OpenMarch { precision, seeks_hardware, march });
         Ok(self.marches.len() - 1)
     }
 }
 
-/// A question while it is worked on.
-struct Question<'a> {
+/// A study while it runs.
+struct RunningStudy<'a> {
     plan: &'a Plan,
     march: &'a mut Monitored,
     tolerance_k: Option<f64>,
     answers: Answers,
 }
 
-impl Question<'_> {
+impl RunningStudy<'_> {
     fn predict(&mut self) -> Result<Nominal, SessionError> {
         let found = nominal(&self.answers.case, self.plan, self.march)?;
         self.answers.nominal = Some(found.clone());
@@ -466,15 +469,15 @@ impl Question<'_> {
             Some(nominal) => nominal.clone(),
             None => self.predict()?,
         };
-        let gathered = self.gather(options, &nominal, 0..options.members, members)?;
+        let gathered = self.sweep_statistics(options, &nominal, 0..options.members, members)?;
         let found = gathered.answer(&nominal, &options.sweep().sampling, options.members);
         self.answers.seed = Some(options.seed);
         self.answers.uncertainty = Some(found.clone());
         Ok(found)
     }
 
-    /// March some members of a sweep and count them.
-    fn gather(
+    /// Statistics of some members of a sweep.
+    fn sweep_statistics(
         &mut self,
         options: &UncertaintyOptions,
         nominal: &Nominal,
@@ -513,18 +516,18 @@ impl Question<'_> {
         Ok(found)
     }
 
-    /// Fit another case to the same observations.
-    fn beside(&mut self, other: Case, fit: &FitOptions, found: &Estimated) -> Result<(), SessionError> {
+    /// Fit another case to the same observations, and compare the misfits.
+    fn compare(&mut self, other: Case, fit: &FitOptions, found: &Estimated) -> Result<(), SessionError> {
         let Some(first) = found.fitted.first() else { return Ok(()) };
-        let (search, other) = (fit.search(self.march.backend().precision), toleranced(other, self.tolerance_k));
+        let (search, other) = (fit.search(self.march.backend().precision), with_tolerance(other, self.tolerance_k));
         let plan = pilot_monitored(&other, &self.march.monitor())?;
         self.answers.beside = Some(beside((&self.answers.case, first), (&other, &plan), self.march, &search)?);
         Ok(())
     }
 }
 
-/// A case with the tolerance of the session, where it has one.
-fn toleranced(case: Case, tolerance_k: Option<f64>) -> Case {
+/// A case with the tolerance of the session, if it has one.
+fn with_tolerance(case: Case, tolerance_k: Option<f64>) -> Case {
     match tolerance_k {
         Some(tolerance_k) => case.with_tolerance_k(tolerance_k),
         None => case,
@@ -540,5 +543,5 @@ fn in_pool<T: Send>(pool: Option<&ThreadPool>, work: impl FnOnce() -> T + Send) 
 
 #[cfg(feature = "report")]
 fn nothing_to_report() -> SessionError {
-    InputError::plain("there is nothing to report: the last question failed or none was asked").into()
+    InputError::plain("there is nothing to report: no study was run, or the last one failed").into()
 }

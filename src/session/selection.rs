@@ -1,4 +1,4 @@
-//! Which observations and factors of the cases a question uses, in place of what the case files say.
+//! Observations and factors that a study uses in place of those that the case states.
 
 use super::error::{InputError, SessionError, find};
 use super::options::{FitOptions, ObservationSelection, Start};
@@ -6,15 +6,15 @@ use crate::case::{Case, Estimate};
 use std::cmp::Ordering;
 
 impl ObservationSelection {
-    /// The cases with these sensors, window and bounds in place of their own.
+    /// The cases with these sensors, this window and these bounds in place of their own.
     pub(super) fn apply(&self, cases: Vec<Case>) -> Result<Vec<Case>, SessionError> {
         let mut estimates = estimates(&cases);
         if !self.sensors.is_empty() {
             let names = |case: &Case| case.sensors.iter().map(|sensor| sensor.name.clone()).collect();
-            let chosen = chosen(&cases, &self.sensors, "sensors", "sensor", names)?;
+            let chosen = chosen_indices(&cases, &self.sensors, "sensors", "sensor", names)?;
             for ((case, estimate), chosen) in cases.iter().zip(&mut estimates).zip(chosen) {
                 if chosen.is_empty() {
-                    let message = format!(": {:?} has none of {}", case.id, self.sensors.join(", "));
+                    let message = format!(": the case {:?} has none of {}", case.id, self.sensors.join(", "));
                     return Err(InputError::of("sensors", message).into());
                 }
                 estimate.sensors = chosen;
@@ -32,7 +32,7 @@ impl ObservationSelection {
                 Some(window_s) => case.with_window_s(window_s),
                 None => case,
             };
-            all_seen(&case).map(|()| case)
+            check_samples(&case).map(|()| case)
         };
         cases.into_iter().zip(estimates).map(apply).collect()
     }
@@ -49,42 +49,42 @@ impl FitOptions {
         let mut estimates = estimates(&cases);
         if !self.factors.is_empty() {
             let names = |case: &Case| case.factors.iter().map(|factor| factor.name.clone()).collect();
-            let chosen = chosen(&cases, &self.factors, "factors", "factor", names)?;
+            let chosen = chosen_indices(&cases, &self.factors, "factors", "factor", names)?;
             for (estimate, chosen) in estimates.iter_mut().zip(chosen) {
                 estimate.factors = chosen;
                 estimate.start.clear();
             }
         }
-        starts(&cases, &mut estimates, &self.start)?;
+        set_starts(&cases, &mut estimates, &self.start)?;
         for estimate in &mut estimates {
             estimate.loss = self.loss.unwrap_or(estimate.loss);
             estimate.prior = self.prior.unwrap_or(estimate.prior);
         }
         let cases = cases.into_iter().zip(estimates).map(|(case, estimate)| case.with_estimate(estimate)).collect();
-        starts_within_bounds(cases)
+        check_starts(cases)
     }
 }
 
-/// What each case proposes.
+/// The estimate that each case states.
 fn estimates(cases: &[Case]) -> Vec<Estimate> {
     cases.iter().map(|case| case.estimate.clone()).collect()
 }
 
-/// Refuses cases in which some of the chosen sensors have samples in their windows and others have none. Where none
-/// has, all instants take the place of the samples.
-fn all_seen(case: &Case) -> Result<(), SessionError> {
-    let is_seen = |sensor: usize| {
+/// Check that every chosen sensor has samples in its window, or none has: without any samples, all instants are used.
+fn check_samples(case: &Case) -> Result<(), SessionError> {
+    let has_samples = |sensor: usize| {
         let (from_s, to_s) = case.window_s(sensor);
         let mut times_s = case.observations.iter().filter(|seen| seen.sensor == sensor).flat_map(|seen| &seen.times_s);
         times_s.any(|time_s| (from_s..=to_s).contains(time_s))
     };
-    let (seen, unseen): (Vec<usize>, Vec<usize>) = case.estimate.sensors.iter().partition(|&&sensor| is_seen(sensor));
-    match (seen.is_empty(), unseen.first()) {
+    let (with_samples, without_samples): (Vec<usize>, Vec<usize>) =
+        case.estimate.sensors.iter().partition(|&&sensor| has_samples(sensor));
+    match (with_samples.is_empty(), without_samples.first()) {
         (false, Some(&sensor)) => {
             let ((from_s, to_s), name) = (case.window_s(sensor), &case.sensors[sensor].name);
             let id = &case.id;
             Err(InputError::plain(format!(
-                "{id}: {name:?} is chosen and has no samples between {from_s} s and {to_s} s; leave it out"
+                "{id}: sensor {name:?} has no samples between {from_s} s and {to_s} s; leave it out"
             ))
             .into())
         }
@@ -92,52 +92,52 @@ fn all_seen(case: &Case) -> Result<(), SessionError> {
     }
 }
 
-/// The places of the chosen names among those that each case has; one case at least must have each name.
-fn chosen(
+/// The indices of the chosen names in each case. Every name must occur in a case.
+fn chosen_indices(
     cases: &[Case],
     chosen: &[String],
     option: &'static str,
     noun: &str,
     names: impl Fn(&Case) -> Vec<String>,
 ) -> Result<Vec<Vec<usize>>, SessionError> {
-    let known: Vec<Vec<String>> = cases.iter().map(names).collect();
+    let names: Vec<Vec<String>> = cases.iter().map(names).collect();
     let mut all: Vec<&str> = Vec::new();
-    for name in known.iter().flatten() {
+    for name in names.iter().flatten() {
         if !all.contains(&name.as_str()) {
             all.push(name);
         }
     }
-    for (place, name) in chosen.iter().enumerate() {
+    for (index, name) in chosen.iter().enumerate() {
         find(all.iter().copied(), name, option, noun)?;
-        if chosen[..place].contains(name) {
+        if chosen[..index].contains(name) {
             return Err(InputError::of(option, format!(" names {name:?} twice")).into());
         }
     }
-    let places =
-        |known: &Vec<String>| chosen.iter().filter_map(|name| known.iter().position(|other| other == name)).collect();
-    Ok(known.iter().map(places).collect())
+    let indices =
+        |names: &Vec<String>| chosen.iter().filter_map(|name| names.iter().position(|other| other == name)).collect();
+    Ok(names.iter().map(indices).collect())
 }
 
-/// Sets the starts of every case that estimates a factor of the name, or of the one case that the start names.
-fn starts(cases: &[Case], estimates: &mut [Estimate], starts: &[Start]) -> Result<(), SessionError> {
+/// Set the start values of every case that estimates the factor, or of the one case that the start names.
+fn set_starts(cases: &[Case], estimates: &mut [Estimate], starts: &[Start]) -> Result<(), SessionError> {
     if starts.is_empty() {
         return Ok(());
     }
     for (case, estimate) in cases.iter().zip(estimates.iter_mut()) {
         estimate.start = estimate.factors.iter().map(|&factor| case.factors[factor].nominal).collect();
     }
-    for Start { factor: name, case: home, value } in starts {
+    for Start { factor: name, case: only, value } in starts {
         let mut is_estimated = false;
-        let both = cases.iter().zip(estimates.iter_mut());
-        for (case, estimate) in both.filter(|(case, _)| home.as_ref().is_none_or(|id| *id == case.id)) {
-            let place = estimate.factors.iter().position(|&chosen| case.factors[chosen].name == *name);
-            let Some(place) = place else { continue };
-            let (low, high) = case.factors[estimate.factors[place]].bounds(estimate.bounds);
+        let pairs = cases.iter().zip(estimates.iter_mut());
+        for (case, estimate) in pairs.filter(|(case, _)| only.as_ref().is_none_or(|id| *id == case.id)) {
+            let index = estimate.factors.iter().position(|&chosen| case.factors[chosen].name == *name);
+            let Some(index) = index else { continue };
+            let (low, high) = case.factors[estimate.factors[index]].bounds(estimate.bounds);
             if !(low..=high).contains(value) {
                 let message = format!(" {name}={value}: outside its bounds {low} to {high}");
                 return Err(InputError::of("start", message).into());
             }
-            estimate.start[place] = *value;
+            estimate.start[index] = *value;
             is_estimated = true;
         }
         if !is_estimated {
@@ -147,7 +147,7 @@ fn starts(cases: &[Case], estimates: &mut [Estimate], starts: &[Start]) -> Resul
     Ok(())
 }
 
-fn starts_within_bounds(cases: Vec<Case>) -> Result<Vec<Case>, SessionError> {
+fn check_starts(cases: Vec<Case>) -> Result<Vec<Case>, SessionError> {
     for case in &cases {
         for (&factor, &start) in case.estimate.factors.iter().zip(&case.estimate.start) {
             let (factor, bounds) = (&case.factors[factor], case.estimate.bounds);

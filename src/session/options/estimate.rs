@@ -1,0 +1,133 @@
+//! Options of an estimate.
+
+use super::{ObservationSelection, selected};
+use crate::case::{Bounds, Case, LossFunction};
+use crate::fit::Rules;
+use crate::march::Precision;
+use crate::session::error::{InputError, SessionError};
+use crate::study::estimate::Search;
+use crate::study::posterior::Walkers;
+
+/// The start value of one factor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Start {
+    /// Its name.
+    pub factor: String,
+    /// The id of the case whose factor it is; `None`: every case that estimates it.
+    pub case: Option<String>,
+    /// Its start value.
+    pub value: f64,
+}
+
+/// The factors to estimate, and the minimisation. What is empty or `None` is taken from the case.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitOptions {
+    /// Names of the factors to estimate.
+    pub factors: Vec<String>,
+    /// Start values; the other factors start at their nominal values.
+    pub start: Vec<Start>,
+    /// Loss function of the residuals.
+    pub loss: Option<LossFunction>,
+    /// Bounds at which a Gaussian prior has two standard deviations; `Some(None)` is no prior.
+    pub prior: Option<Option<Bounds>>,
+    /// Step control of the minimisation.
+    pub rules: Rules,
+    /// Number of minimisations (multi-start): the first from the start of the case, the others from random points
+    /// between the bounds.
+    pub starts: usize,
+    /// Names of factors whose profile likelihood is computed.
+    pub profiles: Vec<String>,
+    /// Maximum number of iterations.
+    pub max_iterations: usize,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self {
+            factors: Vec::new(),
+            start: Vec::new(),
+            loss: None,
+            prior: None,
+            rules: Rules::Radius,
+            starts: 1,
+            profiles: Vec::new(),
+            max_iterations: 50,
+        }
+    }
+}
+
+impl FitOptions {
+    pub(in crate::session) fn search(&self, precision: Precision) -> Search {
+        let mut search = Search { starts: self.starts, profiles: self.profiles.clone(), ..Search::of(precision) };
+        search.options.patience = self.max_iterations;
+        search.options.rules = self.rules;
+        search
+    }
+}
+
+/// Least squares over the factors.
+#[derive(Clone, Debug, Default)]
+pub struct EstimateOptions {
+    /// Further cases to fit at once; they share factors by name.
+    pub others: Vec<Case>,
+    /// A case that is fitted to the same observations separately, for comparison.
+    pub beside: Option<Case>,
+    /// The observations to fit.
+    pub observations: ObservationSelection,
+    /// The factors to estimate, and the minimisation.
+    pub fit: FitOptions,
+    /// Options of the MCMC sampling of the posterior; `None`: no posterior.
+    pub posterior: Option<Walkers>,
+}
+
+/// The cases of an estimate, with the options in place of their own.
+pub(in crate::session) struct PreparedCases {
+    pub(in crate::session) case: Case,
+    pub(in crate::session) others: Vec<Case>,
+    pub(in crate::session) comparison: Option<Case>,
+}
+
+impl EstimateOptions {
+    /// Check the options for a case, before any computation.
+    ///
+    /// # Errors
+    /// As [`Session::estimate`](crate::Session::estimate) for its input.
+    pub fn check(&self, case: &Case) -> Result<(), SessionError> {
+        self.prepared(case).map(|_| ())
+    }
+
+    pub(in crate::session) fn prepared(&self, case: &Case) -> Result<PreparedCases, SessionError> {
+        check_posterior(self.posterior.as_ref())?;
+        let apply = |cases| self.fit.apply(self.observations.apply(cases)?);
+        let comparison = self.beside.as_ref().map(|other| selected(other, apply)).transpose()?;
+        let mut cases = vec![case.clone()];
+        for other in &self.others {
+            if cases.iter().any(|known| known.id == other.id) {
+                return Err(InputError::plain(format!("two cases have the id {:?}", other.id)).into());
+            }
+            cases.push(other.clone());
+        }
+        let mut cases = apply(cases)?;
+        let others = cases.split_off(1);
+        Ok(PreparedCases { case: cases.remove(0), others, comparison })
+    }
+}
+
+pub(super) fn check_posterior(posterior: Option<&Walkers>) -> Result<(), SessionError> {
+    // All positions of all walkers are stored: 0.8 GB per factor.
+    const MAX_POSITIONS: usize = 100_000_000;
+    const MIN_ITERATIONS: usize = 10;
+    let Some(&Walkers { number, moves: iterations, .. }) = posterior else { return Ok(()) };
+    if iterations < MIN_ITERATIONS {
+        let message = format!(" {iterations}: expected at least {MIN_ITERATIONS}");
+        return Err(InputError::of("iterations", message).into());
+    }
+    if number.checked_mul(iterations).is_none_or(|positions| positions > MAX_POSITIONS) {
+        let message = format!(
+            " {number} with {iterations} iterations each: expected at most {MAX_POSITIONS} positions in all (walkers \
+             times iterations)"
+        );
+        return Err(InputError::of("walkers", message).into());
+    }
+    Ok(())
+}

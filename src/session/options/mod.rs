@@ -1,0 +1,138 @@
+//! Options of a session and of its studies. Every default is that of the command.
+
+mod estimate;
+mod history;
+mod sensitivity;
+mod size;
+mod study;
+mod twin;
+mod uncertainty;
+
+pub use estimate::{EstimateOptions, FitOptions, Start};
+pub use history::HistoryOptions;
+pub use sensitivity::{Derivatives, SensitivityOptions};
+pub use size::SizeOptions;
+pub use study::StudyOptions;
+pub use twin::{TwinOptions, TwinStudyOptions};
+pub use uncertainty::UncertaintyOptions;
+
+use super::error::{InputError, SessionError};
+use crate::case::{Bounds, Case};
+use crate::march::Precision;
+use crate::march::choose::{Choice, Kind};
+use crate::march::monitored::{CancelToken, Monitor, Progress, ProgressCallback};
+
+/// Options of a session: backend, accuracy, threads, progress and cancellation.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct Options {
+    /// The default chooses a hardware GPU if there is one and the run is long enough to pay for opening it, otherwise
+    /// the CPU.
+    pub backend: Kind,
+    /// `None`: f64 on the CPU, f32 on a GPU.
+    pub precision: Option<Precision>,
+    /// Part of the name of a Vulkan device.
+    pub device: Option<String>,
+    /// Discretisation error for which cells and time steps are chosen, K; `None`: that of the case.
+    pub tolerance_k: Option<f64>,
+    /// Threads of the session's own pool; `None`: the pool of the caller.
+    pub threads: Option<usize>,
+    /// Called after every batch of members.
+    pub progress: Option<ProgressCallback>,
+    /// Cancels a study, or the opening of a session, between two batches of members.
+    pub cancel: CancelToken,
+}
+
+impl Options {
+    /// The backend: the CPU, a GPU, or the faster of the two.
+    #[must_use]
+    pub fn backend(mut self, backend: Kind) -> Self {
+        self.backend = backend;
+        self
+    }
+
+    /// Floating-point precision.
+    #[must_use]
+    pub fn precision(mut self, precision: Precision) -> Self {
+        self.precision = Some(precision);
+        self
+    }
+
+    /// The Vulkan device whose name contains this text.
+    #[must_use]
+    pub fn device(mut self, device: impl Into<String>) -> Self {
+        self.device = Some(device.into());
+        self
+    }
+
+    /// Discretisation error for which cells and time steps are chosen, K.
+    #[must_use]
+    pub fn tolerance_k(mut self, tolerance_k: f64) -> Self {
+        self.tolerance_k = Some(tolerance_k);
+        self
+    }
+
+    /// Number of threads of the session's own pool.
+    #[must_use]
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = Some(threads);
+        self
+    }
+
+    /// A function that is called after every batch of members, on a thread of the session.
+    #[must_use]
+    pub fn progress(mut self, report: impl Fn(Progress) + Send + Sync + 'static) -> Self {
+        self.progress = Some(ProgressCallback::new(report));
+        self
+    }
+
+    /// A token that cancels a study between two batches of members.
+    #[must_use]
+    pub fn cancel(mut self, cancel: &CancelToken) -> Self {
+        self.cancel = cancel.clone();
+        self
+    }
+
+    pub(super) fn check(&self) -> Result<(), SessionError> {
+        if let (Kind::Cpu, Some(device)) = (self.backend, &self.device) {
+            let message = format!(" {device:?}: the backend is the CPU; expected no device, or another backend");
+            return Err(InputError::of("device", message).into());
+        }
+        if let Some(tolerance_k) = self.tolerance_k.filter(|tolerance_k| !is_positive(*tolerance_k)) {
+            let message = format!(" {tolerance_k}: expected a temperature difference above 0 K");
+            return Err(InputError::of("tolerance_k", message).into());
+        }
+        if self.threads == Some(0) {
+            return Err(InputError::of("threads", " 0: expected at least 1").into());
+        }
+        Ok(())
+    }
+
+    pub(super) fn monitor(&self) -> Monitor {
+        Monitor::new(self.progress.clone(), self.cancel.clone())
+    }
+
+    pub(super) fn choice(&self) -> Choice {
+        Choice { kind: self.backend, precision: self.precision, device: self.device.clone() }
+    }
+}
+
+/// The observations to use. What is empty or `None` is taken from the case.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ObservationSelection {
+    /// Names of sensors.
+    pub sensors: Vec<String>,
+    /// Start and end of the time window of every sensor, s.
+    pub window_s: Option<(f64, f64)>,
+    /// Bounds of the factors.
+    pub bounds: Option<Bounds>,
+}
+
+fn is_positive(value: f64) -> bool {
+    value.is_finite() && value > 0.0
+}
+
+/// One case, with options in place of its own.
+fn selected(case: &Case, apply: impl Fn(Vec<Case>) -> Result<Vec<Case>, SessionError>) -> Result<Case, SessionError> {
+    Ok(apply(vec![case.clone()])?.remove(0))
+}

@@ -1,0 +1,76 @@
+//! Options of sizing.
+
+use super::{UncertaintyOptions, is_positive};
+use crate::case::Case;
+use crate::session::error::{InputError, SessionError, find};
+use crate::study::proportion::fewest_draws;
+use crate::study::size::Demand;
+
+/// The thickness of a ply that keeps a sensor below a temperature limit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SizeOptions {
+    /// A ply, or a group whose plies are scaled together.
+    pub ply: String,
+    /// The sensor whose peak temperature is limited.
+    pub sensor: String,
+    /// The limit, K.
+    pub limit_k: f64,
+    /// The required probability that a member stays below the limit.
+    pub probability: f64,
+    /// The smallest and the largest thickness, m; `None`: 1/4 to 4 times the thickness in the case.
+    pub within_m: Option<(f64, f64)>,
+    /// The Monte Carlo sweep.
+    pub sweep: UncertaintyOptions,
+}
+
+impl SizeOptions {
+    /// A limit that 99 % of 5,000 members must stay below.
+    pub fn new(ply: impl Into<String>, sensor: impl Into<String>, limit_k: f64) -> Self {
+        Self {
+            ply: ply.into(),
+            sensor: sensor.into(),
+            limit_k,
+            probability: 0.99,
+            within_m: None,
+            sweep: UncertaintyOptions::default(),
+        }
+    }
+
+    /// Check the options for a case, before any computation.
+    ///
+    /// # Errors
+    /// As [`Session::size`](crate::Session::size) for its input.
+    pub fn check(&self, case: &Case) -> Result<(), SessionError> {
+        self.requirement(case).map(|_| ())
+    }
+
+    pub(in crate::session) fn requirement(&self, case: &Case) -> Result<Demand, SessionError> {
+        let Self { limit_k, probability, within_m, sweep: UncertaintyOptions { members, .. }, .. } = *self;
+        let names = case.sensors.iter().map(|sensor| sensor.name.as_str());
+        let sensor = find(names, &self.sensor, "sensor", "sensor")?;
+        if !is_positive(limit_k) {
+            return Err(InputError::of("limit_k", format!(" {limit_k}: expected a temperature above 0 K")).into());
+        }
+        if !(probability > 0.0 && probability < 1.0) {
+            let message = format!(" {probability}: expected a probability between 0 and 1, such as 0.99");
+            return Err(InputError::of("probability", message).into());
+        }
+        if let Some((low_m, high_m)) = within_m.filter(|&(low_m, high_m)| !(low_m > 0.0 && low_m < high_m)) {
+            let message =
+                format!(" {:.3} mm to {:.3} mm: expected 0 < smallest < largest thickness", 1e3 * low_m, 1e3 * high_m);
+            return Err(InputError::of("thickness_range_m", message).into());
+        }
+        let fewest = fewest_draws(probability).max(2);
+        if members < fewest {
+            return Err(InputError::of(
+                "members",
+                format!(
+                    " {members}: a probability of {probability} needs at least {fewest} members; with fewer, the \
+                     chance that none of them exceeds the quantile is above 2.5 %"
+                ),
+            )
+            .into());
+        }
+        Ok(Demand { ply: self.ply.clone(), sensor, limit_k, probability, within_m })
+    }
+}

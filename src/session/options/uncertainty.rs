@@ -1,0 +1,47 @@
+//! Options of a Monte Carlo sweep.
+
+use crate::case::{Bounds, Case};
+use crate::ensemble::{Sampling, SamplingKind};
+use crate::session::error::{InputError, SessionError};
+use crate::study::uncertainty::Sweep;
+
+/// A Monte Carlo sweep over the factors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UncertaintyOptions {
+    /// Number of members, at least two.
+    pub members: usize,
+    /// Sampling method and distribution.
+    pub sampling: SamplingKind,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Bounds between which members are sampled.
+    pub bounds: Bounds,
+}
+
+impl Default for UncertaintyOptions {
+    fn default() -> Self {
+        Self { members: 5000, sampling: SamplingKind::Normal, seed: 1, bounds: Bounds::Small }
+    }
+}
+
+impl UncertaintyOptions {
+    pub(in crate::session) fn sweep(&self) -> Sweep {
+        let sampling = Sampling { kind: self.sampling, seed: self.seed };
+        Sweep { members: self.members, sampling, bounds: self.bounds }
+    }
+
+    /// Check the options for a case, before any computation.
+    ///
+    /// # Errors
+    /// As [`Session::uncertainty`](crate::Session::uncertainty) for its input.
+    pub fn check(&self, case: &Case) -> Result<(), SessionError> {
+        if case.factors.is_empty() {
+            return Err(InputError::plain("the case has no factors to vary").into());
+        }
+        if self.members < 2 {
+            let message = format!(" {}: expected at least 2 members for a standard deviation", self.members);
+            return Err(InputError::of("members", message).into());
+        }
+        Ok(())
+    }
+}
