@@ -1,4 +1,4 @@
-//! What the tests share: every tolerance with its reason, the shipped cases, the device, and folders to work in.
+//! Shared by the tests: tolerances with their reasons, the shipped cases, the device, and scratch folders.
 
 use bondline::case::{Bounds, Case, CaseBuilder, Factor, Property, Schedule};
 use bondline::ensemble::{Ensemble, Sampling, SamplingKind};
@@ -7,90 +7,91 @@ use bondline::traces::Traces;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Single precision against double, K: a twentieth of what a thermocouple resolves.
+/// Single against double precision, K: a twentieth of the resolution of a thermocouple.
 pub(crate) const SINGLE_K: f64 = 1e-3;
-/// The same where plies decompose, K: an activation energy of thirty times RT makes thirty roundings of a temperature
-/// one of a rate, and what it takes stays taken.
+/// The same with decomposition, K: at an activation energy of 30 RT, one rounding of a temperature is 30 roundings of a
+/// rate, and the effect of a reaction is permanent.
 pub(crate) const SINGLE_REACTING_K: f64 = 1e-2;
-/// Double precision on a device against that on the processor, K: drivers may fuse and reorder, and the rounding of a
-/// few thousand steps at 1,000 K stays three powers of ten below this.
+/// Double precision on a device against the CPU, K: drivers may fuse and reorder operations; the rounding error of a
+/// few thousand steps at 1,000 K is a thousandth of this.
 pub(crate) const DOUBLE_K: f64 = 1e-6;
-/// Heat unaccounted for, of the heat moved: a fiftieth of a per cent, below any figure that a report prints.
+/// Residual of the energy balance, relative to the heat transferred: below the last digit of every report.
 pub(crate) const BALANCE: f64 = 2e-4;
-/// The same of members that decompose with factors drawn from all that is allowed: what reactions take within a step is
-/// known to its second order, and at three times their heat a step of half a second is long.
+/// The same for members that decompose with factors anywhere within their bounds: the conversion within a step is
+/// second order, and steps of 0.5 s are long at three times the nominal heat of reaction.
 pub(crate) const BALANCE_FAR: f64 = 1e-2;
-/// Mass unaccounted for, of the mass moved, in double precision: rounding of a few thousand steps, and a margin.
+/// Residual of the mass balance in double precision, relative to the mass transferred: rounding of a few thousand
+/// steps, with a margin.
 pub(crate) const MASS: f64 = 1e-8;
 /// The same in single precision: rounding of a hundred steps.
 pub(crate) const MASS_SINGLE: f64 = 1e-5;
-/// What reactions that are left out while they come to a billionth of their reactant leave undone, K: ten times what so
-/// much heat of reaction is worth at 1e6 J/kg and 1e3 J/kg/K.
+/// Effect of reactions that are skipped while their conversion is below 1e-9 of the reactant, K: ten times the
+/// temperature change of that heat of reaction at 1e6 J/kg and 1e3 J/kg/K.
 pub(crate) const IDLE_K: f64 = 1e-5;
-/// What ought to be equal or in order but for rounding in double precision, K: ten thousand times the spacing of
-/// doubles at 1,000 K, a ten-thousandth of what anybody prints.
+/// Equality or order of temperatures but for rounding in double precision, K: 10,000 times the spacing of doubles at
+/// 1,000 K.
 pub(crate) const ROUNDING_K: f64 = 1e-9;
 
-/// Derivatives at the nominal factors beside differences of step 1e-5, of the largest by the same factor: where a cell
-/// passes the node of a table or the onset of a reaction between the two points of a difference, the difference is off
-/// by up to a sixth of this.
+/// Exact derivatives against differences with a step of 1e-5, relative to the largest derivative by the same factor.
+/// If a cell passes a table node or the onset of a reaction between the two points, the difference is off by up to a
+/// sixth of this.
 pub(crate) const CORNER_DERIVATIVE: f64 = 1e-3;
-/// Derivative under which a factor counts as without effect, K by a unit of it.
+/// Derivative below which a factor counts as without effect, K per unit of the factor.
 pub(crate) const FELT_K: f64 = 1e-2;
-/// An estimate from data without noise beside the truth: what the last step of a fit may be worth.
+/// Error of an estimate from data without noise: the size of the last step of a fit.
 pub(crate) const FOUND: f64 = 1e-6;
 
-/// A recovered flux beside the true one, over the largest true flux, and its integral over the true one: what is asked
-/// of a history from one thermocouple with noise of 1 K.
+/// Error of a recovered flux relative to the largest true flux, and of its time integral relative to the true one:
+/// required of an inversion from one thermocouple with 1 K noise.
 pub(crate) const HISTORY: f64 = 0.05;
 pub(crate) const HISTORY_FLUENCE: f64 = 0.02;
 
-/// Ends of an interval of a posterior beside the linear one, in widths of it: a quantile of 2.5 % of two thousand draws
-/// is off by 0.015 of the width, three of which are left, and as much for what is not quite linear.
+/// Ends of a posterior interval against the linear one, in widths of the interval. The 2.5 % quantile of 2,000 draws
+/// has a standard error of 0.015 widths; three of these, and as much for nonlinearity.
 pub(crate) const POSTERIOR_ENDS: f64 = 0.1;
 
-/// What may be left of temperatures that PATO made, K (rms): its 100 cells and implicit steps of first order leave 1.08
-/// K at the best fit of a march that is converged, and half of that is left for another march.
+/// Difference from temperatures computed by PATO, K (rms). Its 100 cells and first-order implicit steps leave 1.08 K at
+/// the best fit of a converged march; half of that is the margin for another march.
 pub(crate) const ANOTHER_CODE_K: f64 = 1.5;
 
-/// A factor at an optimum beside SciPy's on the same data: both stop where a reduction is rounding, which is worth a
-/// millionth.
+/// A factor at an optimum against SciPy on the same data: both stop at rounding of the objective, worth a millionth.
 pub(crate) const SCIPY_OPTIMUM: f64 = 5e-6;
-/// A Sobol index beside SALib's of a quarter of a million draws, which are off by some millionths.
+/// A Sobol index against SALib with 250,000 samples, whose error is some millionths.
 pub(crate) const SALIB_INDEX: f64 = 1e-4;
-/// Quantiles of a posterior beside emcee's, in widths of the 95 % interval: chance of some ten thousand independent
+/// Quantiles of a posterior against emcee, in widths of the 95 % interval: standard error of some 10,000 effective
 /// draws of each.
 pub(crate) const EMCEE_QUANTILES: f64 = 0.02;
-/// A factor found from noise-free data made by the same march, in double and in single precision.
+/// A factor estimated from noise-free data of the same march, in double and in single precision.
 pub(crate) const RECOVERED: f64 = 1e-4;
 pub(crate) const RECOVERED_SINGLE: f64 = 1e-3;
-/// Committed synthetic readings beside those made anew, K: half of their last decimal, and rounding.
+/// Committed synthetic readings against regenerated ones, K: half of their last decimal, and rounding.
 pub(crate) const FILE_K: f64 = 1e-6;
-/// Ends of profiles and of an interval from a grid of the same objective, in widths of it: a grid of 41 values read off
-/// straight.
+/// Ends of profiles against an interval from a grid of the same objective, in widths of the interval: linear
+/// interpolation between 41 values.
 pub(crate) const PROFILE_ENDS: f64 = 0.03;
 
-/// A share of 95 % of other members: chance of 3,000 members that made a band and of 2,000 that are counted is 0.6 %,
-/// and three of it are left.
+/// Coverage of a 95 % band by independent members. The standard error of 3,000 members for the band and of 2,000 that
+/// are counted is 0.6 %; three of these.
 pub(crate) const BAND_SHARE: f64 = 0.02;
-/// A share of a half of them, whose chance is 1.4 %.
+/// Coverage of a 50 % band, whose standard error is 1.4 %.
 pub(crate) const HALF_SHARE: f64 = 0.045;
-/// A share of 80 to 95 % of 500 members beside that of 2,000 others, whose chance is 2 %.
+/// Coverage of 80 to 95 % of 500 members against 2,000 others, whose standard error is 2 %.
 pub(crate) const KEPT_SHARE: f64 = 0.06;
 
-/// Parts of a variance that are to sum to a whole: chance is taken off each, and none is let below zero.
+/// Sum of the parts of a variance against the whole: each part is corrected for sampling error and not below zero.
 pub(crate) const INDEX: f64 = 2e-3;
 
-/// Memory that a sweep of any number of members may reserve with two threads, KiB: twice what one takes whose program,
-/// stacks and report are all there is, for machines whose libraries take more.
+/// Address space of a sweep with two threads, KiB, independent of the number of members: twice the need of program,
+/// stacks and report, as a margin for machines whose libraries need more.
 pub(crate) const MEMORY_KIB: usize = 256 * 1024;
 
-/// Loop turns after which the software rasteriser silently ends every loop of an invocation (LLVM's `gallivm`,
+/// Iterations after which the software rasteriser ends every loop of an invocation without an error (LLVM's `gallivm`,
 /// `LP_MAX_TGSI_LOOP_ITERATIONS` = 65,535).
 pub(crate) const LOOPS_ENDED: u32 = 65_535;
 
-/// Uniform buffers for whose words, where conditions hang on them, the software rasteriser (Mesa 22.3) has room while
-/// it compiles: four, of which the first is its own. Those of a fifth it writes beyond it.
+/// Uniform buffers of a kernel in addition to that of a dispatch. While it compiles, the software rasteriser (Mesa
+/// 22.3) has room for the words of four on which conditions depend, the first of them its own; a fifth is written out
+/// of bounds.
 pub(crate) const UNIFORM_BUFFERS: usize = 3;
 
 /// The root of the repository.
@@ -103,7 +104,7 @@ pub(crate) fn text(path: &str) -> String {
     fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// All files under a folder of the repository that end so, in order, as paths from the root.
+/// Files below a folder of the repository whose names end in `ending`: sorted paths from the root.
 pub(crate) fn files(folder: &str, ending: &str) -> Vec<String> {
     let mut folders = vec![root().join(folder)];
     let mut found = Vec::new();
@@ -139,7 +140,7 @@ fn load(path: &str) -> Case {
     Case::load(&root().join(path)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The case of every day, on few cells and long steps: for truths that hold at any resolution.
+/// The main shipped case with few cells and long steps, for properties that hold at any resolution.
 pub(crate) fn coarse() -> Case {
     changed(&case("lcat-2259"), |case| {
         case.resolution.cells = 40;
@@ -149,19 +150,19 @@ pub(crate) fn coarse() -> Case {
     })
 }
 
-/// A case with some of its content changed, which must hold.
+/// A case with changes, which must be valid.
 pub(crate) fn changed(case: &Case, change: impl FnOnce(&mut CaseBuilder)) -> Case {
     let mut builder = case.to_builder();
     change(&mut builder);
     builder.build().unwrap_or_else(|error| panic!("{}: {error}", case.id()))
 }
 
-/// A schedule of times (s) and values in SI.
+/// A schedule of times, s, and values in SI units.
 pub(crate) fn schedule(times_s: &[f64], values: &[f64]) -> Schedule {
     Schedule::new(times_s.to_vec(), values.to_vec()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A case with one factor more, last.
+/// A case with one more factor, the last one.
 pub(crate) fn with_factor(case: &Case, group: &str, property: Property) -> Case {
     let (name, group) = (format!("f_more_{}", case.factors().len()), group.to_owned());
     let (small, large) = ((0.75, 1.25), (0.5, 1.5));
@@ -170,7 +171,7 @@ pub(crate) fn with_factor(case: &Case, group: &str, property: Property) -> Case 
     })
 }
 
-/// The nominal member, and as many drawn evenly from all that the side constraints allow.
+/// The nominal member, and members sampled uniformly between the large bounds.
 pub(crate) fn drawn(case: &Case, members: usize) -> Ensemble {
     let sampling = Sampling { kind: SamplingKind::Uniform, seed: 2026 };
     let sample = Ensemble::sample(case.factors(), Bounds::Large, &sampling, members);
@@ -179,7 +180,7 @@ pub(crate) fn drawn(case: &Case, members: usize) -> Ensemble {
     Ensemble::at(case.factors().len(), rows)
 }
 
-/// The software rasteriser, which computes alike on every machine. There is always one: its absence fails.
+/// The software rasteriser, which gives the same results on every machine. Panics if it is not installed.
 pub(crate) fn adapter() -> Adapter {
     let adapters = device::adapters();
     let names: Vec<String> = adapters.iter().map(|adapter| adapter.name.clone()).collect();
@@ -189,12 +190,12 @@ pub(crate) fn adapter() -> Adapter {
     })
 }
 
-/// The software rasteriser with the runtime's checks on.
+/// The software rasteriser with the bounds checks of the runtime.
 pub(crate) fn device() -> Device {
     Device::open(adapter(), true).expect("the device opens")
 }
 
-/// Uniform numbers in 0..1 from a seed: the same on every machine.
+/// Uniform random numbers in 0..1 from a seed.
 pub(crate) struct Uniform(pub u64);
 
 impl Uniform {
@@ -208,7 +209,7 @@ impl Uniform {
     }
 }
 
-/// A folder of its own, removed with the value; the name keeps tests that run side by side apart.
+/// A scratch folder, removed on drop. Tests that run at the same time need different names.
 pub(crate) struct Scratch(PathBuf);
 
 impl Scratch {
@@ -223,7 +224,7 @@ impl Scratch {
         &self.0
     }
 
-    /// Write a file, its folder made where there is none.
+    /// Write a file; its folder is created if it does not exist.
     pub(crate) fn write(&self, file: &str, text: impl AsRef<[u8]>) -> PathBuf {
         let path = self.0.join(file);
         fs::create_dir_all(path.parent().expect("a file is in a folder")).expect("a folder in a temporary one");
@@ -236,7 +237,7 @@ impl Scratch {
         fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
     }
 
-    /// Every file below, relative to the folder, in order.
+    /// All files below the folder: sorted paths relative to it.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         let (mut found, mut folders) = (Vec::new(), vec![self.0.clone()]);
         while let Some(folder) = folders.pop() {
@@ -272,7 +273,7 @@ pub(crate) fn numbers(traces: &Traces) -> Vec<f64> {
     traces.temperatures_k.iter().copied().chain(gauges).chain(heats).chain(extremes).collect()
 }
 
-/// Numbers that are not the same to the last bit, and arrivals that differ.
+/// Count of numbers that are not bit-identical, and of members whose status differs.
 pub(crate) fn differing(one: &Traces, other: &Traces) -> usize {
     let (a, b) = (numbers(one), numbers(other));
     let arrivals = one.arrivals.iter().zip(&other.arrivals).filter(|(a, b)| a != b).count();
@@ -280,7 +281,7 @@ pub(crate) fn differing(one: &Traces, other: &Traces) -> usize {
     odd + arrivals + a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
 }
 
-/// The largest difference of temperature, K; infinite where members arrived otherwise or a number is none.
+/// Largest temperature difference, K; infinite if the status of a member differs or a number is NaN.
 pub(crate) fn apart_k(one: &Traces, other: &Traces) -> f64 {
     if one.arrivals != other.arrivals || one.temperatures_k.len() != other.temperatures_k.len() {
         return f64::INFINITY;
