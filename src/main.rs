@@ -1,24 +1,28 @@
-//! The command: parse, study, report, exit code. The only place that prints.
+//! The command `bondline`: the only place that prints.
 //!
-//! Exit codes: 0 done; 1 ran but failed (no convergence, too many failed members); 2 the input is wrong;
-//! 3 the device failed.
+//! Exit codes: 0 success; 1 the run failed (no convergence, too many failed members, a failed check); 2 wrong input;
+//! 3 device error.
 
 mod command;
 
 use clap::Parser;
+use command::args::{Cli, renamed};
 use command::exit::Failure;
 use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let ran = command::run(command::args::Cli::parse());
-    let (code, message) = match ran {
-        Ok(ending) => {
-            // A reader that has gone, such as a pager that was left, is no failure of ours.
-            let _ = std::io::stdout().lock().write_all(ending.text.as_bytes());
-            match ending.why {
+    let (arguments, notes) = renamed::replace_old_names(std::env::args_os());
+    for note in notes {
+        eprintln!("{note}");
+    }
+    let (code, message) = match command::run(Cli::parse_from(arguments)) {
+        Ok(output) => {
+            // A closed pipe, as of a pager that was left, is no failure.
+            let _ = std::io::stdout().lock().write_all(output.text.as_bytes());
+            match output.failure {
                 None => return ExitCode::SUCCESS,
-                Some(why) => (1, why),
+                Some(reason) => (1, reason),
             }
         }
         Err(Failure::Report(error)) => (1, error.to_string()),

@@ -40,6 +40,8 @@ const HOMES: &[(&str, &[&str])] = &[
     ("serde_json", &["src/report/", "src/study/sweep_piece.rs", "src/command/devices.rs", "src/command/verify.rs"]),
     ("twox_hash", &["src/study/sweep_piece.rs"]),
     ("clap", &["src/command/args/", "src/main.rs"]),
+    ("clap_complete", &["src/command/completions.rs"]),
+    ("clap_mangen", &["src/command/man.rs"]),
     ("anyhow", &["src/command/exit.rs", "src/main.rs"]),
     ("indicatif", &["src/command/progress.rs"]),
     ("nalgebra", &["src/fit/", "src/study/", "src/verify/least_squares/"]),

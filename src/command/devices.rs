@@ -1,6 +1,6 @@
-//! `bondline devices`: what there is to march on.
+//! `bondline devices`: the devices of this machine.
 
-use crate::command::exit::{Ending, Failure};
+use crate::command::exit::{Failure, Output};
 use bondline::march::Precision;
 use bondline::march::gpu::device::{self, Adapter, Device};
 use bondline::march::gpu::self_tests::SelfTests;
@@ -8,8 +8,8 @@ use bondline::report::summary::wrapped;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// List adapters, limits, self-tests and what `auto` takes.
-pub(crate) fn print(as_json: bool) -> Result<Ending, Failure> {
+/// List Vulkan devices with their limits and self-tests, and the choice of `--backend auto`.
+pub(crate) fn run(as_json: bool) -> Result<Output, Failure> {
     let found: Vec<(Adapter, Result<SelfTests, String>)> = device::adapters()
         .into_iter()
         .map(|adapter| {
@@ -19,41 +19,42 @@ pub(crate) fn print(as_json: bool) -> Result<Ending, Failure> {
         .collect();
     let auto = verdict(&found);
     let text = if as_json { as_values(&found, &auto) } else { as_text(&found, &auto) };
-    Ok(Ending { text, why: None })
+    Ok(Output { text, failure: None })
 }
 
 fn passes(tests: &SelfTests) -> bool {
     tests.transforms.iter().all(|(precision, wrong, _)| *precision != Precision::F32 || *wrong == 0)
 }
 
-/// What `--backend auto` takes, and why.
+/// The choice of `--backend auto`, with its reason.
 fn verdict(found: &[(Adapter, Result<SelfTests, String>)]) -> String {
     let hardware = found.iter().find(|(adapter, _)| !adapter.is_software());
     match hardware {
         Some((adapter, Ok(tests))) if passes(tests) => format!(
-            "{} for work of more than about a second on the processor, else the processor: opening a device and \
-             compiling for it takes that long",
+            "{} for runs that take more than about a second on the CPU, otherwise the CPU: opening a device and \
+             compiling shaders takes about as long",
             adapter.name
         ),
-        Some((adapter, _)) => format!("the processor: {} does not pass its self-tests", adapter.name),
+        Some((adapter, _)) => format!("the CPU: {} fails its self-tests", adapter.name),
         None if found.is_empty() => {
-            "the processor: no Vulkan driver was found. For a GPU install its vendor's driver; for the software \
+            "the CPU: no Vulkan driver was found. For a GPU, install the driver of its vendor; for the software \
              rasteriser on Debian or Ubuntu: apt-get install mesa-vulkan-drivers libvulkan1"
                 .to_owned()
         }
-        None => "the processor: there is no hardware device, and a software one uses the processor less well; \
-                 --backend gpu takes it all the same"
+        None => "the CPU: there is no hardware device, and a software device is slower than the CPU; --backend gpu \
+                 uses it all the same"
             .to_owned(),
     }
 }
 
 fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String {
-    let mut text = format!("processor: {} threads, f64 and f32 in lanes\n", rayon::current_num_threads());
+    let mut text = format!("CPU: {} threads, f64 and f32 in SIMD lanes\n", rayon::current_num_threads());
     for (adapter, tests) in found {
         // Writing to a string cannot fail.
         let _ = write!(
             text,
-            "\n{} ({})\n  driver          {}\n  f64 in shaders  {}\n  one binding     {} MiB\n  one buffer      {} MiB\n",
+            "\n{} ({})\n  driver          {}\n  f64 in shaders  {}\n  largest binding {} MiB\n  largest buffer  \
+             {} MiB\n",
             adapter.name,
             adapter.kind,
             adapter.driver,
@@ -68,15 +69,15 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
                     let verdict = if *wrong == 0 {
                         format!("exact in {tried} of {tried} sums")
                     } else {
-                        format!("WRONG in {wrong} of {tried} sums: refused")
+                        format!("WRONG in {wrong} of {tried} sums: the device is refused")
                     };
                     let _ = writeln!(text, "  rounding {name}    {verdict}");
                 }
-                let turns = tests.loop_turns;
-                let verdict = if turns < 1_000_000 {
-                    format!("end unannounced after {turns} turns; dispatches stay below")
+                let iterations = tests.loop_turns;
+                let verdict = if iterations < 1_000_000 {
+                    format!("end silently after {iterations} iterations; dispatches stay below")
                 } else {
-                    "of 1,000,000 turns run to their end".to_owned()
+                    "of 1,000,000 iterations run to their end".to_owned()
                 };
                 let _ = writeln!(text, "  loops           {verdict}");
             }
@@ -85,7 +86,7 @@ fn as_text(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String
             }
         }
     }
-    text + "\n" + &wrapped("", &format!("auto takes {auto}")).join("\n") + "\n"
+    text + "\n" + &wrapped("", &format!("--backend auto chooses {auto}")).join("\n") + "\n"
 }
 
 fn as_values(found: &[(Adapter, Result<SelfTests, String>)], auto: &str) -> String {

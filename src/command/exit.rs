@@ -1,27 +1,29 @@
-//! How a command ends, and the exit code that says so.
+//! Output and errors of a command, and the exit code of each error.
 
 use bondline::case::CaseError;
 use bondline::march::MarchError;
 use bondline::report::ReportError;
 use bondline::session::{InputError, SessionError};
 
-/// A command that ran: what to print, and why it failed all the same, if it did.
-pub(crate) struct Ending {
+/// The output of a command that ran.
+pub(crate) struct Output {
+    /// Text for standard output.
     pub text: String,
-    pub why: Option<String>,
+    /// The reason for exit code 1, if the command ran and failed all the same.
+    pub failure: Option<String>,
 }
 
-/// A command that did not run.
+/// The error of a command that did not run to its end.
 pub(crate) enum Failure {
-    /// The input is wrong: exit code 2.
+    /// Wrong input: exit code 2.
     Input(anyhow::Error),
-    /// The device failed: exit code 3.
+    /// Device error: exit code 3.
     Device(anyhow::Error),
-    /// It ran, but its report could not be written: exit code 1.
+    /// The report could not be written: exit code 1.
     Report(anyhow::Error),
 }
 
-/// An input that is wrong.
+/// An error of the input.
 pub(crate) fn input(message: impl ToString) -> Failure {
     Failure::Input(anyhow::anyhow!(message.to_string()))
 }
@@ -50,25 +52,26 @@ impl From<ReportError> for Failure {
 impl From<SessionError> for Failure {
     fn from(error: SessionError) -> Self {
         match error {
-            SessionError::Input(error) => input(with_flag(&error)),
+            SessionError::Input(error) => input(message_with_flag(&error)),
             SessionError::Report(error) => error.into(),
             other => Self::Device(other.into()),
         }
     }
 }
 
-/// What is wrong with an option, by the name under which it is typed.
-fn with_flag(error: &InputError) -> String {
+/// The message, with the command-line flag in place of the name of the library's option.
+fn message_with_flag(error: &InputError) -> String {
     let Some(option) = error.option else { return error.message.clone() };
     let flag = match option {
         "members" => "-n",
         "part" => "--members",
-        "twins" => "--study",
+        "data_sets" => "--study",
         "sensor" | "limit_k" => "--limit",
-        "within_m" => "--between",
+        "thickness_range_m" => "--thickness-range",
         "profiles" => "--profile",
         "noise_k" => "--noise",
-        "correlation_s" => "--correlation",
+        "correlation_s" => "--correlation-time",
+        "iterations" => "--mcmc-iterations",
         other => return format!("--{other}{}", error.message),
     };
     format!("{flag}{}", error.message)

@@ -1,25 +1,25 @@
-//! `bondline history`: how the hot face was heated.
+//! `bondline history`: the heating of the hot face over time (inverse heat conduction).
 
 use crate::command::args::convert;
-use crate::command::args::{Ask, Trace, Trusted};
-use crate::command::exit::{Ending, Failure, input};
+use crate::command::args::{CaseArgs, HistoryArgs, ObservationArgs};
+use crate::command::exit::{Failure, Output, input};
 use crate::command::run::{Run, load};
 use bondline::session::HistoryOptions;
 use bondline::study::history::{Smoothing, Sought};
 
-/// Find what heated a case, and say where the minimisation did not converge.
-pub(crate) fn run(ask: &Ask, data: &Trusted, trace: &Trace) -> Result<Ending, Failure> {
+/// Run the study. Exit code 1 if the minimisation did not converge.
+pub(crate) fn run(args: &CaseArgs, data: &ObservationArgs, history: &HistoryArgs) -> Result<Output, Failure> {
     let options = HistoryOptions {
         observations: convert::observations(data)?,
-        sought: trace.seek.as_deref().map(sought).transpose()?,
-        knots: trace.knots,
-        smoothing: smoothing(&trace.smoothing)?,
+        sought: history.quantity.as_deref().map(quantity).transpose()?,
+        knots: history.knots,
+        smoothing: smoothing(&history.smoothing)?,
     };
-    let case = load(&ask.case, &ask.on)?;
+    let case = load(&args.case, &args.march)?;
     options.check(&case)?;
-    let mut run = Run::of("history", ask, case)?;
+    let mut run = Run::open("history", args, case)?;
     let found = run.session.history(&options)?;
-    run.end((!found.converged).then(|| format!("no convergence: {}", found.termination)))
+    run.finish((!found.converged).then(|| format!("no convergence: {}", found.termination)))
 }
 
 fn smoothing(text: &str) -> Result<Smoothing, Failure> {
@@ -31,7 +31,7 @@ fn smoothing(text: &str) -> Result<Smoothing, Failure> {
     }
 }
 
-fn sought(text: &str) -> Result<Sought, Failure> {
+fn quantity(text: &str) -> Result<Sought, Failure> {
     let named = Sought::ALL.into_iter().find(|sought| sought.name() == text);
-    named.ok_or_else(|| input(format!("--seek {text:?}: expected flux, radiant-flux or gas")))
+    named.ok_or_else(|| input(format!("--quantity {text:?}: expected flux, radiant-flux or gas")))
 }

@@ -1,15 +1,15 @@
-//! `materials`: what the database holds.
+//! `bondline materials`: the material database.
 
-use crate::command::args::Materials;
-use crate::command::exit::{Ending, Failure};
+use crate::command::args::MaterialsCommand;
+use crate::command::exit::{Failure, Output};
 use bondline::case::Material;
 use bondline::report::materials;
 
-pub(crate) fn print(look: Materials) -> Result<Ending, Failure> {
-    let text = match look {
-        Materials::List => materials::list()?,
-        Materials::Show { name } => materials::show(&Material::named(&name)?),
-        Materials::Check { file } => materials::check(&file)?,
+pub(crate) fn run(action: MaterialsCommand) -> Result<Output, Failure> {
+    let text = match action {
+        MaterialsCommand::List => materials::list()?,
+        MaterialsCommand::Show { name } => materials::show(&Material::named(&name)?),
+        MaterialsCommand::Check { file } => materials::check(&file)?,
     };
-    Ok(Ending { text, why: None })
+    Ok(Output { text, failure: None })
 }

@@ -1,6 +1,6 @@
-//! What `--keep` asks to keep of every member, in files that are written while the members come.
+//! The Parquet files of `--keep`, written batch by batch as members complete.
 
-use crate::command::args::Keep;
+use crate::command::args::KeepArg;
 use crate::command::exit::Failure;
 use bondline::case::Case;
 use bondline::ensemble::Ensemble;
@@ -11,21 +11,21 @@ use bondline::study::nominal::Peak;
 use bondline::traces::{Arrival, Traces};
 use std::ops::Range;
 
-/// The files that are being written, and the first trouble with them.
-pub(crate) struct Kept {
+/// The open files, and the first error of writing them.
+pub(crate) struct MemberOutput {
     instants_s: Vec<f64>,
     members: Option<MembersFile>,
     traces: Option<TracesFile>,
-    trouble: Result<(), ReportError>,
+    result: Result<(), ReportError>,
 }
 
-impl Kept {
-    /// Begin the files; those of a part of the members are named after it, as other parts may go to the same folder.
-    pub(crate) fn open(
+impl MemberOutput {
+    /// Create the files. Those of a part of the members have its range in their names, as parts may share a folder.
+    pub(crate) fn create(
         folder: &mut OutputFolder,
         case: &Case,
         plan: &Plan,
-        keep: Option<Keep>,
+        keep: Option<KeepArg>,
         part: Option<&Range<usize>>,
     ) -> Result<Self, Failure> {
         let part = part.map_or(String::new(), |part| format!("-{}-{}", part.start, part.end));
@@ -36,22 +36,22 @@ impl Kept {
             None => None,
         };
         let traces = match keep {
-            Some(Keep::Traces) => {
+            Some(KeepArg::Traces) => {
                 Some(TracesFile::create(&folder.claim(&format!("traces{part}.parquet"))?, &sensors, plan.instants_s())?)
             }
             _ => None,
         };
-        Ok(Self { instants_s: plan.instants_s().to_vec(), members, traces, trouble: Ok(()) })
+        Ok(Self { instants_s: plan.instants_s().to_vec(), members, traces, result: Ok(()) })
     }
 
-    /// Keep a run of members. Trouble is told at the end, as a march has no room for it.
-    pub(crate) fn take(&mut self, ensemble: &Ensemble, traces: &Traces) {
-        if self.trouble.is_ok() {
-            self.trouble = self.append(ensemble, traces);
+    /// Append a batch of members. An error is returned by [`close`](Self::close), as the march does not stop for it.
+    pub(crate) fn append(&mut self, ensemble: &Ensemble, traces: &Traces) {
+        if self.result.is_ok() {
+            self.result = self.write(ensemble, traces);
         }
     }
 
-    fn append(&mut self, ensemble: &Ensemble, traces: &Traces) -> Result<(), ReportError> {
+    fn write(&mut self, ensemble: &Ensemble, traces: &Traces) -> Result<(), ReportError> {
         if let Some(file) = &mut self.members {
             for member in 0..traces.members() {
                 let peak = |sensor| Peak::of(traces.trace(member, sensor), &self.instants_s);
@@ -67,7 +67,7 @@ impl Kept {
     }
 
     pub(crate) fn close(self) -> Result<(), Failure> {
-        self.trouble?;
+        self.result?;
         if let Some(file) = self.members {
             file.close()?;
         }

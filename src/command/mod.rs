@@ -1,10 +1,14 @@
-//! The command: arguments in, questions to a [`Session`](bondline::Session), text and an exit code out.
+//! The command: arguments are converted to options of a [`Session`](bondline::Session), whose answers become text and
+//! an exit code.
 
 pub(crate) mod args;
+mod completions;
 mod devices;
 mod estimate;
 pub(crate) mod exit;
 mod history;
+mod init;
+mod man;
 mod materials;
 mod member_output;
 mod merge;
@@ -19,38 +23,41 @@ mod uncertainty;
 mod verify;
 
 use args::{Cli, Command, convert};
-use exit::{Ending, Failure};
+use exit::{Failure, Output};
 
-/// Carry out what was typed.
-pub(crate) fn run(cli: Cli) -> Result<Ending, Failure> {
+/// Run the subcommand.
+pub(crate) fn run(cli: Cli) -> Result<Output, Failure> {
     match cli.command {
-        Command::Predict(ask) => predict::run(&ask),
-        Command::Uncertainty { ask, sweep, keep, piece: None } => uncertainty::run(&ask, &sweep, keep),
-        Command::Uncertainty { ask, sweep, keep, piece: Some(piece) } => {
-            uncertainty::leave_piece(&ask, &sweep, keep, convert::piece(&piece, sweep.members)?)
+        Command::Init(init) => init::run(&init),
+        Command::Predict(case) => predict::run(&case),
+        Command::Uncertainty { case, sweep, keep, part: None } => uncertainty::run(&case, &sweep, keep),
+        Command::Uncertainty { case, sweep, keep, part: Some(part) } => {
+            uncertainty::write_part(&case, &sweep, keep, convert::member_range(&part, sweep.members)?)
         }
         Command::Merge(merge) => merge::run(&merge),
-        Command::Sensitivity { ask, data, step, method } => sensitivity::run(&ask, &data, method, step),
-        Command::Estimate { ask, others, data, fit, walk, seed, beside } => {
+        Command::Sensitivity { case, data, step, method } => sensitivity::run(&case, &data, method, step),
+        Command::Estimate { case, others, data, fit, posterior, seed, compare } => {
             let arguments = estimate::Arguments {
                 others: &others,
-                beside: beside.as_deref(),
+                compare: compare.as_deref(),
                 data: &data,
                 fit: &fit,
-                walk: &walk,
+                posterior: &posterior,
                 seed,
             };
-            estimate::run(&ask, &arguments)
+            estimate::run(&case, &arguments)
         }
-        Command::Study { ask, sweep, data, fit, walk } => study::run(&ask, &sweep, &data, &fit, &walk),
-        Command::Size { ask, limit, sweep } => size::run(&ask, &limit, &sweep),
-        Command::History { ask, data, trace } => history::run(&ask, &data, &trace),
+        Command::Study { case, sweep, data, fit, posterior } => study::run(&case, &sweep, &data, &fit, &posterior),
+        Command::Size { case, size, sweep } => size::run(&case, &size, &sweep),
+        Command::History { case, data, history } => history::run(&case, &data, &history),
         Command::Twin { twin, data, fit } => match twin.study {
-            None => twin::make(&twin, &data, &fit),
-            Some(twins) => twin::study(&twin, &data, &fit, twins),
+            None => twin::write_observations(&twin, &data, &fit),
+            Some(data_sets) => twin::coverage_study(&twin, &data, &fit, data_sets),
         },
-        Command::Devices { json } => devices::print(json),
-        Command::Materials { look } => materials::print(look),
-        Command::Verify { json, group, on } => verify::print(json, group.as_deref(), &on),
+        Command::Devices { json } => devices::run(json),
+        Command::Materials { action } => materials::run(action),
+        Command::Verify { json, group, march } => verify::run(json, group.as_deref(), &march),
+        Command::Completions { shell } => Ok(completions::run(shell)),
+        Command::Man { folder } => man::run(&folder),
     }
 }

@@ -1,11 +1,11 @@
 //! `bondline predict`: the case at its nominal factors.
 
-use crate::command::args::Ask;
-use crate::command::exit::{Ending, Failure};
+use crate::command::args::CaseArgs;
+use crate::command::exit::{Failure, Output};
 use crate::command::run::{Run, load};
 
-pub(crate) fn run(ask: &Ask) -> Result<Ending, Failure> {
-    let mut run = Run::of("predict", ask, load(&ask.case, &ask.on)?)?;
+pub(crate) fn run(args: &CaseArgs) -> Result<Output, Failure> {
+    let mut run = Run::open("predict", args, load(&args.case, &args.march)?)?;
     run.session.predict()?;
-    run.end(None)
+    run.finish(None)
 }

@@ -7,28 +7,28 @@ use std::fmt::Write;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The style where the number of members is not known beforehand.
-const WITHOUT_END: &str = "{spinner} {human_pos} members marched, {elapsed}";
+/// The style while the number of members is not known.
+const UNKNOWN_LENGTH: &str = "{spinner} {human_pos} members computed, {elapsed}";
 
-/// A bar that shows how far a computation is. Clones share one bar.
+/// The progress of a computation, in members. Clones share one bar.
 #[derive(Clone)]
-pub(crate) struct Bar {
+pub(crate) struct MarchProgress {
     bar: ProgressBar,
-    /// The size of the sweep that the style shows.
+    /// The number of members that the style shows.
     expected: Arc<Mutex<Option<usize>>>,
 }
 
-impl Bar {
-    /// The bar shows where standard error is a terminal, unless `quiet`.
+impl MarchProgress {
+    /// The bar is visible if standard error is a terminal, unless `quiet`.
     pub(crate) fn new(quiet: bool) -> Self {
         let bar = ProgressBar::no_length();
         bar.set_draw_target(if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
-        bar.set_style(style(WITHOUT_END));
+        bar.set_style(style(UNKNOWN_LENGTH));
         bar.enable_steady_tick(Duration::from_millis(200));
         Self { bar, expected: Arc::default() }
     }
 
-    /// Show the progress. A sweep of known size has a bar and the time left.
+    /// Show the progress. If the number of members is known, the bar has a length and a remaining time.
     pub(crate) fn show(&self, progress: Progress) {
         let mut expected = self.expected.lock().unwrap_or_else(PoisonError::into_inner);
         if *expected != progress.expected {
@@ -37,63 +37,65 @@ impl Bar {
                 Some(members) => {
                     self.bar.set_length(members as u64);
                     let now = Instant::now();
-                    let left = Left { began: now, marched: 0, last: now };
-                    let shown = "{bar:30} {human_pos} of {human_len} members in {elapsed}, {left}";
-                    self.bar.set_style(style(shown).with_key("left", left));
+                    let remaining = RemainingTime { start: now, completed: 0, last_batch: now };
+                    let shown = "{bar:30} {human_pos} of {human_len} members in {elapsed}, {remaining}";
+                    self.bar.set_style(style(shown).with_key("remaining", remaining));
                 }
                 None => {
                     self.bar.unset_length();
-                    self.bar.set_style(style(WITHOUT_END));
+                    self.bar.set_style(style(UNKNOWN_LENGTH));
                 }
             }
         }
         self.bar.set_position(progress.marched as u64);
     }
 
-    pub(crate) fn done(&self) {
+    /// Remove the bar.
+    pub(crate) fn clear(&self) {
         self.bar.finish_and_clear();
     }
 }
 
-/// How long the rest takes. Members come in runs of seconds, between which a rate of the last seconds alone would fall
-/// to nothing and the time left rise without end. All members cost the same, so it is told by their mean pace.
+/// The remaining time by the mean rate since the start. Members complete in batches that take seconds, so a rate over
+/// the last seconds, as indicatif has it, would fall to zero between batches.
 #[derive(Clone)]
-struct Left {
-    began: Instant,
-    /// Members marched, and when the last run of them came back.
-    marched: u64,
-    last: Instant,
+struct RemainingTime {
+    start: Instant,
+    /// Members completed, and when the last batch of them did.
+    completed: u64,
+    last_batch: Instant,
 }
 
-impl ProgressTracker for Left {
+impl ProgressTracker for RemainingTime {
     fn clone_box(&self) -> Box<dyn ProgressTracker> {
         Box::new(self.clone())
     }
 
     fn tick(&mut self, state: &ProgressState, now: Instant) {
-        if state.pos() != self.marched {
-            (self.marched, self.last) = (state.pos(), now);
+        if state.pos() != self.completed {
+            (self.completed, self.last_batch) = (state.pos(), now);
         }
     }
 
     fn reset(&mut self, _: &ProgressState, now: Instant) {
-        (self.began, self.last, self.marched) = (now, now, 0);
+        (self.start, self.last_batch, self.completed) = (now, now, 0);
     }
 
     fn write(&self, state: &ProgressState, text: &mut dyn Write) {
         let rest = state.len().unwrap_or_default().saturating_sub(state.pos());
-        // A text that cannot be written is one that is not shown.
-        let _ = match left(self.last - self.began, self.marched, rest, self.last.elapsed()) {
-            Some(left) => write!(text, "{} left", HumanDuration(left)),
-            None => write!(text, "none of them back yet"),
+        let (elapsed, since_batch) = (self.last_batch - self.start, self.last_batch.elapsed());
+        // A bar that cannot be written is not shown.
+        let _ = match remaining_time(elapsed, self.completed, rest, since_batch) {
+            Some(time) => write!(text, "{} left", HumanDuration(time)),
+            None => write!(text, "first batch running"),
         };
     }
 }
 
-/// The time for the rest at the pace of those marched, less what has gone by since the last of them came back; `None`
-/// where none has.
-fn left(took: Duration, marched: u64, rest: u64, since: Duration) -> Option<Duration> {
-    (marched > 0).then(|| took.mul_f64(rest as f64 / marched as f64).saturating_sub(since))
+/// The time for the remaining members at the mean rate up to the last batch, less the time since that batch; `None`
+/// before the first batch.
+fn remaining_time(elapsed: Duration, completed: u64, remaining: u64, since_batch: Duration) -> Option<Duration> {
+    (completed > 0).then(|| elapsed.mul_f64(remaining as f64 / completed as f64).saturating_sub(since_batch))
 }
 
 fn style(template: &str) -> ProgressStyle {
@@ -105,11 +107,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_time_left_follows_the_mean_pace_and_runs_down_between_runs() {
+    fn remaining_time_follows_the_mean_rate_and_decreases_between_batches() {
         let s = Duration::from_secs;
-        assert_eq!(left(s(0), 0, 1000, s(7)), None);
-        assert_eq!(left(s(10), 250, 750, s(0)), Some(s(30)));
-        assert_eq!(left(s(10), 250, 750, s(4)), Some(s(26)));
-        assert_eq!(left(s(10), 250, 750, s(60)), Some(s(0)));
+        assert_eq!(remaining_time(s(0), 0, 1000, s(7)), None);
+        assert_eq!(remaining_time(s(10), 250, 750, s(0)), Some(s(30)));
+        assert_eq!(remaining_time(s(10), 250, 750, s(4)), Some(s(26)));
+        assert_eq!(remaining_time(s(10), 250, 750, s(60)), Some(s(0)));
     }
 }

@@ -1,66 +1,65 @@
-//! What the questions about a case share: the session, the folder of the report, the text and the exit code.
+//! What the studies of a case share: the session, the folder of the report, the output and the exit code.
 
 use crate::command::args::convert;
-use crate::command::args::{Ask, On};
-use crate::command::exit::{Ending, Failure, input};
-use crate::command::progress::Bar;
+use crate::command::args::{CaseArgs, MarchArgs};
+use crate::command::exit::{Failure, Output, input};
+use crate::command::progress::MarchProgress;
 use bondline::Session;
 use bondline::case::Case;
 use bondline::report::files::OutputFolder;
 use bondline::session::Answers;
-use bondline::study::uncertainty::{Uncertainty, reason};
+use bondline::study::uncertainty::{self, reason};
 use std::path::{Path, PathBuf};
 
-/// A question that is being asked.
+/// A study of a case, with the folder of its report.
 pub(crate) struct Run {
     pub session: Session,
     pub folder: OutputFolder,
-    bar: Bar,
+    progress: MarchProgress,
     json: bool,
 }
 
 impl Run {
-    /// Open the session and the folder of the report, whose name is that of all cases in it.
-    pub(crate) fn open(command: &str, ask: &Ask, case: Case, id: &str) -> Result<Self, Failure> {
-        let path = ask.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join(command));
-        let folder = OutputFolder::open(&path, id, ask.force)?;
-        let bar = Bar::new(ask.on.quiet);
-        let session = Session::open(case, &convert::options(&ask.on, &bar)?)?;
-        Ok(Self { session, folder, bar, json: ask.json })
-    }
-
-    /// [`open`](Self::open) for a question about one case.
-    pub(crate) fn of(command: &str, ask: &Ask, case: Case) -> Result<Self, Failure> {
+    /// Open the session, and the folder of the report.
+    pub(crate) fn open(command: &str, args: &CaseArgs, case: Case) -> Result<Self, Failure> {
         let id = case.id().to_owned();
-        Self::open(command, ask, case, &id)
+        Self::open_with_id(command, args, case, &id)
     }
 
-    /// No more members will be marched.
-    pub(crate) fn done(&self) {
-        self.bar.done();
+    /// [`open`](Self::open) with an `id` that names all cases of the report.
+    pub(crate) fn open_with_id(command: &str, args: &CaseArgs, case: Case, id: &str) -> Result<Self, Failure> {
+        let path = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(id).join(command));
+        let folder = OutputFolder::open(&path, id, args.force)?;
+        let progress = MarchProgress::new(args.march.quiet);
+        let session = Session::open(case, &convert::options(&args.march, &progress)?)?;
+        Ok(Self { session, folder, progress, json: args.json })
     }
 
-    /// Write the report and say what came of the question. `failed` says why the exit code is 1 although there are
-    /// answers.
-    pub(crate) fn end(self, failed: Option<String>) -> Result<Ending, Failure> {
-        self.done();
+    /// Remove the progress bar.
+    pub(crate) fn clear_progress(&self) {
+        self.progress.clear();
+    }
+
+    /// Write the report. `failure` is the reason for exit code 1 although there are answers.
+    pub(crate) fn finish(self, failure: Option<String>) -> Result<Output, Failure> {
+        self.clear_progress();
         let files = self.session.report(&self.folder)?;
         let text = output_text(&files, self.json, || self.session.summary().map_err(Failure::from))?;
-        Ok(Ending { text, why: self.session.answers().and_then(failure_reason).or(failed) })
+        Ok(Output { text, failure: self.session.answers().and_then(failure_reason).or(failure) })
     }
 }
 
-/// Why answers are none: the nominal march failed, or the minimisation did not converge.
+/// The reason for exit code 1: the nominal march failed, or the minimisation did not converge.
 fn failure_reason(answers: &Answers) -> Option<String> {
-    let strayed = answers.nominal.as_ref().and_then(|nominal| reason(&answers.case, &nominal.arrival));
+    let nominal_failure = answers.nominal.as_ref().and_then(|nominal| reason(&answers.case, &nominal.arrival));
     let unconverged = answers.estimated.as_ref().filter(|estimated| !estimated.converged);
-    match (strayed, unconverged) {
-        (Some(reason), _) => Some(format!("the nominal march did not arrive: {reason}")),
+    match (nominal_failure, unconverged) {
+        (Some(reason), _) => Some(format!("the nominal march failed: {reason}")),
         (None, unconverged) => unconverged.map(|estimated| format!("no convergence: {}", estimated.termination)),
     }
 }
 
-/// What is printed of a report: its summary on the screen and where the page lies, or the summary as JSON.
+/// Text for standard output: the summary and the path of the report, or the summary as JSON.
 pub(crate) fn output_text(
     files: &[PathBuf],
     json: bool,
@@ -74,30 +73,35 @@ pub(crate) fn output_text(
     Ok(format!("{}\nreport: {}\n", screen()?.trim_end(), page.display()))
 }
 
-/// That more members failed than are put up with, and why.
-pub(crate) fn too_many_failed(outcome: &Uncertainty, most: Option<usize>) -> Option<String> {
-    let (failed, most) = (outcome.asked - outcome.ok, most.unwrap_or(outcome.asked / 100));
+/// The reason for exit code 1 if more members failed than are allowed: `max_failed`, or 1 % of `members`.
+pub(crate) fn too_many_failed(
+    failures: &[uncertainty::Failure],
+    members: usize,
+    max_failed: Option<usize>,
+) -> Option<String> {
+    let failed: usize = failures.iter().map(|failure| failure.members).sum();
+    let most = max_failed.unwrap_or(members / 100);
     (failed > most).then(|| {
         let reasons: Vec<String> =
-            outcome.failures.iter().map(|failure| format!("{}: {}", failure.members, failure.reason)).collect();
-        format!("{failed} members failed, more than the {most} put up with ({})", reasons.join("; "))
+            failures.iter().map(|failure| format!("{}: {}", failure.members, failure.reason)).collect();
+        format!("{failed} members failed, more than the allowed {most} ({})", reasons.join("; "))
     })
 }
 
-/// Cases by their paths; no two of one name, as reports tell them apart by it.
-pub(crate) fn load_all<'a>(paths: impl Iterator<Item = &'a PathBuf>, on: &On) -> Result<Vec<Case>, Failure> {
+/// The cases at these paths. Two cases of one id are refused, as the report distinguishes cases by their ids.
+pub(crate) fn load_all<'a>(paths: impl Iterator<Item = &'a PathBuf>, march: &MarchArgs) -> Result<Vec<Case>, Failure> {
     let mut cases: Vec<Case> = Vec::new();
     for path in paths {
-        let case = load(path, on)?;
-        if let Some(known) = cases.iter().find(|other| other.id() == case.id()) {
-            return Err(input(format!("{}: there is a case {:?} already", path.display(), known.id())));
+        let case = load(path, march)?;
+        if let Some(other) = cases.iter().find(|other| other.id() == case.id()) {
+            return Err(input(format!("{}: there is already a case {:?}", path.display(), other.id())));
         }
         cases.push(case);
     }
     Ok(cases)
 }
 
-/// The case, with what `--set` changes.
-pub(crate) fn load(path: &Path, on: &On) -> Result<Case, Failure> {
-    Ok(Case::load_with(path, &convert::sets(&on.sets)?)?)
+/// The case, with the changes by `--set`.
+pub(crate) fn load(path: &Path, march: &MarchArgs) -> Result<Case, Failure> {
+    Ok(Case::load_with(path, &convert::sets(&march.sets)?)?)
 }

@@ -1,15 +1,20 @@
-//! `bondline sensitivity`: derivatives by the factors, and which can be estimated together.
+//! `bondline sensitivity`: derivatives with respect to the factors, and which factors can be estimated together.
 
 use crate::command::args::convert;
-use crate::command::args::{Ask, Method, Trusted};
-use crate::command::exit::{Ending, Failure};
+use crate::command::args::{CaseArgs, DerivativeArg, ObservationArgs};
+use crate::command::exit::{Failure, Output};
 use crate::command::run::{Run, load};
 
-pub(crate) fn run(ask: &Ask, data: &Trusted, method: Option<Method>, step: Option<f64>) -> Result<Ending, Failure> {
+pub(crate) fn run(
+    args: &CaseArgs,
+    data: &ObservationArgs,
+    method: Option<DerivativeArg>,
+    step: Option<f64>,
+) -> Result<Output, Failure> {
     let options = convert::sensitivity(data, method, step)?;
-    let case = load(&ask.case, &ask.on)?;
+    let case = load(&args.case, &args.march)?;
     options.check(&case)?;
-    let mut run = Run::of("sensitivity", ask, case)?;
+    let mut run = Run::open("sensitivity", args, case)?;
     run.session.sensitivity(&options)?;
-    run.end(None)
+    run.finish(None)
 }

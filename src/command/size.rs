@@ -1,18 +1,16 @@
-//! `bondline size`: how thick a ply must be.
+//! `bondline size`: the thickness of a ply for a temperature limit.
 
 use crate::command::args::convert;
-use crate::command::args::{Ask, Limit, Sweep};
-use crate::command::exit::{Ending, Failure};
-use crate::command::run::{Run, load};
+use crate::command::args::{CaseArgs, SizeArgs, SweepArgs};
+use crate::command::exit::{Failure, Output};
+use crate::command::run::{Run, load, too_many_failed};
 
-/// Size the ply, and say where more members failed than are put up with.
-pub(crate) fn run(ask: &Ask, limit: &Limit, sweep: &Sweep) -> Result<Ending, Failure> {
-    let options = convert::size(limit, sweep)?;
-    let case = load(&ask.case, &ask.on)?;
+/// Run the study. Exit code 1 if more members failed than are allowed.
+pub(crate) fn run(args: &CaseArgs, size: &SizeArgs, sweep: &SweepArgs) -> Result<Output, Failure> {
+    let options = convert::size(size, sweep)?;
+    let case = load(&args.case, &args.march)?;
     options.check(&case)?;
-    let mut run = Run::of("size", ask, case)?;
+    let mut run = Run::open("size", args, case)?;
     let sizing = run.session.size(&options)?;
-    let failed: usize = sizing.failures.iter().map(|failure| failure.members).sum();
-    let most = sweep.max_failed.unwrap_or(sizing.members / 100);
-    run.end((failed > most).then(|| format!("{failed} members failed, more than the {most} put up with")))
+    run.finish(too_many_failed(&sizing.failures, sizing.members, sweep.max_failed))
 }

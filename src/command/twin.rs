@@ -1,9 +1,9 @@
-//! `bondline twin`: synthetic observations from known factors, and studies of many.
+//! `bondline twin`: synthetic observations from known factors, and coverage studies of many sets of them.
 
 use crate::command::args::convert;
-use crate::command::args::{Ask, Fit, Trusted, Twin};
-use crate::command::exit::{Ending, Failure, input};
-use crate::command::progress::Bar;
+use crate::command::args::{CaseArgs, FitArgs, ObservationArgs, TwinArgs};
+use crate::command::exit::{Failure, Output, input};
+use crate::command::progress::MarchProgress;
 use crate::command::run::{Run, load};
 use bondline::Session;
 use bondline::case::unit::Dimension;
@@ -12,42 +12,42 @@ use bondline::report;
 use bondline::session::{TwinOptions, TwinStudyOptions};
 use std::path::PathBuf;
 
-/// Make the observations of one truth.
-pub(crate) fn make(asked: &Twin, data: &Trusted, fit: &Fit) -> Result<Ending, Failure> {
-    let typed = [
+/// Write the observations of one set of true factors.
+pub(crate) fn write_observations(args: &TwinArgs, data: &ObservationArgs, fit: &FitArgs) -> Result<Output, Failure> {
+    let given_options = [
         (!data.sensors.is_empty()).then_some("--sensors"),
         data.window.as_ref().map(|_| "--window"),
         data.bounds.map(|_| "--bounds"),
         (!fit.factors.is_empty()).then_some("--factors"),
-        fit.typed(),
+        fit.given_option(),
     ];
-    if let Some(option) = typed.into_iter().flatten().next() {
+    if let Some(option) = given_options.into_iter().flatten().next() {
         return Err(input(format!(
-            "{option}: observations are made at every sensor and fitted to nothing; give --study N to fit twins"
+            "{option}: without --study N nothing is fitted, and observations are written for every sensor"
         )));
     }
-    let case = load(&asked.case, &asked.on)?;
+    let case = load(&args.case, &args.march)?;
     let options = TwinOptions {
-        truth: convert::values(&asked.truth, "--truth")?,
-        noise_k: noise_k(asked)?.unwrap_or(0.0),
-        correlation_s: correlation_s(asked)?,
-        seed: seed(asked),
+        truth: convert::positive_values(&args.truth, "--truth")?,
+        noise_k: noise_k(args)?.unwrap_or(0.0),
+        correlation_s: correlation_s(args)?,
+        seed: seed(args),
     };
     options.check(&case)?;
-    let idle = [asked.seed.map(|_| "--seed"), asked.correlation.as_ref().map(|_| "--correlation")];
-    if let (Some(option), true) = (idle.into_iter().flatten().next(), options.noise_k == 0.0) {
-        return Err(input(format!("{option} without noise changes nothing: give --noise, such as --noise \"2 K\"")));
+    let of_noise = [args.seed.map(|_| "--seed"), args.correlation_time.as_ref().map(|_| "--correlation-time")];
+    if let (Some(option), true) = (of_noise.into_iter().flatten().next(), options.noise_k == 0.0) {
+        return Err(input(format!("{option} without noise has no effect: give --noise, such as --noise \"2 K\"")));
     }
-    let out = asked.out.clone().unwrap_or_else(|| PathBuf::from("measured.csv"));
-    if out.exists() && !asked.force {
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("measured.csv"));
+    if out.exists() && !args.force {
         return Err(input(format!("{} exists already; give --force to overwrite it", out.display())));
     }
-    let bar = Bar::new(asked.on.quiet);
-    let mut march = convert::options(&asked.on, &bar)?;
+    let progress = MarchProgress::new(args.march.quiet);
+    let mut march = convert::options(&args.march, &progress)?;
     march.precision = march.precision.or(Some(Precision::F64));
     let mut session = Session::open(case, &march)?;
     let made = session.twin(&options)?;
-    bar.done();
+    progress.clear();
     report::files::measured(&out, session.case(), &made)?;
     let text = format!(
         "{} samples of {} sensors, noise {} K, seed {}: {}\n",
@@ -57,44 +57,48 @@ pub(crate) fn make(asked: &Twin, data: &Trusted, fit: &Fit) -> Result<Ending, Fa
         options.seed,
         out.display()
     );
-    Ok(Ending { text, why: None })
+    Ok(Output { text, failure: None })
 }
 
-/// Make many data sets and fit them.
-pub(crate) fn study(asked: &Twin, data: &Trusted, fit: &Fit, twins: usize) -> Result<Ending, Failure> {
+/// Fit many synthetic data sets and count how often the intervals contain the true factors.
+pub(crate) fn coverage_study(
+    args: &TwinArgs,
+    data: &ObservationArgs,
+    fit: &FitArgs,
+    data_sets: usize,
+) -> Result<Output, Failure> {
     let options = TwinStudyOptions {
         observations: convert::observations(data)?,
         fit: convert::fit(fit)?,
-        noise_k: noise_k(asked)?,
-        correlation_s: correlation_s(asked)?,
-        seed: seed(asked),
-        ..TwinStudyOptions::new(twins)
+        noise_k: noise_k(args)?,
+        correlation_s: correlation_s(args)?,
+        seed: seed(args),
+        ..TwinStudyOptions::new(data_sets)
     };
-    let ask = Ask {
-        case: asked.case.clone(),
-        out: asked.out.clone(),
-        force: asked.force,
-        json: asked.json,
-        on: asked.on.clone(),
+    let case_args = CaseArgs {
+        case: args.case.clone(),
+        out: args.out.clone(),
+        force: args.force,
+        json: args.json,
+        march: args.march.clone(),
     };
-    let case = load(&ask.case, &ask.on)?;
+    let case = load(&case_args.case, &case_args.march)?;
     options.check(&case)?;
-    let mut run = Run::of("twin", &ask, case)?;
+    let mut run = Run::open("twin", &case_args, case)?;
     run.session.twin_study(&options)?;
-    run.end(None)
+    run.finish(None)
 }
 
-fn noise_k(asked: &Twin) -> Result<Option<f64>, Failure> {
-    let deviation = |text| convert::none_or_more(text, Dimension::TemperatureDifference, "--noise");
-    asked.noise.as_deref().map(deviation).transpose()
+fn noise_k(args: &TwinArgs) -> Result<Option<f64>, Failure> {
+    let deviation = |text| convert::nonnegative(text, Dimension::TemperatureDifference, "--noise");
+    args.noise.as_deref().map(deviation).transpose()
 }
 
-fn correlation_s(asked: &Twin) -> Result<f64, Failure> {
-    let time = |text| convert::none_or_more(text, Dimension::Time, "--correlation");
-    asked.correlation.as_deref().map_or(Ok(0.0), time)
+fn correlation_s(args: &TwinArgs) -> Result<f64, Failure> {
+    let time = |text| convert::nonnegative(text, Dimension::Time, "--correlation-time");
+    args.correlation_time.as_deref().map_or(Ok(0.0), time)
 }
 
-/// The seed of truths and noise.
-fn seed(asked: &Twin) -> u64 {
-    asked.seed.unwrap_or(1)
+fn seed(args: &TwinArgs) -> u64 {
+    args.seed.unwrap_or(1)
 }

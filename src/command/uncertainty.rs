@@ -1,47 +1,47 @@
 //! `bondline uncertainty`: a Monte Carlo sweep over the factors, or a part of one.
 
 use crate::command::args::convert;
-use crate::command::args::{Ask, Keep, Sweep};
-use crate::command::exit::{Ending, Failure};
-use crate::command::member_output::Kept;
+use crate::command::args::{CaseArgs, KeepArg, SweepArgs};
+use crate::command::exit::{Failure, Output};
+use crate::command::member_output::MemberOutput;
 use crate::command::run::{Run, load, too_many_failed};
 use bondline::study::sweep_piece::{CaseMark, Draw, Piece, fingerprint};
 use std::ops::Range;
 
-pub(crate) fn run(ask: &Ask, sweep: &Sweep, keep: Option<Keep>) -> Result<Ending, Failure> {
+pub(crate) fn run(args: &CaseArgs, sweep: &SweepArgs, keep: Option<KeepArg>) -> Result<Output, Failure> {
     let options = convert::sweep(sweep);
-    let case = load(&ask.case, &ask.on)?;
+    let case = load(&args.case, &args.march)?;
     options.check(&case)?;
-    let mut run = Run::of("uncertainty", ask, case)?;
-    let mut kept = Kept::open(&mut run.folder, run.session.case(), run.session.plan(), keep, None)?;
-    let outcome = run.session.uncertainty_with(&options, &mut |ensemble, traces| kept.take(ensemble, traces))?;
-    kept.close()?;
-    run.end(too_many_failed(&outcome, sweep.max_failed))
+    let mut run = Run::open("uncertainty", args, case)?;
+    let mut output = MemberOutput::create(&mut run.folder, run.session.case(), run.session.plan(), keep, None)?;
+    let found = run.session.uncertainty_with(&options, &mut |ensemble, traces| output.append(ensemble, traces))?;
+    output.close()?;
+    run.finish(too_many_failed(&found.failures, found.asked, sweep.max_failed))
 }
 
-/// March some members of a sweep and leave their statistics. There is no report: figures of a part would pass for those
-/// of the whole, and whether too many failed is told of the whole as well.
-pub(crate) fn leave_piece(
-    ask: &Ask,
-    sweep: &Sweep,
-    keep: Option<Keep>,
+/// Compute some members of a sweep and write their statistics to a file. There is no report and no check of
+/// `--max-failed`: both are of the whole sweep.
+pub(crate) fn write_part(
+    args: &CaseArgs,
+    sweep: &SweepArgs,
+    keep: Option<KeepArg>,
     members: Range<usize>,
-) -> Result<Ending, Failure> {
+) -> Result<Output, Failure> {
     let options = convert::sweep(sweep);
-    let case = load(&ask.case, &ask.on)?;
+    let case = load(&args.case, &args.march)?;
     options.check(&case)?;
-    let mut run = Run::of("uncertainty", ask, case)?;
+    let mut run = Run::open("uncertainty", args, case)?;
     let part = (members.len() < sweep.members).then_some(&members);
-    let mut kept = Kept::open(&mut run.folder, run.session.case(), run.session.plan(), keep, part)?;
-    let take = &mut |ensemble: &_, traces: &_| kept.take(ensemble, traces);
-    let found = run.session.uncertainty_part(&options, members.clone(), take)?;
-    kept.close()?;
-    run.done();
+    let mut output = MemberOutput::create(&mut run.folder, run.session.case(), run.session.plan(), keep, part)?;
+    let append = &mut |ensemble: &_, traces: &_| output.append(ensemble, traces);
+    let found = run.session.uncertainty_part(&options, members.clone(), append)?;
+    output.close()?;
+    run.clear_progress();
     let case = run.session.case();
     let mark = CaseMark {
         id: case.id().to_owned(),
-        path: std::path::absolute(&ask.case).unwrap_or_else(|_| ask.case.clone()),
-        sets: convert::sets(&ask.on.sets)?,
+        path: std::path::absolute(&args.case).unwrap_or_else(|_| args.case.clone()),
+        sets: convert::sets(&args.march.sets)?,
         fingerprint: fingerprint(case),
     };
     let draw = Draw {
@@ -53,12 +53,12 @@ pub(crate) fn leave_piece(
     let piece = Piece::new(mark, draw, &found.backend, members.clone(), &found.nominal, &found.gathered);
     let path = run.folder.put(&piece.file_name(), piece.to_json().as_bytes())?;
     let text = format!(
-        "members {}..{} of {} drawn, {} of them arrived: {}\n",
+        "members {}..{} of {}, {} of them completed: {}\n",
         members.start,
         members.end,
         options.members,
         found.gathered.ok(),
         path.display()
     );
-    Ok(Ending { text, why: None })
+    Ok(Output { text, failure: None })
 }

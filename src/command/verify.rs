@@ -1,8 +1,8 @@
-//! `bondline verify`: the table.
+//! `bondline verify`: the verification table.
 
-use crate::command::args::On;
+use crate::command::args::MarchArgs;
 use crate::command::args::convert;
-use crate::command::exit::{Ending, Failure, input};
+use crate::command::exit::{Failure, Output, input};
 use bondline::march::choose::{self, Kind};
 use bondline::march::cpu::Cpu;
 use bondline::march::gpu::Gpu;
@@ -12,9 +12,9 @@ use bondline::plan::Plan;
 use bondline::verify::{Group, problems::flexible, rows, table};
 use serde_json::json;
 
-/// March every problem and print the table. The march asked for meets the references; every march there is
-/// meets the processor in double precision.
-pub(crate) fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Ending, Failure> {
+/// Compute every problem and print the table. The chosen backend is compared with the references; all backends are
+/// compared with the CPU in double precision. Exit code 1 if a row fails.
+pub(crate) fn run(as_json: bool, group: Option<&str>, args: &MarchArgs) -> Result<Output, Failure> {
     let groups: Vec<Group> = match group {
         None => Group::ALL.to_vec(),
         Some(name) => {
@@ -26,16 +26,16 @@ pub(crate) fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Endin
             found
         }
     };
-    if !on.sets.is_empty() {
-        return Err(input("--set changes a case, and verify has its own"));
+    if !args.sets.is_empty() {
+        return Err(input("--set changes a case file, and verify reads none"));
     }
-    let mut choice = convert::choice(on)?;
+    let mut choice = convert::choice(args)?;
     if choice.kind == Kind::Auto {
         choice.kind = Kind::Cpu;
     }
     if let (Some(device), Kind::Cpu, false) = (&choice.device, choice.kind, groups.contains(&Group::Twins)) {
         return Err(input(format!(
-            "--device {device:?}: the processor marches these groups; give --backend gpu, or --group twins"
+            "--device {device:?}: these groups run on the CPU; give --backend gpu, or --group twins"
         )));
     }
     choice.precision = choice.precision.or(Some(Precision::F64));
@@ -43,15 +43,15 @@ pub(crate) fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Endin
     let mut marches: Vec<Box<dyn March>> = vec![Box::new(Cpu::new(Precision::F32))];
     let mut note = String::new();
     if groups.contains(&Group::Twins) {
-        match device::find(on.device.as_deref()) {
+        match device::find(args.device.as_deref()) {
             Ok(adapter) => {
                 marches.push(Box::new(Gpu::new(Device::open(adapter.clone(), false)?, Precision::F32)?));
                 if adapter.has_f64 {
                     marches.push(Box::new(Gpu::new(Device::open(adapter, false)?, Precision::F64)?));
                 }
             }
-            Err(error) if on.device.is_some() => return Err(error.into()),
-            Err(error) => note = format!("no device was compared: {error}\n"),
+            Err(error) if args.device.is_some() => return Err(error.into()),
+            Err(error) => note = format!("no device was compared with the CPU: {error}\n"),
         }
     }
     let rows = rows(march.as_mut(), &mut marches, &groups)?;
@@ -77,5 +77,5 @@ pub(crate) fn print(as_json: bool, group: Option<&str>, on: &On) -> Result<Endin
     } else {
         format!("{}{note}", table(&rows))
     };
-    Ok(Ending { text, why: (failed > 0).then(|| format!("{failed} of {} rows fail", rows.len())) })
+    Ok(Output { text, failure: (failed > 0).then(|| format!("{failed} of {} rows fail", rows.len())) })
 }

@@ -1,4 +1,4 @@
-//! A ply sized and twins studied: words, files, and that threads change nothing.
+//! Sizing and coverage studies: output, files, and independence of the number of threads.
 
 use super::{CASE, OBSERVED, Ran, command, finish, say};
 use crate::support::Scratch;
@@ -16,8 +16,8 @@ fn observed(name: &str) -> Scratch {
     scratch
 }
 
-/// What a folder tells, less how long it took and on what.
-fn told(scratch: &Scratch, folder: &str, tables: &[&str]) -> (Value, Vec<String>) {
+/// The summary of a report without times and backend, and its tables.
+fn results(scratch: &Scratch, folder: &str, tables: &[&str]) -> (Value, Vec<String>) {
     let mut summary: Value = serde_json::from_str(&scratch.read(&format!("{folder}/summary.json"))).expect("JSON");
     for key in ["seconds", "backend"] {
         assert!(summary.as_object_mut().expect("an object").remove(key).is_some(), "no {key}");
@@ -26,7 +26,7 @@ fn told(scratch: &Scratch, folder: &str, tables: &[&str]) -> (Value, Vec<String>
 }
 
 #[test]
-fn a_ply_is_sized_in_words_numbers_and_files_the_same_on_any_threads() {
+fn sizing_is_the_same_on_any_number_of_threads_on_screen_in_tables_and_in_the_summary() {
     let scratch = observed("sized");
     let line = "size c --ply BASE --limit TC2<480K --probability 0.9 -n 80 --quiet --out";
     let ran = on_threads(&scratch, 1, &format!("{line} one"));
@@ -52,10 +52,10 @@ fn a_ply_is_sized_in_words_numbers_and_files_the_same_on_any_threads() {
 }
 
 #[test]
-fn a_thickness_that_was_not_found_is_not_called_too_small_and_a_thin_one_keeps_its_digits() {
+fn a_limit_that_no_thickness_satisfies_is_reported_and_thin_plies_keep_three_digits() {
     let scratch = observed("thin");
     let asked = "size c --ply BASE --limit TC2<310K --probability 0.9 -n 80 --quiet --out none";
-    let ran = say(&scratch, &format!("{asked} --between 2mm:4mm")).done();
+    let ran = say(&scratch, &format!("{asked} --thickness-range 2mm:4mm")).done();
     let words = ran.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
     for said in ["more than 4.00 mm for 90 % of 80 members", "no thickness up to 4.00 mm suffices even so"] {
         assert!(words.contains(said), "no {said:?} in:\n{}", ran.stdout);
@@ -71,13 +71,13 @@ fn a_thickness_that_was_not_found_is_not_called_too_small_and_a_thin_one_keeps_i
         assert!(words.contains(said), "no {said:?} in:\n{}", ran.stdout);
     }
     let page = scratch.read("thin/out/report.html");
-    assert!(page.contains(">0.025<"), "the layup is drawn with it");
+    assert!(page.contains(">0.025<"), "the drawing of the layup lacks the thin ply");
 }
 
 #[test]
-fn twins_are_the_same_on_any_threads_and_every_one_of_them_is_in_the_table() {
+fn a_coverage_study_is_the_same_on_any_number_of_threads_and_lists_every_data_set() {
     let scratch = observed("twins");
-    let line = "twin c --study 7 --factors f_k,f_q --correlation 5s --seed 4 --bounds large --quiet --out";
+    let line = "twin c --study 7 --factors f_k,f_q --correlation-time 5s --seed 4 --bounds large --quiet --out";
     let ran = on_threads(&scratch, 1, &format!("{line} one"));
     on_threads(&scratch, 3, &format!("{line} three"));
     let (one, three) = (told(&scratch, "one", &["coverage.csv"]), told(&scratch, "three", &["coverage.csv"]));

@@ -1,13 +1,12 @@
-//! Estimates: of several cases at once, by a loss, with what is known beforehand, from many starts, their profiles and
-//! posteriors.
+//! Estimates: several cases at once, loss functions, priors, multi-start, profiles and posteriors.
 
 use super::{CASE, command, finish, say};
 use crate::support::Scratch;
 use serde_json::Value;
 
-/// A case like the one of these tests but for one text, observed as its twin of known factors with 2 K noise would be.
+/// Write the case of these tests with one text replaced, and synthetic observations with known factors and 2 K noise.
 pub(super) fn observed(scratch: &Scratch, name: &str, (from, to): (&str, &str), seed: usize) {
-    assert!(CASE.contains(from), "{from:?} stands in the case");
+    assert!(CASE.contains(from), "no {from:?} in the case");
     let file = format!("{name}/case.toml");
     scratch.write(&file, CASE.replacen(from, to, 1));
     let truth = format!("twin {name} --truth f_k=1.1,f_q=0.95 --noise 2K --seed {seed} --out {name}/measured.csv");
@@ -32,17 +31,17 @@ pub(super) fn number(found: &Value, path: &str) -> f64 {
 }
 
 #[test]
-fn two_layups_fitted_together_tell_shared_factors_better_than_either_alone() {
+fn a_joint_fit_of_two_layups_has_smaller_errors_of_shared_factors_than_either_alone() {
     let scratch = Scratch::new("together");
     observed(&scratch, "thin", SAME, 1);
     observed(&scratch, "thick", THICK, 2);
     let [thin, thick, both] = ["thin", "thick", "thin thick"].map(|cases| estimated(&scratch, cases, ""));
     for (factor, truth) in [("f_k", 1.1), ("f_q", 0.95)] {
-        // Of white noise, as it was made: how much may follow itself is estimated from each data set alone.
+        // The error for white noise, as the data have it: the estimated correlation differs between data sets.
         let error = |found: &Value| number(found, &format!("factors.{factor}.independent_standard_error"));
-        assert!(error(&both) < error(&thin).min(error(&thick)), "{factor}: {} together", error(&both));
+        assert!(error(&both) < error(&thin).min(error(&thick)), "{factor}: joint error {}", error(&both));
         let value = number(&both, &format!("factors.{factor}.value"));
-        assert!((value - truth).abs() < 4.0 * error(&both), "{factor} = {value}, made with {truth}");
+        assert!((value - truth).abs() < 4.0 * error(&both), "{factor} = {value}, true value {truth}");
         assert_eq!(both["factors"][factor]["cases"], serde_json::json!(["thin", "thick"]));
     }
     assert_eq!(both["samples"].as_u64(), Some(2 * thin["samples"].as_u64().expect("a number of samples")));
@@ -54,9 +53,9 @@ fn two_layups_fitted_together_tell_shared_factors_better_than_either_alone() {
     assert!(scratch.read(page).contains("thin and thick share all factors."));
 }
 
-/// Without noise nothing is left of the objective but what the last step leaves, which differs from start to start.
+/// Without noise the objective at the minimum is only the remainder of the last step, which differs between starts.
 #[test]
-fn starts_that_agree_are_counted_as_one_minimum_where_data_have_no_noise() {
+fn starts_that_agree_count_as_one_minimum_for_data_without_noise() {
     let scratch = Scratch::new("agreeing");
     observed(&scratch, "noisy", SAME, 1);
     scratch.write("c/case.toml", CASE);
@@ -70,7 +69,7 @@ fn starts_that_agree_are_counted_as_one_minimum_where_data_have_no_noise() {
 }
 
 #[test]
-fn a_factor_of_another_material_is_another_factor() {
+fn factors_that_scale_different_materials_are_not_shared() {
     let scratch = Scratch::new("apart");
     observed(&scratch, "aerogel", SAME, 1);
     observed(&scratch, "blanket", OTHER, 2);
@@ -83,7 +82,7 @@ fn a_factor_of_another_material_is_another_factor() {
 }
 
 #[test]
-fn readings_that_are_far_off_spoil_squares_and_not_a_robust_estimate() {
+fn outliers_spoil_least_squares_and_not_a_robust_estimate() {
     let scratch = Scratch::new("robust");
     observed(&scratch, "c", SAME, 3);
     let spoiled = scratch.read("c/measured.csv");
@@ -92,22 +91,22 @@ fn readings_that_are_far_off_spoil_squares_and_not_a_robust_estimate() {
         _ => line.to_owned(),
     });
     scratch.write("c/measured.csv", lines.collect::<Vec<_>>().join("\n") + "\n");
-    let off = |options: &str| (number(&estimated(&scratch, "c", options), "factors.f_k.value") - 1.1).abs();
-    let squares = off("");
+    let error = |options: &str| (number(&estimated(&scratch, "c", options), "factors.f_k.value") - 1.1).abs();
+    let squares = error("");
     for loss in ["huber", "soft-l1", "huber=2"] {
-        assert!(off(&format!("--loss {loss}")) < 0.3 * squares, "{loss}: {squares} off by squares");
+        assert!(error(&format!("--loss {loss}")) < 0.3 * squares, "{loss}: error of least squares {squares}");
     }
     assert_eq!(estimated(&scratch, "c", "--loss huber")["loss"], "huber=1.345");
 }
 
 #[test]
-fn what_is_known_beforehand_draws_an_estimate_to_it_and_narrows_it_and_the_file_may_ask_for_it() {
+fn a_prior_of_the_command_line_or_the_case_file_draws_the_estimate_to_it_and_narrows_it() {
     let scratch = Scratch::new("prior");
     observed(&scratch, "c", SAME, 6);
     let text = scratch.read("c/case.toml").replacen("[estimate]", "[estimate]\nprior = \"small\"", 1);
     scratch.write("d/case.toml", text);
     scratch.write("d/measured.csv", scratch.read("c/measured.csv"));
-    // A trace that hardly begins says little.
+    // The first seconds contain little information.
     let found =
         |line: &str| say(&scratch, &format!("estimate {line} --sensors TC2 --window 0:4 --json --quiet")).done().json();
     let (data, drawn) = (found("c"), found("c --prior small"));
@@ -115,13 +114,13 @@ fn what_is_known_beforehand_draws_an_estimate_to_it_and_narrows_it_and_the_file_
     let off = |found: &Value| (number(found, "factors.f_k.value") - 1.0).abs();
     let error = |found: &Value| number(found, "factors.f_k.standard_error");
     assert!(off(&drawn) < off(&data) && error(&drawn) < error(&data), "{drawn:#}");
-    assert!(error(&drawn) < 0.1, "of a prior of 0.1 there is {} left", error(&drawn));
+    assert!(error(&drawn) < 0.1, "standard error {} with a prior of 0.1", error(&drawn));
     assert_eq!(found("d")["factors"], drawn["factors"]);
     assert_eq!(found("d --prior none")["factors"], data["factors"]);
 }
 
 #[test]
-fn many_starts_and_the_papers_rules_end_at_the_same_minimum() {
+fn multi_start_and_the_step_control_of_the_paper_find_the_same_minimum() {
     let scratch = Scratch::new("starts");
     observed(&scratch, "c", SAME, 4);
     let one = estimated(&scratch, "c", "");
@@ -131,24 +130,28 @@ fn many_starts_and_the_papers_rules_end_at_the_same_minimum() {
     for factor in ["f_k", "f_q"] {
         let value = |found: &Value| number(found, &format!("factors.{factor}.value"));
         let error = number(&one, &format!("factors.{factor}.standard_error"));
-        assert!((value(&many) - value(&one)).abs() < 0.01 * error, "{factor}: {} from six", value(&many));
-        assert!((value(&paper) - value(&one)).abs() < 0.1 * error, "{factor}: {} by the paper", value(&paper));
+        assert!((value(&many) - value(&one)).abs() < 0.01 * error, "{factor}: {} by multi-start", value(&many));
+        assert!(
+            (value(&paper) - value(&one)).abs() < 0.1 * error,
+            "{factor}: {} by the control of the paper",
+            value(&paper)
+        );
     }
     assert!(number(&many, "marches") > number(&one, "marches"));
 }
 
-/// Two factors of a short march at 2 K are nearly linear; the profile sees the curve that is left, a tenth at most.
+/// Two factors of a short run with 2 K noise are nearly linear: profile and linear interval differ by at most a tenth.
 #[test]
-fn where_a_problem_is_near_linear_a_profile_ends_where_the_linear_interval_does() {
+fn the_profile_interval_of_a_nearly_linear_problem_is_the_linear_one() {
     let scratch = Scratch::new("profile");
     observed(&scratch, "c", SAME, 5);
     let found = estimated(&scratch, "c", "--profile f_k,f_q");
     for factor in ["f_k", "f_q"] {
-        let of = |end: &str| number(&found, &format!("factors.{factor}.{end}"));
-        let half = 0.5 * (of("high") - of("low"));
+        let linear = |end: &str| number(&found, &format!("factors.{factor}.{end}"));
+        let half = 0.5 * (linear("high") - linear("low"));
         for end in ["low", "high"] {
             let profiled = number(&found, &format!("profiles.{factor}.{end}"));
-            assert!((profiled - of(end)).abs() < 0.1 * half, "{factor} {end}: {profiled}, linear {}", of(end));
+            assert!((profiled - linear(end)).abs() < 0.1 * half, "{factor} {end}: {profiled}, linear {}", linear(end));
         }
         assert!(scratch.read(&format!("out/c/estimate/figures/profile-{factor}.svg")).contains("linear approximation"));
     }
@@ -158,31 +161,31 @@ fn where_a_problem_is_near_linear_a_profile_ends_where_the_linear_interval_does(
 }
 
 #[test]
-fn a_posterior_is_the_same_on_any_number_of_threads_and_foresees_every_sensor() {
+fn a_posterior_is_the_same_on_any_number_of_threads_and_predicts_every_sensor() {
     let scratch = Scratch::new("posterior");
     observed(&scratch, "thin", SAME, 1);
     observed(&scratch, "thick", THICK, 2);
-    let walk =
+    let options =
         "estimate thin thick --factors f_k,f_q --sensors TC2 --window 0:40 --prior small --loss huber --json --quiet";
-    let walk = format!("{walk} --force --posterior --walkers 40 --moves 300");
-    let walked = |more: &str, threads: &str| {
-        let words = format!("{walk} {more}");
+    let options = format!("{options} --force --posterior --walkers 40 --mcmc-iterations 300");
+    let sampled = |more: &str, threads: &str| {
+        let words = format!("{options} {more}");
         let mut command = command(&scratch);
         let found = finish(command.args(words.split_whitespace()).env("RAYON_NUM_THREADS", threads)).done().json();
         (found, scratch.read("out/thin+thick/estimate/posterior.csv"))
     };
-    let ((found, one), (_, two), (_, other)) = (walked("", "1"), walked("", "2"), walked("--seed 2", "2"));
+    let ((found, one), (_, two), (_, other)) = (sampled("", "1"), sampled("", "2"), sampled("--seed 2", "2"));
     assert!(one.starts_with("f_k,f_q\n") && one.lines().count() > 1000, "{}", one.len());
     assert!(one == two && one != other);
 
-    let known = &found["posterior"];
+    let posterior = &found["posterior"];
     for (factor, truth) in [("f_k", 1.1), ("f_q", 0.95)] {
         let [low, median, high] =
-            ["low", "median", "high"].map(|key| number(known, &format!("factors.{factor}.{key}")));
-        assert!(low < median && median < high && low - 0.02 < truth && truth < high + 0.02, "{factor}: {known:#}");
-        assert!(number(known, &format!("factors.{factor}.r_hat")) < 1.2, "{known:#}");
+            ["low", "median", "high"].map(|key| number(posterior, &format!("factors.{factor}.{key}")));
+        assert!(low < median && median < high && low - 0.02 < truth && truth < high + 0.02, "{factor}: {posterior:#}");
+        assert!(number(posterior, &format!("factors.{factor}.r_hat")) < 1.2, "{posterior:#}");
     }
-    assert!(number(known, "acceptance") > 0.15 && number(known, "burn_in") > 4.0);
+    assert!(number(posterior, "acceptance") > 0.15 && number(posterior, "burn_in") > 4.0);
     for case in ["thin", "thick"] {
         // TC1 was not fitted, and is observed.
         let held = number(known, &format!("predicted.{case}.TC1.with_discrepancy.coverage"));
@@ -195,5 +198,5 @@ fn a_posterior_is_the_same_on_any_number_of_threads_and_foresees_every_sensor() 
     assert!(estimated(&scratch, "thin", "").get("posterior").is_none());
     say(&scratch, "estimate thin --walkers 50").ended(2).saying(&["--posterior"]);
     say(&scratch, "estimate thin --posterior --walkers 3 --quiet").ended(2).saying(&["3 walkers", "at least 4"]);
-    say(&scratch, "estimate thin --posterior --moves 3").ended(2).saying(&["--moves 3", "10 at least"]);
+    say(&scratch, "estimate thin --posterior --mcmc-iterations 3").ended(2).saying(&["--mcmc-iterations 3", "10 at least"]);
 }

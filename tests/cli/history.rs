@@ -1,4 +1,4 @@
-//! A heating history: words, numbers, and a file that a case reads as its flux.
+//! Inverse heat conduction: output, numbers, and a schedule that a case can read.
 
 use super::{CASE, OBSERVED, say};
 use crate::support::{HISTORY_FLUENCE, Scratch};
@@ -7,7 +7,7 @@ use serde_json::Value;
 const FLUX: &str = r#"flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }"#;
 const MEASURED: &str = "\n[observations]\nfile = \"measured.csv\"\nsigma = \"1 K\"\n";
 
-/// A case heated by a tenth more than it says, and what its thermocouples show.
+/// A case whose synthetic readings were made with 1.1 times its flux.
 fn heated(name: &str) -> Scratch {
     let scratch = Scratch::new(name);
     scratch.write("c/case.toml", CASE);
@@ -18,7 +18,7 @@ fn heated(name: &str) -> Scratch {
 }
 
 #[test]
-fn a_flux_is_told_in_words_numbers_and_a_file_that_a_case_is_heated_by() {
+fn a_recovered_flux_is_on_screen_in_the_summary_and_in_a_file_that_a_case_reads() {
     let scratch = heated("history");
     let ran = say(&scratch, "history c --sensors TC1 --knots 6 --out out --quiet").done();
     let lines: Vec<&str> = ran.stdout.lines().collect();
@@ -39,13 +39,13 @@ fn a_flux_is_told_in_words_numbers_and_a_file_that_a_case_is_heated_by() {
         page.contains("<section id=\"history\">") && page.contains("Cold-wall heat flux at the hot face at the knots")
     );
 
-    // What was found heats a case that is told of nothing else, over the whole run, as the window ends before it.
+    // The recovered flux drives a second case. It covers the whole run, although the window ends earlier.
     let found = scratch.read("out/history.csv");
     assert!(found.lines().last().is_some_and(|row| row.starts_with("40,")), "{found}");
     scratch.write("again/history.csv", scratch.read("out/history.csv"));
     scratch.write("again/measured.csv", scratch.read("measured.csv"));
-    let told = (CASE.to_owned() + MEASURED).replace(FLUX, r#"flux = { file = "history.csv" }"#);
-    scratch.write("again/case.toml", told.replace(r#"sensors = ["TC2"]"#, r#"sensors = ["TC1"]"#));
+    let text = (CASE.to_owned() + MEASURED).replace(FLUX, r#"flux = { file = "history.csv" }"#);
+    scratch.write("again/case.toml", text.replace(r#"sensors = ["TC2"]"#, r#"sensors = ["TC1"]"#));
     let again = say(&scratch, "history again --knots 0 --smoothing 0 --json --quiet").done();
     let again: Value = serde_json::from_str(&again.stdout).expect("JSON");
     let own_k = again["history"]["sensors"]["TC1"]["stated_rms_k"].as_f64().expect("a misfit");
@@ -53,7 +53,7 @@ fn a_flux_is_told_in_words_numbers_and_a_file_that_a_case_is_heated_by() {
 }
 
 #[test]
-fn the_temperature_of_a_gas_is_told_in_kelvin_and_read_by_a_case() {
+fn a_recovered_gas_temperature_is_in_kelvin_and_can_be_read_by_a_case() {
     let scratch = Scratch::new("history-gas");
     let convective = |gas: &str| {
         CASE.replace("\"heated\"", "\"convective\"")
@@ -85,7 +85,7 @@ fn the_temperature_of_a_gas_is_told_in_kelvin_and_read_by_a_case() {
 }
 
 #[test]
-fn what_has_no_flux_to_find_or_too_little_to_find_it_from_is_refused() {
+fn a_case_without_the_quantity_or_with_too_few_samples_is_refused() {
     let scratch = Scratch::new("no-history");
     let case = CASE.to_owned() + OBSERVED;
     scratch.write("c/case.toml", &case);
@@ -99,10 +99,13 @@ fn what_has_no_flux_to_find_or_too_little_to_find_it_from_is_refused() {
     refused("history held", &["held", "held at a temperature", "kind = \"heated\""]);
     refused("history c", &["knot values cannot be estimated from 4 samples"]);
     refused("history c --window 11:19", &["no samples between 11 s and 19 s"]);
-    refused("history c --knots 1 --seek gas", &["--seek gas", "the hot face has no film"]);
-    refused("history c --knots 1 --seek heat", &["--seek \"heat\"", "flux, radiant-flux or gas"]);
+    refused("history c --knots 1 --quantity gas", &["--quantity gas", "the hot face has no film"]);
+    refused("history c --knots 1 --quantity heat", &["--quantity \"heat\"", "flux, radiant-flux or gas"]);
     scratch.write("two/case.toml", case.replace(FLUX, &format!("{FLUX}\nradiant_flux = \"1 W/cm^2\"")));
-    refused("history two --knots 1", &["two", "a flux and a radiant-flux", "--seek flux or --seek radiant-flux"]);
+    refused(
+        "history two --knots 1",
+        &["two", "a flux and a radiant-flux", "--quantity flux or --quantity radiant-flux"],
+    );
     refused("history c --knots 1 --smoothing soft", &["--smoothing \"soft\"", "discrepancy, l-curve"]);
     refused("history c --knots 1 --bounds small", &["--bounds", "no factor"]);
 }

@@ -1,10 +1,10 @@
-//! What there is to march on, the material database, and the suite that judges the march.
+//! Devices, the material database and the verification suite.
 
 use super::{CASE, say, say_without_driver};
 use crate::support::Scratch;
 
 #[test]
-fn a_gpu_that_cannot_be_reached_is_exit_3_and_names_the_package() {
+fn a_missing_gpu_is_exit_3_and_names_the_package() {
     let scratch = Scratch::new("no-gpu");
     scratch.write("c/case.toml", CASE);
     for line in ["predict c --backend gpu", "uncertainty c --backend gpu", "predict c --device H200"] {
@@ -15,7 +15,7 @@ fn a_gpu_that_cannot_be_reached_is_exit_3_and_names_the_package() {
 }
 
 #[test]
-fn a_device_of_another_name_is_exit_3_and_names_those_there_are() {
+fn an_unknown_device_is_exit_3_and_lists_the_devices() {
     let scratch = Scratch::new("no-such-gpu");
     scratch.write("c/case.toml", CASE);
     say(&scratch, "predict c --backend gpu --device Voodoo2")
@@ -24,7 +24,7 @@ fn a_device_of_another_name_is_exit_3_and_names_those_there_are() {
 }
 
 #[test]
-fn the_gpu_gives_the_peaks_of_the_processor() {
+fn gpu_and_cpu_peaks_agree() {
     let scratch = Scratch::new("gpu");
     scratch.write("c/case.toml", CASE);
     let peak = |line: &str| say(&scratch, line).done().json()["sensors"]["TC2"]["peak_k"].as_f64().expect("a peak");
@@ -33,7 +33,7 @@ fn the_gpu_gives_the_peaks_of_the_processor() {
 }
 
 #[test]
-fn the_devices_are_listed_and_where_there_are_none_that_is_said_with_the_remedy() {
+fn devices_are_listed_and_their_absence_is_reported_with_the_remedy() {
     let scratch = Scratch::new("devices");
     let found = say(&scratch, "devices --json").done().json();
     assert!(found["adapters"].as_array().is_some_and(|adapters| !adapters.is_empty()), "{found:#}");
@@ -43,12 +43,12 @@ fn the_devices_are_listed_and_where_there_are_none_that_is_said_with_the_remedy(
     let none = say_without_driver(&scratch, "devices --json").done().json();
     assert_eq!(none["adapters"], serde_json::json!([]));
     for text in [say(&scratch, "devices").done().stdout, say_without_driver(&scratch, "devices").done().stdout] {
-        assert!(text.lines().all(|line| line.chars().count() <= 80), "wide:\n{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "wider than 80 columns:\n{text}");
     }
 }
 
 #[test]
-fn the_materials_are_listed_shown_and_checked() {
+fn materials_are_listed_shown_and_checked() {
     let scratch = Scratch::new("materials");
     let list = say(&scratch, "materials list").done().stdout;
     for material in ["nextel440_bf20", "pyrogel3350", "akk", "kaowool_pm"] {
@@ -64,7 +64,7 @@ fn the_materials_are_listed_shown_and_checked() {
 }
 
 #[test]
-fn the_exact_solutions_are_met_by_the_binary_as_it_is_shipped() {
+fn the_binary_passes_the_exact_solutions() {
     let scratch = Scratch::new("verify");
     let table = say(&scratch, "verify --group exact --quiet --json").done().json();
     assert!(table["passed"].as_u64().is_some_and(|passed| passed > 10), "{table:#}");

@@ -1,21 +1,23 @@
-//! The built binary from outside: what it prints, writes, and ends with.
+//! The built binary: its output, files and exit codes.
 
-mod asked; // a ply sized, twins studied: words, files, and that threads change nothing
-mod estimates; // of several cases, by losses, with priors, from many starts, with profiles
-mod faults; // exit code 2: wrong input, told with its place, nothing written
-mod history; // a flux recovered: words, numbers, a file that heats a case
-mod machines; // devices, backends that cannot be had, materials, verification
-mod observations; // committed synthetic observations beside those made anew
-mod pieces; // a sweep cut into pieces and merged again; memory that does not grow
+mod asked; // sizing and coverage studies; independence of the number of threads
+mod estimates; // several cases, losses, priors, multi-start, profiles, posterior
+mod faults; // exit code 2: errors with their location, nothing written
+mod help; // examples, completions, manual pages, old option names
+mod history; // inverse heat conduction: output, numbers, a file that a case reads
+mod init; // templates
+mod machines; // devices, missing backends, materials, verification
+mod observations; // committed synthetic observations against regenerated ones
+mod pieces; // parts of a sweep and their merging; bounded memory
 mod questions; // predict, uncertainty, sensitivity, estimate, study, twin
-mod trusted; // what each thermocouple counts for: windows and standard deviations of their own
-mod unused; // options and keys that would change nothing
+mod trusted; // windows and standard deviations of single thermocouples
+mod unused; // options and keys without effect
 
 use crate::support::Scratch;
 use std::ffi::OsStr;
 use std::process::{Command, Output};
 
-/// Two plies under a heater, coarse and short: what these tests ask about.
+/// Two plies under a heater, with a coarse grid and a short duration: the case of these tests.
 pub(crate) const CASE: &str = r#"name = "Two plies"
 initial_temperature = "300 K"
 contact_conductance = "500 W/m^2/K"
@@ -66,7 +68,7 @@ cells = 16
 every = "1 s"
 "#;
 
-/// The same with observations of its own, too few and round to be met.
+/// Observations to append to the case: few, and far from its prediction.
 pub(crate) const OBSERVED: &str = r#"
 [observations]
 sigma = "2 K"
@@ -78,7 +80,7 @@ pub(crate) fn charring() -> String {
     "decomposition = true\n".to_owned() + CASE
 }
 
-/// What a run of the binary left.
+/// Exit code and output of a run of the binary.
 pub(crate) struct Ran {
     pub(crate) code: i32,
     pub(crate) stdout: String,
@@ -90,7 +92,7 @@ fn bondline<S: AsRef<OsStr>>(scratch: &Scratch, arguments: &[S]) -> Ran {
     finish(command(scratch).args(arguments))
 }
 
-/// Run the binary in a folder, words parted by blanks.
+/// Run the binary in a folder with arguments separated by blanks.
 pub(crate) fn say(scratch: &Scratch, words: &str) -> Ran {
     bondline(scratch, &words.split_whitespace().collect::<Vec<_>>())
 }
@@ -102,7 +104,7 @@ fn say_without_driver(scratch: &Scratch, words: &str) -> Ran {
     finish(command.args(words.split_whitespace()))
 }
 
-/// The binary in a folder. The layers that come with Mesa complain on standard error of a missing runtime folder.
+/// The binary in a folder. Without a runtime folder, Mesa would print a warning to standard error.
 fn command(scratch: &Scratch) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_bondline"));
     command.current_dir(scratch.path()).env("XDG_RUNTIME_DIR", scratch.path());
@@ -116,7 +118,7 @@ fn finish(command: &mut Command) -> Ran {
 }
 
 impl Ran {
-    /// It did what it should, and said nothing else.
+    /// Expect exit code 0.
     #[track_caller]
     pub(crate) fn done(self) -> Self {
         self.ended(0)
@@ -128,7 +130,7 @@ impl Ran {
         self
     }
 
-    /// It said each of these on standard error.
+    /// Expect each of these texts on standard error.
     #[track_caller]
     fn saying(self, fragments: &[&str]) -> Self {
         for fragment in fragments {
@@ -137,7 +139,7 @@ impl Ran {
         self
     }
 
-    /// Standard output, all of it, as JSON.
+    /// Standard output, parsed as JSON.
     #[track_caller]
     pub(crate) fn json(&self) -> serde_json::Value {
         serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error} in:\n{}", self.stdout))

@@ -1,11 +1,11 @@
-//! A sweep cut into pieces, merged again; and that neither takes more memory for more members.
+//! Parts of a sweep and their merging; memory does not grow with the number of members.
 
 use super::faults::refused;
 use super::{CASE, bondline, charring, command, finish, say};
 use crate::support::{MEMORY_KIB, Scratch};
 use serde_json::Value;
 
-/// The pieces `cuts` of a sweep of `c`, each marched on its own number of threads; their files.
+/// Compute parts of a sweep of `c`, each on another number of threads. Returns their files.
 fn pieces(scratch: &Scratch, sweep: &str, cuts: &[(usize, usize)]) -> Vec<String> {
     let piece = |(index, &(first, end)): (usize, &(usize, usize))| {
         let line = format!("uncertainty c {sweep} --members {first}..{end} --out p --quiet");
@@ -23,8 +23,8 @@ fn pieces(scratch: &Scratch, sweep: &str, cuts: &[(usize, usize)]) -> Vec<String
     cuts.iter().enumerate().map(piece).collect()
 }
 
-/// What a report leaves, less what tells who wrote it and how long it took.
-fn told(scratch: &Scratch, folder: &str) -> (Value, Vec<String>) {
+/// The summary of a report without command, times and backend, and its tables.
+fn results(scratch: &Scratch, folder: &str) -> (Value, Vec<String>) {
     let mut summary: Value = serde_json::from_str(&scratch.read(&format!("{folder}/summary.json"))).expect("JSON");
     for key in ["command", "seconds", "backend"] {
         assert!(summary.as_object_mut().expect("an object").remove(key).is_some(), "no {key}");
@@ -34,9 +34,9 @@ fn told(scratch: &Scratch, folder: &str) -> (Value, Vec<String>) {
 }
 
 #[test]
-fn pieces_merged_in_any_order_tell_what_one_march_of_all_tells_to_the_last_digit() {
+fn parts_merged_in_any_order_give_the_numbers_of_one_sweep_to_the_last_digit() {
     let scratch = Scratch::new("pieces");
-    // Of the last some members melt everything and fail.
+    // Some members of the last sweep are so hot that they fail.
     let melting = CASE.replacen("small = [0.9, 1.1]", "small = [0.5, 400]", 1);
     for (case, sweep) in [
         (CASE.to_owned(), "-n 300 --sampling lhs --seed 7"),
@@ -49,19 +49,19 @@ fn pieces_merged_in_any_order_tell_what_one_march_of_all_tells_to_the_last_digit
         say(&scratch, &format!("uncertainty c {sweep} --max-failed {members} --out whole --quiet")).done();
         let files = pieces(&scratch, sweep, &[(members / 2, members), (0, 1), (1, members / 2)]);
         say(&scratch, &format!("merge {} --out merged --max-failed {members}", files.join(" "))).done();
-        let (whole, merged) = (told(&scratch, "whole"), told(&scratch, "merged"));
+        let (whole, merged) = (results(&scratch, "whole"), results(&scratch, "merged"));
         assert_eq!(whole, merged, "{sweep}");
         assert_eq!(merged.0["members"]["requested"], members);
         let page = scratch.read("merged/report.html");
         assert!(page.contains("Distribution of the peak temperatures"), "the page has its figures");
     }
-    assert!(told(&scratch, "merged").0["members"]["failed"].as_u64().is_some_and(|failed| failed > 10));
+    assert!(results(&scratch, "merged").0["members"]["failed"].as_u64().is_some_and(|failed| failed > 10));
     let files = "p/c-0-1.json p/c-1-40.json p/c-40-80.json";
-    say(&scratch, &format!("merge {files} --max-failed 5")).ended(1).saying(&["more than the 5 put up with"]);
+    say(&scratch, &format!("merge {files} --max-failed 5")).ended(1).saying(&["more than the allowed 5"]);
 }
 
 #[test]
-fn pieces_that_do_not_make_one_sweep_are_refused_in_words_and_nothing_is_written() {
+fn files_that_are_not_all_parts_of_one_sweep_are_refused_and_nothing_is_written() {
     let scratch = Scratch::new("pieces-refused");
     scratch.write("c/case.toml", CASE);
     let cuts = [(0, 20), (20, 40), (30, 60), (50, 60)];
@@ -73,16 +73,16 @@ fn pieces_that_do_not_make_one_sweep_are_refused_in_words_and_nothing_is_written
         name.to_owned()
     };
     let version = format!("\"bondline\":{:?}", env!("CARGO_PKG_VERSION"));
-    assert!(scratch.read(&p(20, 40)).contains(&version), "the version stands in the piece");
+    assert!(scratch.read(&p(20, 40)).contains(&version), "no version in the file");
     scratch.write("old.json", scratch.read(&p(20, 40)).replacen(&version, "\"bondline\":\"0.0.9\"", 1));
     let refusals = [
-        (vec![p(0, 20), p(20, 40), p(30, 60)], "members 30..60 overlap another piece, which ends at 40"),
-        (vec![p(0, 20), p(0, 20), p(20, 40)], "members 0..20 overlap another piece, which ends at 20"),
-        (vec![p(20, 40), p(0, 20), p(50, 60)], "no piece holds members 40..50 of the 60 drawn"),
-        (vec![p(0, 20), p(20, 40)], "no piece holds members 40..60 of the 60 drawn"),
-        (vec![p(20, 40), p(30, 60)], "no piece holds members 0..20 of the 60 drawn"),
-        (vec![p(0, 20), other("-n 60 --seed 2", "seed.json")], "their draws differ, 60 members by normal, seed 2"),
-        (vec![p(0, 20), other("-n 61", "drawn.json")], "their draws differ, 61 members by normal, seed 1"),
+        (vec![p(0, 20), p(20, 40), p(30, 60)], "members 30..60 overlap another part, which ends at 40"),
+        (vec![p(0, 20), p(0, 20), p(20, 40)], "members 0..20 overlap another part, which ends at 20"),
+        (vec![p(20, 40), p(0, 20), p(50, 60)], "no file has members 40..50 of all 60"),
+        (vec![p(0, 20), p(20, 40)], "no file has members 40..60 of all 60"),
+        (vec![p(20, 40), p(30, 60)], "no file has members 0..20 of all 60"),
+        (vec![p(0, 20), other("-n 60 --seed 2", "seed.json")], "their samples differ, 60 members by normal, seed 2"),
+        (vec![p(0, 20), other("-n 61", "drawn.json")], "their samples differ, 61 members by normal, seed 1"),
         (vec![p(0, 20), other("-n 60 --precision f32", "f32.json")], "their backends differ, cpu f32 and cpu f64"),
         (vec![p(0, 20), other("-n 60 --set pressure=1kPa", "set.json")], "their cases differ, c ("),
         (vec![p(0, 20), "old.json".to_owned()], "made by bondline 0.0.9, expected"),
@@ -98,7 +98,7 @@ fn pieces_that_do_not_make_one_sweep_are_refused_in_words_and_nothing_is_written
 }
 
 #[test]
-fn a_piece_is_held_against_its_case_and_against_itself() {
+fn a_damaged_part_or_a_changed_case_is_refused() {
     let scratch = Scratch::new("pieces-case");
     scratch.write("c/case.toml", CASE);
     let line = format!("merge {}", pieces(&scratch, "-n 20", &[(0, 20)])[0]);
@@ -116,13 +116,13 @@ fn a_piece_is_held_against_its_case_and_against_itself() {
     }
     scratch.write("p/c-0-20.json", piece);
     scratch.write("c/case.toml", CASE.replacen("3 mm", "4 mm", 1));
-    refused(&scratch, say(&scratch, &line), 2, &["is not what was marched", "it has changed since"]);
+    refused(&scratch, say(&scratch, &line), 2, &["is not the case of this file", "it has changed since"]);
     scratch.write("there/c/case.toml", CASE);
     say(&scratch, &format!("{line} --case there/c --json")).done();
 }
 
 #[test]
-fn a_piece_that_cannot_be_is_told_with_what_was_expected() {
+fn an_invalid_range_of_members_is_refused_with_the_expected_form() {
     let scratch = Scratch::new("pieces-typed");
     scratch.write("c/case.toml", CASE);
     for (members, said) in [
@@ -136,17 +136,17 @@ fn a_piece_that_cannot_be_is_told_with_what_was_expected() {
     refused(&scratch, say(&scratch, "uncertainty c --members 0..9 --json"), 1, &["cannot be used with"]);
 }
 
-/// A hundred thousand members under a limit on memory that one row of temperatures kept of each would pass by itself:
-/// ten sensors at 41 instants are 3.3 kB.
+/// 100,000 members under a memory limit that is smaller than their temperatures: ten sensors at 41 instants take 3.3 kB
+/// per member.
 #[test]
-fn a_hundred_thousand_members_take_less_memory_than_a_row_of_each_would() {
+fn a_sweep_does_not_store_the_temperatures_of_its_members() {
     let scratch = Scratch::new("memory");
     let more: Vec<String> = (1..9).map(|n| format!("[[sensor]]\nname = \"D{n}\"\ndepth = \"0.{n} mm\"\n")).collect();
     let coarse = CASE.replacen("cells = 16", "cells = 8\nlargest_step = \"4 s\"\ngrowth = 1.0", 1);
     scratch.write("c/case.toml", coarse.replacen("[hot_face]", &(more.concat() + "\n[hot_face]"), 1));
     let members = 100_000;
-    assert!(members * 10 * 41 * 8 > MEMORY_KIB * 1024, "the limit lets every row be kept");
-    // Arenas of the allocator and stacks of threads are reserved for each thread, so their number is fixed.
+    assert!(members * 10 * 41 * 8 > MEMORY_KIB * 1024, "the limit is larger than all temperatures");
+    // The number of threads is fixed, as each reserves an arena of the allocator and a stack.
     let line = format!(
         "ulimit -v {MEMORY_KIB} && RAYON_NUM_THREADS=2 MALLOC_ARENA_MAX=1 exec {} uncertainty c -n {members} --backend cpu --json",
         env!("CARGO_BIN_EXE_bondline")

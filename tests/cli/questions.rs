@@ -1,4 +1,4 @@
-//! The questions about a case: what is printed, what is written, and that it is the same again.
+//! The studies of a case: output, files and reproducibility.
 
 use super::{CASE, OBSERVED, charring, say};
 use crate::support::Scratch;
@@ -11,13 +11,13 @@ fn with_case(name: &str) -> Scratch {
     scratch
 }
 
-/// The summary, less what depends on the clock on the wall.
+/// The summary without times.
 fn timeless(mut summary: Value) -> Value {
-    summary.as_object_mut().expect("an object").remove("seconds").expect("the time it took");
+    summary.as_object_mut().expect("an object").remove("seconds").expect("times");
     summary
 }
 
-/// Every key of a path such as `backend.kind` leads to something.
+/// Expect a value at every path, such as `backend.kind`.
 #[track_caller]
 fn holds(summary: &Value, paths: &[&str]) {
     for path in paths {
@@ -27,10 +27,10 @@ fn holds(summary: &Value, paths: &[&str]) {
 }
 
 #[test]
-fn a_case_beside_explains_what_its_physics_does_and_other_observations_are_refused() {
+fn a_comparison_reports_the_misfit_explained_by_the_other_case_and_needs_the_same_observations() {
     let scratch = with_case("beside");
     scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
-    // Of the same case with a face that is heated for ten seconds alone: there is a cool-down.
+    // Heating ends after ten seconds, so that there is a cool-down.
     let short = r#"flux = { points = [["0 s", "5 W/cm^2"], ["10 s", "5 W/cm^2"]], outside = "zero" }"#;
     let cooled = CASE
         .replace(r#"flux = { points = [["0 s", "0 W/cm^2"], ["1 s", "5 W/cm^2"]], outside = "hold" }"#, short)
@@ -41,7 +41,7 @@ fn a_case_beside_explains_what_its_physics_does_and_other_observations_are_refus
     scratch.write("colder/case.toml", cooled.replace("5 W/cm^2", "4 W/cm^2"));
     scratch.write("other/case.toml", cooled.replace("500 K", "501 K"));
     let summary = |beside: &str| {
-        let ran = say(&scratch, &format!("estimate same --beside {beside} --json --quiet --force")).done();
+        let ran = say(&scratch, &format!("estimate same --compare {beside} --json --quiet --force")).done();
         serde_json::from_str::<Value>(&ran.stdout).expect("JSON alone")["model_comparison"].clone()
     };
     let explained = |beside: &Value| beside["sensors"]["TC2"]["explained_share"].as_f64().expect("a share");
@@ -51,11 +51,11 @@ fn a_case_beside_explains_what_its_physics_does_and_other_observations_are_refus
     // It is predicted too hot as it is.
     assert!(explained(&colder) > 0.1, "less heating explains {}", explained(&colder));
     assert!(explained(&hotter) < -0.1, "more heating explains {}", explained(&hotter));
-    say(&scratch, "estimate same --beside other --quiet").ended(2).saying(&["TC2", "differ"]);
+    say(&scratch, "estimate same --compare other --quiet").ended(2).saying(&["TC2", "differ"]);
 }
 
 #[test]
-fn every_command_gives_its_summary_as_json_alone_with_the_keys_promised() {
+fn every_command_prints_its_summary_as_json_with_the_documented_keys() {
     let scratch = Scratch::new("json");
     scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
     let common = [
@@ -110,13 +110,13 @@ fn every_command_gives_its_summary_as_json_alone_with_the_keys_promised() {
     };
     for line in ["predict c", "uncertainty c -n 50", "sensitivity c", "estimate c", "study c -n 50"] {
         let ran = say(&scratch, &format!("{line} --json --quiet")).done();
-        assert_eq!(ran.stderr, "", "{line} says something besides");
+        assert_eq!(ran.stderr, "", "{line} writes to standard error");
         let summary = ran.json();
         let command = line.split(' ').next().expect("a command");
         assert_eq!((&summary["command"], &summary["case"]), (&Value::from(command), &Value::from("c")));
         holds(&summary, &common);
         holds(&summary, &of(command));
-        assert_eq!(ran.stdout, scratch.read(&format!("out/c/{command}/summary.json")), "the file says the same");
+        assert_eq!(ran.stdout, scratch.read(&format!("out/c/{command}/summary.json")), "file and output differ");
     }
 }
 
@@ -127,14 +127,18 @@ fn results_go_to_standard_output_and_a_quiet_command_leaves_standard_error_empty
         let ran = say(&scratch, &format!("{line} --quiet")).done();
         assert_eq!(ran.stderr, "", "{line}");
         assert!(ran.stdout.contains("Two plies") && ran.stdout.contains("report.html"), "{line}: {}", ran.stdout);
-        assert!(ran.stdout.lines().all(|line| line.chars().count() <= 80), "{line} is wide:\n{}", ran.stdout);
+        assert!(
+            ran.stdout.lines().all(|line| line.chars().count() <= 80),
+            "{line} is wider than 80 columns:\n{}",
+            ran.stdout
+        );
     }
     let ran = say(&scratch, "study c -n 50").done();
     assert!(ran.stderr.contains("no estimation: the case has no observations"), "{}", ran.stderr);
 }
 
 #[test]
-fn a_study_shows_every_sensor_with_its_peak_its_spread_and_their_cause() {
+fn a_study_shows_the_peak_of_every_sensor_its_standard_deviation_and_the_largest_share() {
     let scratch = Scratch::new("screen");
     scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
     let screen = say(&scratch, "study c -n 100").done().stdout;
@@ -152,7 +156,7 @@ fn a_study_shows_every_sensor_with_its_peak_its_spread_and_their_cause() {
 }
 
 #[test]
-fn a_seed_gives_the_same_summary_whatever_the_threads_and_another_seed_another() {
+fn a_sweep_depends_on_its_seed_and_not_on_the_number_of_threads() {
     let scratch = with_case("seed");
     let drawn = |threads: &str, seed: &str| {
         let mut command = super::command(&scratch);
@@ -169,7 +173,7 @@ fn a_seed_gives_the_same_summary_whatever_the_threads_and_another_seed_another()
 }
 
 #[test]
-fn kept_members_read_back_with_a_row_each() {
+fn keep_writes_one_row_per_member() {
     let scratch = with_case("keep");
     say(&scratch, "uncertainty c -n 130 --keep members").done();
     let file = std::fs::File::open(scratch.path().join("out/c/uncertainty/members.parquet")).expect("a file");
@@ -179,21 +183,24 @@ fn kept_members_read_back_with_a_row_each() {
     for column in ["member", "f_k", "f_q"] {
         assert!(columns.contains(&column), "no {column} among {columns:?}");
     }
-    assert!(!scratch.files().iter().any(|path| path.ends_with("traces.parquet")), "traces were not asked for");
+    assert!(
+        !scratch.files().iter().any(|path| path.ends_with("traces.parquet")),
+        "traces were written without --keep traces"
+    );
     for piece in ["0..9", "9..20"] {
         say(&scratch, &format!("uncertainty c -n 20 --keep members --members {piece} --out pieces")).done();
     }
     for piece in ["0-9", "9-20"] {
         let file = format!("pieces/members-{piece}.parquet");
-        assert!(scratch.path().join(&file).exists(), "a piece has its own members: no {file}");
+        assert!(scratch.path().join(&file).exists(), "no {file}");
     }
     say(&scratch, "uncertainty c -n 20 --keep traces").done();
     assert!(scratch.files().iter().any(|path| path.ends_with("traces.parquet")));
 }
 
-/// Between the bounds lie members that melt everything: they fail, the others stand.
+/// Some members within the bounds are so hot that they fail. The others count.
 #[test]
-fn members_driven_to_nonsense_are_counted_with_their_reason_and_the_others_stand() {
+fn failed_members_are_counted_with_their_reason_and_the_others_are_used() {
     let scratch = Scratch::new("nonsense");
     scratch.write("c/case.toml", CASE.replacen("small = [0.9, 1.1]", "small = [0.5, 1e6]", 1));
     let some =
@@ -206,15 +213,15 @@ fn members_driven_to_nonsense_are_counted_with_their_reason_and_the_others_stand
     let ran = some("90").done().json();
     let (ok, failed) = (ran["members"]["ok"].as_u64(), ran["members"]["failed"].as_u64());
     assert!(ok.is_some_and(|ok| ok > 10) && failed.is_some_and(|failed| failed > 10), "{ran:#}");
-    let beyond = some("5").ended(1).saying(&["more than the 5 put up with", "a temperature left 0 to 4,000 K"]);
-    assert_eq!(beyond.json()["members"], ran["members"], "the report is written all the same");
+    let beyond = some("5").ended(1).saying(&["more than the allowed 5", "a temperature left 0 to 4,000 K"]);
+    assert_eq!(beyond.json()["members"], ran["members"], "the report is written in spite of the failures");
     let page = scratch.read("out/c/uncertainty/report.html");
-    assert!(page.contains("a temperature left 0 to 4,000"), "the reason is on the page");
-    say(&scratch, "uncertainty c -n 100 --sampling uniform").ended(1).saying(&["more than the 1 put up with"]);
+    assert!(page.contains("a temperature left 0 to 4,000"), "no reason on the page");
+    say(&scratch, "uncertainty c -n 100 --sampling uniform").ended(1).saying(&["more than the allowed 1"]);
 }
 
 #[test]
-fn a_nominal_march_that_runs_away_is_a_failure_told_in_words() {
+fn a_nominal_march_that_diverges_is_exit_1_with_its_reason() {
     let scratch = Scratch::new("runaway");
     scratch.write("c/case.toml", CASE.replacen("small = [0.9, 1.1]", "small = [0.5, 1e6]", 1));
     let ran = say(&scratch, "predict c --set f_q=1e6").ended(1);
@@ -223,7 +230,7 @@ fn a_nominal_march_that_runs_away_is_a_failure_told_in_words() {
 }
 
 #[test]
-fn what_a_twin_made_of_known_factors_an_estimate_recovers() {
+fn an_estimate_recovers_the_true_factors_of_synthetic_observations() {
     let scratch = with_case("twin");
     let ran = say(&scratch, "twin c --truth f_k=1.1,f_q=0.95 --out c/measured.csv").done();
     assert!(ran.stdout.contains("41 samples of 2 sensors"), "{}", ran.stdout);
@@ -233,12 +240,12 @@ fn what_a_twin_made_of_known_factors_an_estimate_recovers() {
     let found = say(&scratch, line).done().json();
     for (factor, truth) in [("f_k", 1.1), ("f_q", 0.95)] {
         let value = found["factors"][factor]["value"].as_f64().expect("a value");
-        assert!((value - truth).abs() < 1e-4, "{factor} = {value}, made with {truth}");
+        assert!((value - truth).abs() < 1e-4, "{factor} = {value}, true value {truth}");
     }
 }
 
 #[test]
-fn noise_is_as_large_as_asked_for_and_the_same_for_the_same_seed() {
+fn noise_has_the_stated_standard_deviation_and_depends_on_the_seed() {
     let scratch = with_case("noise");
     for (name, line) in
         [("a", "--noise 3K --seed 5"), ("b", "--noise 3K --seed 5"), ("c", ""), ("d", "--noise 3K --seed 6")]
@@ -257,7 +264,7 @@ fn noise_is_as_large_as_asked_for_and_the_same_for_the_same_seed() {
 }
 
 #[test]
-fn what_is_set_on_the_command_line_takes_the_place_of_what_the_file_says() {
+fn set_overrides_the_case_file() {
     let scratch = with_case("set");
     let peak = |line: &str| say(&scratch, line).done().json()["sensors"]["TC1"]["peak_k"].as_f64().expect("a peak");
     let (plain, more) = (peak("predict c --json"), peak("predict c --json --set f_q=1.1"));
@@ -266,7 +273,7 @@ fn what_is_set_on_the_command_line_takes_the_place_of_what_the_file_says() {
     assert_eq!(shorter["sensors"]["TC1"]["peak_time_s"], 20.0);
 }
 
-/// What the nominal march of the case leaves: the screen, the summary, and the first and the last row of its traces.
+/// Screen, summary, and first and last row of the traces of a prediction.
 fn predicted(scratch: &Scratch) -> (String, Value, String, String) {
     let screen = say(scratch, "predict c").done().stdout;
     let summary = serde_json::from_str(&scratch.read("out/c/predict/summary.json")).expect("JSON");
@@ -276,7 +283,7 @@ fn predicted(scratch: &Scratch) -> (String, Value, String, String) {
 }
 
 #[test]
-fn screen_summary_and_traces_agree_on_what_a_layup_lost_and_say_nothing_where_nothing_decomposes() {
+fn screen_summary_and_traces_agree_on_the_mass_lost_and_omit_it_without_decomposition() {
     let scratch = with_case("still");
     let (screen, summary, head, _) = predicted(&scratch);
     assert!(!screen.contains("Mass lost"), "{screen}");

@@ -24,7 +24,7 @@ fn an_option_without_effect_is_refused() {
     for (line, message) in [
         (
             "predict c --backend cpu --device H200",
-            "--device \"H200\" names a Vulkan device and --backend cpu takes none",
+            "--device \"H200\" names a Vulkan device, which --backend cpu does not use",
         ),
         ("predict c --set f_k=1.1 --set f_k=0.9", "--set names \"f_k\" twice"),
         ("uncertainty c -n 20 --members 0..10 --max-failed 3", "cannot be used with"),
@@ -46,12 +46,15 @@ fn an_option_without_effect_is_refused() {
             "estimate begun --bounds small",
             "the start 1.4 of \"f_k\" lies outside its small bounds 0.8 to 1.2; give --start",
         ),
-        ("twin c --starts 3", "--starts: observations are made at every sensor and fitted to nothing"),
-        ("twin c --patience 3", "--patience: observations are made"),
-        ("twin c --minimiser paper", "--minimiser: observations are made"),
-        ("twin c --seed 3", "--seed without noise changes nothing: give --noise"),
-        ("twin c --noise 0K --correlation 5s", "--correlation without noise changes nothing"),
-        ("verify --group exact --device H200", "--device \"H200\": the processor marches these groups"),
+        (
+            "twin c --starts 3",
+            "--starts: without --study N nothing is fitted, and observations are written for every sensor",
+        ),
+        ("twin c --max-iterations 3", "--max-iterations: without --study N nothing is fitted"),
+        ("twin c --minimiser paper", "--minimiser: without --study N nothing is fitted"),
+        ("twin c --seed 3", "--seed without noise has no effect: give --noise"),
+        ("twin c --noise 0K --correlation-time 5s", "--correlation-time without noise has no effect"),
+        ("verify --group exact --device H200", "--device \"H200\": these groups run on the CPU"),
     ] {
         refused(&scratch, say(&scratch, line), 5, &[message]);
     }

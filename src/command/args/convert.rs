@@ -1,11 +1,11 @@
-//! From what was typed to what the library takes.
+//! Conversion of command-line arguments to options of the library.
 
 use crate::command::args::{
-    BackendKind, BoundsKind, Fit, Limit, Method, Minimiser, On, PrecisionKind, PriorKind, SamplingKind, Sweep, Trusted,
-    Walk,
+    BackendArg, BoundsArg, DerivativeArg, FitArgs, MarchArgs, MinimiserArg, ObservationArgs, PosteriorArgs,
+    PrecisionArg, PriorArg, SamplingArg, SizeArgs, SweepArgs,
 };
 use crate::command::exit::{Failure, input};
-use crate::command::progress::Bar;
+use crate::command::progress::MarchProgress;
 use bondline::case::unit::{Dimension, quantity};
 use bondline::case::{Bounds, LossFunction};
 use bondline::ensemble::{self, Sampling};
@@ -19,47 +19,49 @@ use bondline::study::estimate::PAPER;
 use bondline::study::posterior::Walkers;
 use std::ops::Range;
 
+/// The backend.
+///
 /// # Errors
-/// A device is named for a march on the processor.
-pub(crate) fn choice(on: &On) -> Result<Choice, Failure> {
-    if let (BackendKind::Cpu, Some(device)) = (on.backend, &on.device) {
+/// When a Vulkan device is named for the CPU.
+pub(crate) fn choice(march: &MarchArgs) -> Result<Choice, Failure> {
+    if let (BackendArg::Cpu, Some(device)) = (march.backend, &march.device) {
         return Err(input(format!(
-            "--device {device:?} names a Vulkan device and --backend cpu takes none: leave one of them out"
+            "--device {device:?} names a Vulkan device, which --backend cpu does not use: leave out one of them"
         )));
     }
     Ok(Choice {
-        kind: match on.backend {
-            BackendKind::Auto => Kind::Auto,
-            BackendKind::Cpu => Kind::Cpu,
-            BackendKind::Gpu => Kind::Gpu,
+        kind: match march.backend {
+            BackendArg::Auto => Kind::Auto,
+            BackendArg::Cpu => Kind::Cpu,
+            BackendArg::Gpu => Kind::Gpu,
         },
-        precision: on.precision.map(|precision| match precision {
-            PrecisionKind::F32 => Precision::F32,
-            PrecisionKind::F64 => Precision::F64,
+        precision: march.precision.map(|precision| match precision {
+            PrecisionArg::F32 => Precision::F32,
+            PrecisionArg::F64 => Precision::F64,
         }),
-        device: on.device.clone(),
+        device: march.device.clone(),
     })
 }
 
-pub(crate) fn bounds(bounds: BoundsKind) -> Bounds {
+pub(crate) fn bounds(bounds: BoundsArg) -> Bounds {
     match bounds {
-        BoundsKind::Small => Bounds::Small,
-        BoundsKind::Large => Bounds::Large,
+        BoundsArg::Small => Bounds::Small,
+        BoundsArg::Large => Bounds::Large,
     }
 }
 
-pub(crate) fn sampling(sweep: &Sweep) -> Sampling {
+pub(crate) fn sampling(sweep: &SweepArgs) -> Sampling {
     let kind = match sweep.sampling {
-        SamplingKind::Normal => ensemble::SamplingKind::Normal,
-        SamplingKind::Uniform => ensemble::SamplingKind::Uniform,
-        SamplingKind::Lhs => ensemble::SamplingKind::LatinHypercube,
-        SamplingKind::Sobol => ensemble::SamplingKind::Sobol,
+        SamplingArg::Normal => ensemble::SamplingKind::Normal,
+        SamplingArg::Uniform => ensemble::SamplingKind::Uniform,
+        SamplingArg::Lhs => ensemble::SamplingKind::LatinHypercube,
+        SamplingArg::Sobol => ensemble::SamplingKind::Sobol,
     };
     Sampling { kind, seed: sweep.seed }
 }
 
-/// `A..B`, members of so many drawn.
-pub(crate) fn piece(text: &str, drawn: usize) -> Result<Range<usize>, Failure> {
+/// The range `A..B` of members.
+pub(crate) fn member_range(text: &str, drawn: usize) -> Result<Range<usize>, Failure> {
     let ends = text.split_once("..").map(|(first, end)| (first.trim().parse(), end.trim().parse()));
     match ends {
         Some((Ok(first), Ok(end))) if first < end && end <= drawn => Ok(first..end),
@@ -73,15 +75,15 @@ pub(crate) fn piece(text: &str, drawn: usize) -> Result<Range<usize>, Failure> {
     }
 }
 
-/// `NAME=VALUE` in two.
-fn halves<'a>(text: &'a str, option: &str) -> Result<(&'a str, &'a str), Failure> {
+/// Name and value of `NAME=VALUE`.
+fn name_and_value<'a>(text: &'a str, option: &str) -> Result<(&'a str, &'a str), Failure> {
     text.split_once('=').ok_or_else(|| input(format!("{option} {text:?}: expected NAME=VALUE")))
 }
 
 pub(crate) fn sets(sets: &[String]) -> Result<Vec<(String, String)>, Failure> {
     let mut pairs: Vec<(String, String)> = Vec::new();
     for set in sets {
-        let (name, value) = halves(set, "--set")?;
+        let (name, value) = name_and_value(set, "--set")?;
         if pairs.iter().any(|(earlier, _)| earlier == name) {
             return Err(input(format!("--set names {name:?} twice")));
         }
@@ -90,16 +92,16 @@ pub(crate) fn sets(sets: &[String]) -> Result<Vec<(String, String)>, Failure> {
     Ok(pairs)
 }
 
-/// `NAME=VALUE,...` with values above zero.
-pub(crate) fn values(texts: &[String], option: &str) -> Result<Vec<(String, f64)>, Failure> {
+/// Pairs `NAME=VALUE,...`; every value is positive.
+pub(crate) fn positive_values(texts: &[String], option: &str) -> Result<Vec<(String, f64)>, Failure> {
     let value = |text: &String| {
-        let (name, value) = halves(text, option)?;
-        Ok((name.trim().to_owned(), number(text, value, option)?))
+        let (name, value) = name_and_value(text, option)?;
+        Ok((name.trim().to_owned(), positive_number(text, value, option)?))
     };
     texts.iter().map(value).collect()
 }
 
-fn number(text: &str, value: &str, option: &str) -> Result<f64, Failure> {
+fn positive_number(text: &str, value: &str, option: &str) -> Result<f64, Failure> {
     match value.trim().parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err(input(format!("{option} {text:?}: expected a number above zero, found {value:?}"))),
@@ -110,22 +112,22 @@ fn trimmed(names: &[String]) -> Vec<String> {
     names.iter().map(|name| name.trim().to_owned()).collect()
 }
 
-/// What is typed of the march, with a progress bar.
-pub(crate) fn options(on: &On, bar: &Bar) -> Result<Options, Failure> {
-    let choice = choice(on)?;
-    let bar = bar.clone();
-    let mut options = Options::default().backend(choice.kind).progress(move |progress| bar.show(progress));
+/// Options of a session that reports its progress.
+pub(crate) fn options(march: &MarchArgs, progress: &MarchProgress) -> Result<Options, Failure> {
+    let choice = choice(march)?;
+    let display = progress.clone();
+    let mut options = Options::default().backend(choice.kind).progress(move |progress| display.show(progress));
     (options.precision, options.device) = (choice.precision, choice.device);
     Ok(options)
 }
 
-pub(crate) fn sweep(sweep: &Sweep) -> UncertaintyOptions {
+pub(crate) fn sweep(sweep: &SweepArgs) -> UncertaintyOptions {
     let Sampling { kind, seed } = sampling(sweep);
-    let bounds = sweep.spread.map_or(Bounds::Small, bounds);
+    let bounds = sweep.sampling_bounds.map_or(Bounds::Small, bounds);
     UncertaintyOptions { members: sweep.members, sampling: kind, seed, bounds }
 }
 
-pub(crate) fn observations(data: &Trusted) -> Result<ObservationSelection, Failure> {
+pub(crate) fn observations(data: &ObservationArgs) -> Result<ObservationSelection, Failure> {
     Ok(ObservationSelection {
         sensors: trimmed(&data.sensors),
         window_s: data.window.as_deref().map(window).transpose()?,
@@ -141,7 +143,7 @@ fn window(text: &str) -> Result<(f64, f64), Failure> {
     }
 }
 
-pub(crate) fn fit(fit: &Fit) -> Result<FitOptions, Failure> {
+pub(crate) fn fit(fit: &FitArgs) -> Result<FitOptions, Failure> {
     let loss = fit.loss.as_deref().map(LossFunction::named).transpose();
     let loss = loss.map_err(|message| input(format!("--loss {:?}: {message}", fit.loss.as_deref().unwrap_or(""))))?;
     let start = |(name, value): (String, f64)| {
@@ -150,62 +152,62 @@ pub(crate) fn fit(fit: &Fit) -> Result<FitOptions, Failure> {
     };
     Ok(FitOptions {
         factors: trimmed(&fit.factors),
-        start: values(&fit.start, "--start")?.into_iter().map(start).collect(),
+        start: positive_values(&fit.start, "--start")?.into_iter().map(start).collect(),
         loss,
         prior: fit.prior.map(|prior| match prior {
-            PriorKind::None => None,
-            PriorKind::Small => Some(Bounds::Small),
-            PriorKind::Large => Some(Bounds::Large),
+            PriorArg::None => None,
+            PriorArg::Small => Some(Bounds::Small),
+            PriorArg::Large => Some(Bounds::Large),
         }),
         rules: match fit.minimiser {
-            Minimiser::TrustRegion => Rules::Radius,
-            Minimiser::Paper => PAPER,
+            MinimiserArg::TrustRegion => Rules::Radius,
+            MinimiserArg::Paper => PAPER,
         },
         starts: fit.starts,
         profiles: fit.profile.clone(),
-        max_iterations: fit.patience,
+        max_iterations: fit.max_iterations,
     })
 }
 
-/// The walkers of a posterior, where one is wanted.
-pub(crate) fn walkers(walk: &Walk, seed: u64) -> Option<Walkers> {
-    walk.posterior.then_some(Walkers { number: walk.walkers, moves: walk.moves, seed })
+/// Options of the MCMC sampling; `None` without `--posterior`.
+pub(crate) fn walkers(args: &PosteriorArgs, seed: u64) -> Option<Walkers> {
+    args.posterior.then_some(Walkers { number: args.walkers, moves: args.mcmc_iterations, seed })
 }
 
 pub(crate) fn sensitivity(
-    data: &Trusted,
-    method: Option<Method>,
+    data: &ObservationArgs,
+    method: Option<DerivativeArg>,
     step: Option<f64>,
 ) -> Result<SensitivityOptions, Failure> {
     let derivatives = match (method, step) {
-        (Some(Method::Tangent), Some(step)) => {
+        (Some(DerivativeArg::Tangent), Some(step)) => {
             return Err(input(format!(
-                "--step {step}: --method tangent takes no step; leave one of them out, or take --method difference"
+                "--step {step}: --method tangent has no step; leave out one of them, or give --method difference"
             )));
         }
-        (Some(Method::Difference), step) => Derivatives::Difference(step),
+        (Some(DerivativeArg::Difference), step) => Derivatives::Difference(step),
         (None, Some(step)) => Derivatives::Difference(Some(step)),
-        (Some(Method::Tangent) | None, None) => Derivatives::Exact,
+        (Some(DerivativeArg::Tangent) | None, None) => Derivatives::Exact,
     };
     Ok(SensitivityOptions { observations: observations(data)?, derivatives })
 }
 
-/// The limit of a sensor, and the ply that is to hold it.
-pub(crate) fn size(limit: &Limit, sweep: &Sweep) -> Result<SizeOptions, Failure> {
-    let Limit { ply, limit, probability, between } = limit;
-    let (sensor, most) = limit
+/// The ply to size, and the temperature limit of a sensor.
+pub(crate) fn size(size: &SizeArgs, sweep: &SweepArgs) -> Result<SizeOptions, Failure> {
+    let SizeArgs { ply, limit, probability, thickness_range } = size;
+    let (sensor, limit_text) = limit
         .split_once('<')
         .ok_or_else(|| input(format!("--limit {limit:?}: expected SENSOR < TEMPERATURE, such as \"TC4 < 623 K\"")))?;
-    let limit_k = measured(most.trim_start_matches('='), Dimension::Temperature, "--limit")?;
-    let within_m = match between.as_deref().map(|text| (text, text.split_once(':'))) {
+    let limit_k = dimensional(limit_text.trim_start_matches('='), Dimension::Temperature, "--limit")?;
+    let within_m = match thickness_range.as_deref().map(|text| (text, text.split_once(':'))) {
         None => None,
         Some((_, Some((thinnest, thickest)))) => Some((
-            measured(thinnest, Dimension::Length, "--between")?,
-            measured(thickest, Dimension::Length, "--between")?,
+            dimensional(thinnest, Dimension::Length, "--thickness-range")?,
+            dimensional(thickest, Dimension::Length, "--thickness-range")?,
         )),
         Some((text, None)) => {
             let expected = "expected THINNEST:THICKEST with units, such as \"3 mm:20 mm\"";
-            return Err(input(format!("--between {text:?}: {expected}")));
+            return Err(input(format!("--thickness-range {text:?}: {expected}")));
         }
     };
     Ok(SizeOptions {
@@ -216,13 +218,13 @@ pub(crate) fn size(limit: &Limit, sweep: &Sweep) -> Result<SizeOptions, Failure>
     })
 }
 
-fn measured(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {
+fn dimensional(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {
     quantity(text.trim(), dimension).map_err(|message| input(format!("{option} {text:?}: {message}")))
 }
 
-/// A standard deviation or a time that may be none.
-pub(crate) fn none_or_more(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {
-    let value = measured(text, dimension, option)?;
+/// A quantity that is zero or positive.
+pub(crate) fn nonnegative(text: &str, dimension: Dimension, option: &str) -> Result<f64, Failure> {
+    let value = dimensional(text, dimension, option)?;
     if value < 0.0 {
         let unit = if dimension == Dimension::Time { "s" } else { "K" };
         return Err(input(format!("{option} {text:?}: expected no less than 0 {unit}")));

@@ -1,54 +1,81 @@
-//! What is asked of a fit.
+//! Options of least squares and of the posterior.
 
-use super::{Minimiser, PriorKind};
+use super::{BoundsArg, MinimiserArg, PriorArg};
 use clap::Args;
 
-/// Iterations of a fit at most, unless others are typed.
-const PATIENCE: usize = 50;
+/// Default of `--max-iterations`.
+const MAX_ITERATIONS: usize = 50;
 
-/// What to fit; the case file says what is not given.
+/// The observations to fit. The case file states what is not given.
 #[derive(Debug, Args)]
-pub(crate) struct Fit {
-    /// Factors, as f_k_INS,f_cp_INS
+pub(crate) struct ObservationArgs {
+    /// Sensors, as TC3,TC4
     #[arg(long, value_delimiter = ',')]
-    pub factors: Vec<String>,
-    /// Where to start, as NAME=VALUE,...; the others start nominal
-    #[arg(long, value_delimiter = ',')]
-    pub start: Vec<String>,
-    /// How samples count that are far off: squares, soft-l1 or huber, with a width in standard deviations as huber=1.345
+    pub sensors: Vec<String>,
+    /// Time window START:END in seconds, as 0:80, for all sensors; replaces windows of the case file
     #[arg(long)]
-    pub loss: Option<String>,
-    /// What is known beforehand: nominal values, with two standard deviations to these side constraints
+    pub window: Option<String>,
+    /// Bounds of the factors
     #[arg(long, value_enum)]
-    pub prior: Option<PriorKind>,
-    /// By what rules the damping goes and the descent ends
-    #[arg(long, value_enum, default_value = "trust-region")]
-    pub minimiser: Minimiser,
-    /// Descents side by side, the first from the case's start, the others from anywhere between the bounds
-    #[arg(long, default_value_t = 1)]
-    pub starts: usize,
-    /// Profile likelihood of these factors: intervals with the shape that the data give them
-    #[arg(long, value_name = "FACTORS", value_delimiter = ',')]
-    pub profile: Vec<String>,
-    /// Iterations at most
-    #[arg(long, default_value_t = PATIENCE)]
-    pub patience: usize,
+    pub bounds: Option<BoundsArg>,
 }
 
-impl Fit {
-    /// The first option that says how to fit, other than as it is by default, or what to report of the fit.
-    pub(crate) fn typed(&self) -> Option<&'static str> {
-        let of_minimiser = self.minimiser != Minimiser::TrustRegion;
+/// The factors to fit and how. The case file states what is not given.
+#[derive(Debug, Args)]
+pub(crate) struct FitArgs {
+    /// Factors to estimate, as f_k_INS,f_cp_INS
+    #[arg(long, value_delimiter = ',')]
+    pub factors: Vec<String>,
+    /// Start values, as NAME=VALUE,...; other factors start at their nominal values
+    #[arg(long, value_delimiter = ',')]
+    pub start: Vec<String>,
+    /// Loss function of the residuals: squares, soft-l1 or huber; with its width in standard deviations, as huber=1.345
+    #[arg(long)]
+    pub loss: Option<String>,
+    /// Gaussian prior about the nominal values, with two standard deviations at these bounds
+    #[arg(long, value_enum)]
+    pub prior: Option<PriorArg>,
+    /// Step control of the minimisation
+    #[arg(long, value_enum, default_value = "trust-region")]
+    pub minimiser: MinimiserArg,
+    /// Number of minimisations (multi-start): the first from the start of the case, the others from random points
+    #[arg(long, default_value_t = 1)]
+    pub starts: usize,
+    /// Factors whose profile likelihood is computed; it gives an interval without linearisation
+    #[arg(long, value_name = "FACTORS", value_delimiter = ',')]
+    pub profile: Vec<String>,
+    /// Maximum number of iterations of a minimisation
+    #[arg(long, default_value_t = MAX_ITERATIONS)]
+    pub max_iterations: usize,
+}
+
+impl FitArgs {
+    /// The first option that differs from its default, apart from `--factors`.
+    pub(crate) fn given_option(&self) -> Option<&'static str> {
         [
             (!self.start.is_empty(), "--start"),
             (self.loss.is_some(), "--loss"),
             (self.prior.is_some(), "--prior"),
-            (of_minimiser, "--minimiser"),
+            (self.minimiser != MinimiserArg::TrustRegion, "--minimiser"),
             (self.starts != 1, "--starts"),
             (!self.profile.is_empty(), "--profile"),
-            (self.patience != PATIENCE, "--patience"),
+            (self.max_iterations != MAX_ITERATIONS, "--max-iterations"),
         ]
         .into_iter()
-        .find_map(|(is_typed, option)| is_typed.then_some(option))
+        .find_map(|(is_given, option)| is_given.then_some(option))
     }
+}
+
+/// The posterior distribution of the estimated factors.
+#[derive(Debug, Args)]
+pub(crate) struct PosteriorArgs {
+    /// Sample the posterior by ensemble MCMC: credible intervals of any shape, prediction intervals of every sensor
+    #[arg(long)]
+    pub posterior: bool,
+    /// Number of MCMC walkers
+    #[arg(long, default_value_t = 2000, requires = "posterior")]
+    pub walkers: usize,
+    /// Number of MCMC iterations of each walker
+    #[arg(long, default_value_t = 500, requires = "posterior")]
+    pub mcmc_iterations: usize,
 }

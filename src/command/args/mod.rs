@@ -1,367 +1,239 @@
 //! The command line: subcommands and their options.
 
+mod choices;
 pub(crate) mod convert;
+mod examples;
 mod fit;
-mod trace;
+mod history;
+mod init;
+pub(crate) mod renamed;
+mod sweep;
+mod twin;
 
-pub(crate) use fit::Fit;
-pub(crate) use trace::Trace;
+pub(crate) use choices::{
+    BackendArg, BoundsArg, DerivativeArg, KeepArg, MinimiserArg, PrecisionArg, PriorArg, SamplingArg, TemplateArg,
+};
+pub(crate) use fit::{FitArgs, ObservationArgs, PosteriorArgs};
+pub(crate) use history::HistoryArgs;
+pub(crate) use init::InitArgs;
+pub(crate) use sweep::{MergeArgs, SizeArgs, SweepArgs};
+pub(crate) use twin::TwinArgs;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use crate::command::completions::Shell;
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use std::path::PathBuf;
 
-/// Thermal response of flexible heat shields: predict it, say how uncertain it is, and fit it to thermocouples.
+/// Thermal response of flexible heat shields: prediction, uncertainty, sensitivity, and estimation from thermocouples.
 #[derive(Debug, Parser)]
-#[command(name = "bondline", version, max_term_width = 100)]
+#[command(name = "bondline", version, max_term_width = 100, after_long_help = examples::BONDLINE)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub command: Command,
 }
 
+impl Cli {
+    /// The description of the command line, from which completions and manual pages are generated.
+    pub(crate) fn description() -> clap::Command {
+        Self::command()
+    }
+}
+
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// March the case at its nominal factors and hold it against its observations
-    Predict(Ask),
-    /// Monte Carlo over the factors: spreads, and the factors' shares in them
+    /// A commented case to start from, written into a folder
+    #[command(after_long_help = examples::INIT)]
+    Init(InitArgs),
+    /// Temperatures and heat balance at nominal factors, compared with the observations
+    #[command(after_long_help = examples::PREDICT)]
+    Predict(CaseArgs),
+    /// Prediction intervals and sensitivity indices of the factors, by Monte Carlo sampling
+    #[command(after_long_help = examples::UNCERTAINTY)]
     Uncertainty {
         #[command(flatten)]
-        ask: Ask,
+        case: CaseArgs,
         #[command(flatten)]
-        sweep: Sweep,
-        /// What to keep of every member: factors and peaks, or the traces too
+        sweep: SweepArgs,
+        /// Write a Parquet file with every member
         #[arg(long, value_enum)]
-        keep: Option<Keep>,
-        /// March a piece, members A to B less one of the -n drawn, and leave its statistics for `merge`
+        keep: Option<KeepArg>,
+        /// Run only members A to B-1 of the -n drawn, and write their statistics to a file for `merge`
         #[arg(long = "members", value_name = "A..B", conflicts_with_all = ["json", "max_failed"])]
-        piece: Option<String>,
+        part: Option<String>,
     },
-    /// Put the pieces that `uncertainty --members` left together: the report of the whole sweep
-    Merge(Merge),
-    /// Derivatives of every temperature by every factor, and which factors can be estimated together
+    /// The report of a whole sweep, from the parts written by `uncertainty --members`
+    #[command(after_long_help = examples::MERGE)]
+    Merge(MergeArgs),
+    /// Derivatives with respect to the factors, and which factors can be estimated together
+    #[command(after_long_help = examples::SENSITIVITY)]
     Sensitivity {
         #[command(flatten)]
-        ask: Ask,
+        case: CaseArgs,
         #[command(flatten)]
-        data: Trusted,
-        /// How to differentiate [default: tangent, difference where a step is given]
+        data: ObservationArgs,
+        /// How derivatives are computed [default: tangent; difference if --step is given]
         #[arg(long, value_enum)]
-        method: Option<Method>,
-        /// Relative step of a difference [default: 1e-5 in f64, 1e-3 in f32]
+        method: Option<DerivativeArg>,
+        /// Relative step of a central difference [default: 1e-5 in f64, 1e-3 in f32]
         #[arg(long)]
         step: Option<f64>,
     },
-    /// Fit factors to the observations by Levenberg-Marquardt
+    /// Factors fitted to observations by least squares, with 95 % confidence intervals
+    #[command(after_long_help = examples::ESTIMATE)]
     Estimate {
         #[command(flatten)]
-        ask: Ask,
-        /// Further cases to fit at once: what they mean by a factor of one name is one factor
-        #[arg(value_name = "CASE", conflicts_with = "beside")]
+        case: CaseArgs,
+        /// Further cases to fit at once; factors of one name that scale the same material are shared
+        #[arg(value_name = "CASE", conflicts_with = "compare")]
         others: Vec<PathBuf>,
         #[command(flatten)]
-        data: Trusted,
+        data: ObservationArgs,
         #[command(flatten)]
-        fit: Fit,
+        fit: FitArgs,
         #[command(flatten)]
-        walk: Walk,
-        /// The same seed walks the same way
+        posterior: PosteriorArgs,
+        /// Seed of the MCMC random numbers
         #[arg(long, default_value_t = 1, requires = "posterior")]
         seed: u64,
-        /// Fit this case to the same observations too, and tell what its physics explains
+        /// Fit this case to the same observations too, and compare the misfits of both
         #[arg(long, value_name = "CASE")]
-        beside: Option<PathBuf>,
+        compare: Option<PathBuf>,
     },
-    /// Predict, uncertainty, sensitivity and estimate in one report
+    /// Prediction, uncertainty, sensitivity and estimate in one report
+    #[command(after_long_help = examples::STUDY)]
     Study {
         #[command(flatten)]
-        ask: Ask,
+        case: CaseArgs,
         #[command(flatten)]
-        sweep: Sweep,
+        sweep: SweepArgs,
         #[command(flatten)]
-        data: Trusted,
+        data: ObservationArgs,
         #[command(flatten)]
-        fit: Fit,
+        fit: FitArgs,
         #[command(flatten)]
-        walk: Walk,
+        posterior: PosteriorArgs,
     },
-    /// How thick a ply must be for a sensor to stay below its limit, and what uncertainty adds to that
+    /// Thickness of a ply for a temperature limit: nominal, and with a margin for uncertainty
+    #[command(after_long_help = examples::SIZE)]
     Size {
         #[command(flatten)]
-        ask: Ask,
+        case: CaseArgs,
         #[command(flatten)]
-        limit: Limit,
+        size: SizeArgs,
         #[command(flatten)]
-        sweep: Sweep,
+        sweep: SweepArgs,
     },
-    /// How the hot face was heated: a flux or a gas temperature through time, from what sensors read (inverse heat conduction)
+    /// Heating of the hot face over time, from thermocouples (inverse heat conduction)
+    #[command(after_long_help = examples::HISTORY)]
     History {
         #[command(flatten)]
-        ask: Ask,
+        case: CaseArgs,
         #[command(flatten)]
-        data: Trusted,
+        data: ObservationArgs,
         #[command(flatten)]
-        trace: Trace,
+        history: HistoryArgs,
     },
-    /// Make synthetic observations from known factors, or make many and fit them all
+    /// Synthetic observations from known factors, or a coverage study of many sets of them
+    #[command(after_long_help = examples::TWIN)]
     Twin {
         #[command(flatten)]
-        twin: Twin,
+        twin: TwinArgs,
         #[command(flatten)]
-        data: Trusted,
+        data: ObservationArgs,
         #[command(flatten)]
-        fit: Fit,
+        fit: FitArgs,
     },
-    /// Vulkan adapters, their limits and self-tests, and what `--backend auto` takes
+    /// Vulkan devices, their limits and self-tests, and the choice of `--backend auto`
+    #[command(after_long_help = examples::DEVICES)]
     Devices {
-        /// The same as JSON
+        /// Print JSON
         #[arg(long)]
         json: bool,
     },
-    /// The material database
+    /// The material database: list, properties of a material, check of a material file
+    #[command(after_long_help = examples::MATERIALS)]
     Materials {
         #[command(subcommand)]
-        look: Materials,
+        action: MaterialsCommand,
     },
-    /// Hold the march against exact solutions, other codes and itself
+    /// Verification table: exact solutions, orders, other codes, balances, GPU against CPU
+    #[command(after_long_help = examples::VERIFY)]
     Verify {
-        /// The table as JSON
+        /// Print the table as JSON
         #[arg(long)]
         json: bool,
-        /// Only rows of this group: exact, orders, codes, adapted, balance, fit or twins
+        /// Only the rows of this group: exact, orders, codes, adapted, balance, fit or twins
         #[arg(long)]
         group: Option<String>,
         #[command(flatten)]
-        on: On,
+        march: MarchArgs,
+    },
+    /// Completion script of a shell, on standard output
+    #[command(after_long_help = examples::COMPLETIONS)]
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Manual pages, one per command, written into a folder
+    #[command(after_long_help = examples::MAN)]
+    Man {
+        /// Folder for the pages, which is created if it does not exist
+        folder: PathBuf,
     },
 }
 
 #[derive(Debug, Subcommand)]
-pub(crate) enum Materials {
-    /// One line a material
+pub(crate) enum MaterialsCommand {
+    /// All built-in materials, one per line
+    #[command(after_long_help = examples::MATERIALS_LIST)]
     List,
-    /// Tables, curves and sources of one
-    Show { name: String },
-    /// Find the faults of a material file
-    Check { file: PathBuf },
+    /// Tables, curves and sources of one material
+    #[command(after_long_help = examples::MATERIALS_SHOW)]
+    Show {
+        /// Name of the material, as `list` prints it
+        name: String,
+    },
+    /// Errors of a material file, with line and column
+    #[command(after_long_help = examples::MATERIALS_CHECK)]
+    Check {
+        /// The material file
+        file: PathBuf,
+    },
 }
 
-/// A question about a case.
+/// The case, the output, and how the case is computed.
 #[derive(Debug, Args)]
-pub(crate) struct Ask {
-    /// Case file, or folder with case.toml
+pub(crate) struct CaseArgs {
+    /// Case file, or folder with a case.toml
     pub case: PathBuf,
     /// Folder for the report [default: out/<case>/<command>]
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Overwrite a folder that holds another case
+    /// Overwrite a folder that holds the report of another case
     #[arg(long)]
     pub force: bool,
     /// Print the summary as JSON
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
-    pub on: On,
+    pub march: MarchArgs,
 }
 
-/// Pieces of one sweep.
-#[derive(Debug, Args)]
-pub(crate) struct Merge {
-    /// Files that `uncertainty --members` left, in any order
-    #[arg(required = true)]
-    pub pieces: Vec<PathBuf>,
-    /// Where the case lies now [default: where it lay when it was marched]
-    #[arg(long)]
-    pub case: Option<PathBuf>,
-    /// Folder for the report [default: out/<case>/merge]
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Overwrite a folder that holds another case
-    #[arg(long)]
-    pub force: bool,
-    /// Print the summary as JSON
-    #[arg(long)]
-    pub json: bool,
-    /// Failed members that are put up with before the exit code says so [default: one in a hundred]
-    #[arg(long)]
-    pub max_failed: Option<usize>,
-}
-
-/// What marches, and with which changes to the case.
+/// The device, the precision, and changes to the case.
 #[derive(Clone, Debug, Args)]
-pub(crate) struct On {
-    /// What marches
+pub(crate) struct MarchArgs {
+    /// Device that integrates the members in time
     #[arg(long, value_enum, default_value = "auto")]
-    pub backend: BackendKind,
-    /// Arithmetic [default: f64 on the processor, f32 on a GPU]
+    pub backend: BackendArg,
+    /// Floating-point precision [default: f64 on the CPU, f32 on a GPU]
     #[arg(long, value_enum)]
-    pub precision: Option<PrecisionKind>,
-    /// Part of the name of the Vulkan device to take
+    pub precision: Option<PrecisionArg>,
+    /// Part of the name of the Vulkan device to use
     #[arg(long)]
     pub device: Option<String>,
-    /// Change the case: a factor's nominal value or a key of the file, as NAME=VALUE; may be given often
+    /// Override a key of the case file or the nominal value of a factor; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub sets: Vec<String>,
-    /// No progress and no remarks
+    /// No progress bar and no remarks
     #[arg(long, short)]
     pub quiet: bool,
-}
-
-/// A sweep over the factors.
-#[derive(Debug, Args)]
-pub(crate) struct Sweep {
-    /// Members to draw and march
-    #[arg(short = 'n', value_name = "MEMBERS", default_value_t = 5000)]
-    pub members: usize,
-    /// How members are drawn within the side constraints
-    #[arg(long, value_enum, default_value = "normal")]
-    pub sampling: SamplingKind,
-    /// The same seed draws the same members
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Failed members that are put up with before the exit code says so [default: one in a hundred]
-    #[arg(long)]
-    pub max_failed: Option<usize>,
-    /// Side constraints to draw between [default: small]
-    #[arg(long, value_enum)]
-    pub spread: Option<BoundsKind>,
-}
-
-/// What is to be held by which ply.
-#[derive(Debug, Args)]
-pub(crate) struct Limit {
-    /// The ply to size, or a group whose plies are stretched alike
-    #[arg(long)]
-    pub ply: String,
-    /// What is to stay cool, as "TC4 < 623 K": its highest temperature over the run counts
-    #[arg(long)]
-    pub limit: String,
-    /// The share of members that are to hold the limit
-    #[arg(long, default_value_t = 0.99)]
-    pub probability: f64,
-    /// Thinnest and thickest allowed, as "3 mm:20 mm" [default: a quarter of what is drawn to four times that]
-    #[arg(long)]
-    pub between: Option<String>,
-}
-
-/// Observations to make; and with `--study` what is asked of them, with the options of `estimate`.
-#[derive(Debug, Args)]
-pub(crate) struct Twin {
-    /// Case file, or folder with case.toml
-    pub case: PathBuf,
-    /// True factors, as NAME=VALUE,...; the others stay nominal
-    #[arg(long, value_delimiter = ',', conflicts_with = "study")]
-    pub truth: Vec<String>,
-    /// Standard deviation of the noise, with its unit [default: 0 K; of a study that of the observations]
-    #[arg(long)]
-    pub noise: Option<String>,
-    /// Time over which noise forgets itself, with its unit: it correlates by exp(-t/this) [default: at once]
-    #[arg(long)]
-    pub correlation: Option<String>,
-    /// Fit so many data sets, of truths drawn between the small side constraints, and tell how often intervals hold them
-    #[arg(long, value_name = "N")]
-    pub study: Option<usize>,
-    /// The same seed makes the same truths and noise [default: 1]
-    #[arg(long)]
-    pub seed: Option<u64>,
-    /// CSV file to write, or folder for the report of a study [default: measured.csv, out/<case>/twin]
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Overwrite an existing file, or a folder that holds another case
-    #[arg(long)]
-    pub force: bool,
-    /// Print the summary of a study as JSON
-    #[arg(long, requires = "study")]
-    pub json: bool,
-    #[command(flatten)]
-    pub on: On,
-}
-
-/// Which data to trust; the case file says what is not given.
-#[derive(Debug, Args)]
-pub(crate) struct Trusted {
-    /// Sensors, as TC3,TC4
-    #[arg(long, value_delimiter = ',')]
-    pub sensors: Vec<String>,
-    /// Start and end in seconds, as 0:80, of every sensor, whatever window it has of its own
-    #[arg(long)]
-    pub window: Option<String>,
-    /// Side constraints of the factors
-    #[arg(long, value_enum)]
-    pub bounds: Option<BoundsKind>,
-}
-
-/// How likely the values of what is fitted are.
-#[derive(Debug, Args)]
-pub(crate) struct Walk {
-    /// Draw factors as often as they are likely, by an ensemble of walkers: intervals of any shape, bands of every sensor
-    #[arg(long)]
-    pub posterior: bool,
-    /// Walkers, half of which march at a time
-    #[arg(long, default_value_t = 2000, requires = "posterior")]
-    pub walkers: usize,
-    /// Moves of each walker
-    #[arg(long, default_value_t = 500, requires = "posterior")]
-    pub moves: usize,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum BackendKind {
-    /// A hardware GPU where there is one and the work is worth it, else the processor
-    Auto,
-    /// The processor
-    Cpu,
-    /// Any Vulkan device, software too
-    Gpu,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum PrecisionKind {
-    F32,
-    F64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SamplingKind {
-    /// Normal, two standard deviations to each side constraint, cut off there
-    Normal,
-    Uniform,
-    /// Latin hypercube
-    Lhs,
-    /// Scrambled Sobol sequence
-    Sobol,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum BoundsKind {
-    Small,
-    Large,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum PriorKind {
-    /// Nothing: the data alone speak
-    None,
-    Small,
-    Large,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Minimiser {
-    /// Steps within a radius that their gain moves
-    TrustRegion,
-    /// The paper's: ten times the damping after a failure, a tenth after a success
-    Paper,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Method {
-    /// Exact, marched beside the temperatures
-    Tangent,
-    /// Central differences, the paper's
-    Difference,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Keep {
-    Members,
-    Traces,
 }

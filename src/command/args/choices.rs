@@ -1,0 +1,98 @@
+//! Options with a fixed list of values.
+
+use clap::ValueEnum;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BackendArg {
+    /// A hardware GPU if there is one and the run is long enough to pay for opening it, otherwise the CPU
+    Auto,
+    /// The CPU
+    Cpu,
+    /// Any Vulkan device, including software
+    Gpu,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PrecisionArg {
+    /// Single precision
+    F32,
+    /// Double precision
+    F64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SamplingArg {
+    /// Normal, with two standard deviations at each bound, truncated there
+    Normal,
+    /// Uniform between the bounds
+    Uniform,
+    /// Latin hypercube
+    Lhs,
+    /// Scrambled Sobol sequence
+    Sobol,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BoundsArg {
+    /// The key `small` of each factor
+    Small,
+    /// The key `large` of each factor
+    Large,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PriorArg {
+    /// No prior
+    None,
+    /// Two standard deviations at the small bounds
+    Small,
+    /// Two standard deviations at the large bounds
+    Large,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MinimiserArg {
+    /// Steps within a trust region, whose radius follows the ratio of actual to predicted reduction
+    TrustRegion,
+    /// Damping times ten after a failed step and divided by ten after a successful one, as in the paper
+    Paper,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DerivativeArg {
+    /// Exact derivatives (forward-mode automatic differentiation)
+    Tangent,
+    /// Central differences, as in the paper
+    Difference,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum KeepArg {
+    /// Factors, status and peak temperatures
+    Members,
+    /// These, and the temperatures over time in a second file
+    Traces,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum TemplateArg {
+    /// Cloth, insulation and gas barrier under a square heat pulse
+    Layup,
+    /// Felt whose hot face is held at the readings of a thermocouple
+    HeldFace,
+    /// An insulator that decomposes, with gas flow
+    Decomposition,
+    /// A test with thermocouple readings, from which factors are estimated
+    Estimate,
+}
+
+impl TemplateArg {
+    /// Names and descriptions of all templates.
+    pub(crate) fn all() -> impl Iterator<Item = (String, String)> {
+        let values = Self::value_variants().iter().filter_map(Self::to_possible_value);
+        values.map(|value| {
+            let description = value.get_help().map(ToString::to_string).unwrap_or_default();
+            (value.get_name().to_owned(), description)
+        })
+    }
+}

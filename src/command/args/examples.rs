@@ -1,0 +1,150 @@
+//! Examples at the end of every `--help`. The tests run each line that begins with `bondline`.
+
+pub(super) const BONDLINE: &str = "\
+Examples:
+  # Start an own case from a template, and run all studies of it
+  bondline init mycase
+  bondline study mycase -n 1000
+
+  # Run all studies of a shipped case
+  bondline study cases/lamp-test -n 1000
+
+Exit codes: 0 done; 1 failed (no convergence, too many failed members, a failed check);
+2 wrong input, nothing is written; 3 device error.";
+
+pub(super) const INIT: &str = "\
+Examples:
+  # A layup of cloth, insulation and gas barrier
+  bondline init mycase
+
+  # Another template, and the list of all
+  bondline init myestimate --template estimate
+  bondline init --list";
+
+pub(super) const PREDICT: &str = "\
+Examples:
+  bondline predict cases/lcat-2259
+
+  # With another conductivity and pressure
+  bondline predict cases/lcat-2259 --set f_k_INS=1.1 --set pressure=\"3 kPa\"
+
+  # The summary as JSON, computed on the CPU in single precision
+  bondline predict cases/slab --json --backend cpu --precision f32";
+
+pub(super) const UNCERTAINTY: &str = "\
+Examples:
+  bondline uncertainty cases/lcat-2259 -n 1000
+
+  # Sobol samples between the large bounds; every member in a Parquet file
+  bondline uncertainty cases/slab -n 1024 --sampling sobol \\
+    --sampling-bounds large --keep members
+
+  # Half of a sweep, for `merge`
+  bondline uncertainty cases/slab -n 1000 --members 0..500 --out parts";
+
+pub(super) const MERGE: &str = "\
+Examples:
+  bondline uncertainty cases/slab -n 1000 --members 0..500 --out parts
+  bondline uncertainty cases/slab -n 1000 --members 500..1000 --out parts
+  bondline merge parts/slab-0-500.json parts/slab-500-1000.json";
+
+pub(super) const SENSITIVITY: &str = "\
+Examples:
+  bondline sensitivity cases/lcat-2259
+
+  # For the first 60 s of two thermocouples
+  bondline sensitivity cases/lamp-test --sensors TC1,TC3 --window 0:60
+
+  # By central differences with a relative step of 1e-4
+  bondline sensitivity cases/slab --step 1e-4";
+
+pub(super) const ESTIMATE: &str = "\
+Examples:
+  bondline estimate cases/lamp-test --factors f_eps,f_k_INS,f_cp_INS
+
+  # From 8 start points, with a robust loss and a profile likelihood
+  bondline estimate cases/lamp-test --factors f_k_INS,f_cp_INS \\
+    --starts 8 --loss huber --profile f_k_INS
+
+  # With the posterior distribution, by MCMC
+  bondline estimate cases/kaowool-tc --posterior \\
+    --walkers 60 --mcmc-iterations 200
+
+  # Two tests of the same materials at once
+  bondline estimate cases/lcat-2259 cases/lcat-2330";
+
+pub(super) const STUDY: &str = "\
+Examples:
+  bondline study cases/lcat-2259 -n 1000
+
+  # On a GPU, with another seed
+  bondline study cases/slab -n 1000 --seed 7 --backend gpu";
+
+pub(super) const SIZE: &str = "\
+Examples:
+  # Felt for a back face below 425 K in 95 % of the members
+  bondline size cases/lamp-test --ply INS --limit \"TC3 < 425 K\" \\
+    --probability 0.95 -n 500
+
+  # The same, between stated thicknesses
+  bondline size cases/lamp-test --ply INS --limit \"TC3 < 425 K\" \\
+    --probability 0.95 -n 500 --thickness-range \"2 mm:12 mm\"";
+
+pub(super) const HISTORY: &str = "\
+Examples:
+  bondline history cases/lcat-2259-lumps
+
+  # From one thermocouple, with 10 knots and the L-curve
+  bondline history cases/lcat-2259-lumps --sensors TC1 --knots 10 \\
+    --smoothing l-curve --quantity flux";
+
+pub(super) const TWIN: &str = "\
+Examples:
+  # Synthetic observations with 2 K noise, correlated over 5 s
+  bondline twin cases/slab --truth f_k=1.1 --noise \"2 K\" \\
+    --correlation-time \"5 s\" --out made.csv
+
+  # How often the intervals of an estimate contain the truth
+  bondline twin cases/lamp-test --study 20 --factors f_eps,f_k_INS,f_cp_INS";
+
+pub(super) const DEVICES: &str = "\
+Examples:
+  bondline devices
+  bondline devices --json";
+
+pub(super) const MATERIALS: &str = "\
+Examples:
+  bondline materials list
+  bondline materials show pyrogel3350
+  bondline materials check cases/slab/materials/constant.toml";
+
+pub(super) const MATERIALS_LIST: &str = "\
+Examples:
+  bondline materials list";
+
+pub(super) const MATERIALS_SHOW: &str = "\
+Examples:
+  bondline materials show pyrogel3350";
+
+pub(super) const MATERIALS_CHECK: &str = "\
+Examples:
+  bondline materials check cases/slab/materials/constant.toml";
+
+pub(super) const VERIFY: &str = "\
+Examples:
+  # All groups take some minutes
+  bondline verify --group exact
+
+  # As JSON
+  bondline verify --group balance --json";
+
+pub(super) const COMPLETIONS: &str = "\
+Examples:
+  bondline completions bash > bondline.bash
+  bondline completions zsh > _bondline
+  bondline completions fish > bondline.fish";
+
+pub(super) const MAN: &str = "\
+Examples:
+  # Then: man -l man/bondline-estimate.1
+  bondline man man";

@@ -1,0 +1,65 @@
+//! Options of Monte Carlo sweeps, of their merging, and of sizing.
+
+use super::{BoundsArg, SamplingArg};
+use clap::Args;
+use std::path::PathBuf;
+
+/// A Monte Carlo sweep over the factors.
+#[derive(Debug, Args)]
+pub(crate) struct SweepArgs {
+    /// Number of members (random samples of the factors)
+    #[arg(short = 'n', value_name = "MEMBERS", default_value_t = 5000)]
+    pub members: usize,
+    /// Sampling method and distribution
+    #[arg(long, value_enum, default_value = "normal")]
+    pub sampling: SamplingArg,
+    /// Seed of the random numbers
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Maximum number of failed members before exit code 1 [default: 1 % of all]
+    #[arg(long)]
+    pub max_failed: Option<usize>,
+    /// Bounds of the factors between which members are sampled [default: small]
+    #[arg(long, value_enum)]
+    pub sampling_bounds: Option<BoundsArg>,
+}
+
+/// The parts of one sweep.
+#[derive(Debug, Args)]
+pub(crate) struct MergeArgs {
+    /// Files written by `uncertainty --members`, in any order
+    #[arg(required = true)]
+    pub parts: Vec<PathBuf>,
+    /// Path of the case, if it has moved since the parts were computed
+    #[arg(long)]
+    pub case: Option<PathBuf>,
+    /// Folder for the report [default: out/<case>/merge]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Overwrite a folder that holds the report of another case
+    #[arg(long)]
+    pub force: bool,
+    /// Print the summary as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Maximum number of failed members before exit code 1 [default: 1 % of all]
+    #[arg(long)]
+    pub max_failed: Option<usize>,
+}
+
+/// The ply to size and its requirement.
+#[derive(Debug, Args)]
+pub(crate) struct SizeArgs {
+    /// Ply to size, or a group whose plies are scaled together
+    #[arg(long)]
+    pub ply: String,
+    /// Limit of the peak temperature of a sensor, as "TC4 < 623 K"
+    #[arg(long)]
+    pub limit: String,
+    /// Required probability that a member stays below the limit
+    #[arg(long, default_value_t = 0.99)]
+    pub probability: f64,
+    /// Smallest and largest thickness, as "3 mm:20 mm" [default: 1/4 to 4 times the thickness in the case]
+    #[arg(long)]
+    pub thickness_range: Option<String>,
+}
