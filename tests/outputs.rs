@@ -219,7 +219,8 @@ fn written() -> &'static Written {
         written.run(&scratch, "predict cases/lcat-2259-pyrolysis", &["cases/lcat-2259-pyrolysis"]);
         written.run(&scratch, "uncertainty own -n 60 --keep traces", &["own"]);
         written.run(&scratch, "sensitivity own", &["own"]);
-        let estimate = "estimate own other --factors f_k,f_q --profile f_q --posterior --walkers 40 --mcmc-iterations 20";
+        let estimate =
+            "estimate own other --factors f_k,f_q --profile f_q --posterior --walkers 40 --mcmc-iterations 20";
         written.run(&scratch, estimate, &["own", "other"]);
         written.run(&scratch, "estimate own --compare char", &["own", "char"]);
         written.run(&scratch, "study cases/lcat-2259 -n 60", &["cases/lcat-2259"]);

@@ -32,7 +32,7 @@ fn sizing_is_the_same_on_any_number_of_threads_on_screen_in_tables_and_in_the_su
     let ran = on_threads(&scratch, 1, &format!("{line} one"));
     on_threads(&scratch, 3, &format!("{line} three"));
     let tables = ["sizing.csv", "required-thickness.csv"];
-    let (one, three) = (told(&scratch, "one", &tables), told(&scratch, "three", &tables));
+    let (one, three) = (results(&scratch, "one", &tables), results(&scratch, "three", &tables));
     assert_eq!(one, three);
     let sizing = &one.0["sizing"];
     let number =
@@ -80,7 +80,7 @@ fn a_coverage_study_is_the_same_on_any_number_of_threads_and_lists_every_data_se
     let line = "twin c --study 7 --factors f_k,f_q --correlation-time 5s --seed 4 --bounds large --quiet --out";
     let ran = on_threads(&scratch, 1, &format!("{line} one"));
     on_threads(&scratch, 3, &format!("{line} three"));
-    let (one, three) = (told(&scratch, "one", &["coverage.csv"]), told(&scratch, "three", &["coverage.csv"]));
+    let (one, three) = (results(&scratch, "one", &["coverage.csv"]), results(&scratch, "three", &["coverage.csv"]));
     assert_eq!(one, three);
     assert_eq!(one.1[0].lines().count(), 1 + 7 * 2);
     assert_eq!(

@@ -188,7 +188,7 @@ fn a_posterior_is_the_same_on_any_number_of_threads_and_predicts_every_sensor() 
     assert!(number(posterior, "acceptance") > 0.15 && number(posterior, "burn_in") > 4.0);
     for case in ["thin", "thick"] {
         // TC1 was not fitted, and is observed.
-        let held = number(known, &format!("predicted.{case}.TC1.with_discrepancy.coverage"));
+        let held = number(posterior, &format!("predicted.{case}.TC1.with_discrepancy.coverage"));
         assert!(held > 0.85, "{case}: {held}");
     }
     let table = scratch.read("out/thin+thick/estimate/predictive-thick.csv");
@@ -198,5 +198,7 @@ fn a_posterior_is_the_same_on_any_number_of_threads_and_predicts_every_sensor() 
     assert!(estimated(&scratch, "thin", "").get("posterior").is_none());
     say(&scratch, "estimate thin --walkers 50").ended(2).saying(&["--posterior"]);
     say(&scratch, "estimate thin --posterior --walkers 3 --quiet").ended(2).saying(&["3 walkers", "at least 4"]);
-    say(&scratch, "estimate thin --posterior --mcmc-iterations 3").ended(2).saying(&["--mcmc-iterations 3", "10 at least"]);
+    say(&scratch, "estimate thin --posterior --mcmc-iterations 3")
+        .ended(2)
+        .saying(&["--mcmc-iterations 3", "10 at least"]);
 }

@@ -102,17 +102,17 @@ fn old_option_names_do_what_the_new_ones_do_and_say_so() {
     scratch.write("c/case.toml", CASE.to_owned() + OBSERVED);
     scratch.write("d/case.toml", CASE.to_owned() + OBSERVED);
     for (old, new, line) in [
-        ("--compare", "--compare", "estimate c --compare d"),
+        ("--beside", "--compare", "estimate c --beside d"),
         (
+            "--between",
             "--thickness-range",
-            "--thickness-range",
-            "size c --ply BASE --limit TC2<600K --probability 0.8 -n 20 --thickness-range=2mm:9mm",
+            "size c --ply BASE --limit TC2<600K --probability 0.8 -n 20 --between=2mm:9mm",
         ),
         ("--correlation", "--correlation-time", "twin c --study 2 --correlation 2s"),
-        ("--mcmc-iterations", "--mcmc-iterations", "estimate c --posterior --walkers 4 --mcmc-iterations 20"),
-        ("--max-iterations", "--max-iterations", "estimate c --max-iterations=30"),
-        ("--quantity", "--quantity", "history c --knots 0 --smoothing 1 --quantity flux"),
-        ("--sampling-bounds", "--sampling-bounds", "uncertainty c -n 20 --sampling-bounds large"),
+        ("--moves", "--mcmc-iterations", "estimate c --posterior --walkers 4 --moves 20"),
+        ("--patience", "--max-iterations", "estimate c --patience=30"),
+        ("--seek", "--quantity", "history c --knots 0 --smoothing 1 --seek flux"),
+        ("--spread", "--sampling-bounds", "uncertainty c -n 20 --spread large"),
     ] {
         let named_old = say(&scratch, &format!("{line} --json --quiet"));
         let named_new = say(&scratch, &format!("{} --json --quiet", line.replace(old, new))).done();
